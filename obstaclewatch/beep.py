@@ -1,0 +1,96 @@
+"""The emitted signal ("beep"): a windowed linear chirp, repeated after a silent gap (paper section 3.3).
+
+Phase and window are closed forms of time, so that a simulator can evaluate the beep at any retarded instant
+and a detector can sample it at any rate; neither needs the other's samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class BeepDesign:
+    """A linear chirp under a Hann window (paper section 3.3: 18-23 kHz, 50 ms, 40 ms gap, 192 kHz).
+
+    Attributes:
+        start_hz, stop_hz: instantaneous frequency at the start and the end of the beep.
+        duration_s: length of the beep.
+        gap_s: silence between the end of a beep and the start of the next.
+        sample_rate_hz: rate at which the phone plays and records.
+
+    Raises:
+        ValueError: a time or frequency is not positive, the two frequencies are equal, the band passes half the
+            sample rate, or the period is not a whole number of samples.
+    """
+
+    start_hz: float = 18_000.0
+    stop_hz: float = 23_000.0
+    duration_s: float = 0.050
+    gap_s: float = 0.040
+    sample_rate_hz: float = 192_000.0
+
+    def __post_init__(self) -> None:
+        for name in ("start_hz", "stop_hz", "duration_s", "sample_rate_hz"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be positive, got {value}")
+        if not (np.isfinite(self.gap_s) and self.gap_s >= 0):
+            raise ValueError(f"gap_s must not be negative, got {self.gap_s}")
+        if self.start_hz == self.stop_hz:
+            raise ValueError(f"start_hz and stop_hz must differ, got {self.start_hz} for both")
+        if max(self.start_hz, self.stop_hz) >= self.sample_rate_hz / 2:
+            raise ValueError(
+                f"the band must end below half the sample rate, got {max(self.start_hz, self.stop_hz)} Hz "
+                f"at {self.sample_rate_hz} Hz"
+            )
+        if abs(self.period_s * self.sample_rate_hz - self.period_samples) > 1e-6:
+            raise ValueError(f"duration_s + gap_s must be a whole number of samples, got {self.period_s} s")
+
+    @property
+    def period_s(self) -> float:
+        """From the start of one beep to the start of the next, s."""
+        return self.duration_s + self.gap_s
+
+    @property
+    def period_samples(self) -> int:
+        """Samples from the start of one beep to the start of the next."""
+        return round(self.period_s * self.sample_rate_hz)
+
+    @property
+    def center_hz(self) -> float:
+        """Middle of the band."""
+        return 0.5 * (self.start_hz + self.stop_hz)
+
+    @property
+    def chirp_rate_hz_s(self) -> float:
+        """Slope of the instantaneous frequency, Hz/s; 100 kHz/s for the paper's beep."""
+        return (self.stop_hz - self.start_hz) / self.duration_s
+
+    @property
+    def range_doppler_s(self) -> float:
+        """How far ahead in time a moving range reads: center_hz / chirp_rate_hz_s (0.205 s for 18-23 kHz)."""
+        return self.center_hz / self.chirp_rate_hz_s
+
+    def window(self, time_s: ArrayLike) -> NDArray[np.float64]:
+        """Hann window at times after the start of the beep; exactly zero outside it."""
+        t = np.asarray(time_s, dtype=np.float64)
+        inside = (t >= 0.0) & (t <= self.duration_s)
+        return np.where(inside, np.sin(np.pi * t / self.duration_s) ** 2, 0.0)
+
+    def phase_rad(self, time_s: ArrayLike) -> NDArray[np.float64]:
+        """Phase of the chirp, 2 pi (f0 t + k t^2 / 2), rad."""
+        t = np.asarray(time_s, dtype=np.float64)
+        return 2.0 * np.pi * (self.start_hz + 0.5 * self.chirp_rate_hz_s * t) * t
+
+    def waveform(self, time_s: ArrayLike) -> NDArray[np.float64]:
+        """The beep at any times, s, peak 1."""
+        return self.window(time_s) * np.cos(self.phase_rad(time_s))
+
+    def samples(self) -> NDArray[np.float64]:
+        """(n,) the beep sampled at `sample_rate_hz`; 9600 samples for the paper's beep."""
+        count = round(self.duration_s * self.sample_rate_hz)
+        return self.waveform(np.arange(count) / self.sample_rate_hz)

@@ -1,0 +1,88 @@
+"""The only contract between a recorder (simulated or real) and a detector: samples, rate and phone geometry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class PhoneGeometry:
+    """Where a phone's top speaker and two microphones sit, in the phone frame.
+
+    The phone frame has +y along the long edge from bottom to top, +x to the right as seen from the screen
+    and +z out of the screen.
+
+    Attributes:
+        name: model name, for messages and reports.
+        speaker_m: (3,) position of the emitting speaker, m.
+        mics_m: (2, 3) positions of microphone 0 (top, the paper's mic1) and 1 (bottom, mic2), m.
+
+    Raises:
+        ValueError: a shape is wrong, a coordinate is not finite, or the microphones coincide.
+    """
+
+    name: str
+    speaker_m: NDArray[np.float64]
+    mics_m: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "speaker_m", _checked(self.speaker_m, (3,), "speaker_m"))
+        object.__setattr__(self, "mics_m", _checked(self.mics_m, (2, 3), "mics_m"))
+        if self.mic_separation_m == 0.0:
+            raise ValueError(f"mics_m must be two different points, got {self.mics_m.tolist()}")
+
+    @property
+    def mic_separation_m(self) -> float:
+        """Distance between the two microphones (the paper's L_mic, Eq. 2), m."""
+        return float(np.linalg.norm(self.mics_m[0] - self.mics_m[1]))
+
+    @property
+    def speaker_to_mic_m(self) -> NDArray[np.float64]:
+        """(2,) length of the direct path from the speaker to each microphone, m."""
+        return np.linalg.norm(self.mics_m - self.speaker_m, axis=1)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A two-channel recording; channel k is microphone k.
+
+    Attributes:
+        samples: (2, N) float32, relative to digital full scale.
+        sample_rate_hz: samples per second.
+
+    Raises:
+        ValueError: not two channels, no samples, samples that are not finite, or a rate that is not positive.
+    """
+
+    samples: NDArray[np.float32]
+    sample_rate_hz: float
+
+    def __post_init__(self) -> None:
+        samples = np.ascontiguousarray(self.samples, dtype=np.float32)
+        if samples.ndim != 2 or samples.shape[0] != 2:
+            raise ValueError(f"samples must have shape (2, N), one row per microphone, got {samples.shape}")
+        if samples.shape[1] == 0:
+            raise ValueError("samples must hold at least one sample per microphone, got none")
+        if not np.isfinite(samples).all():
+            raise ValueError(f"samples must be finite, got {int((~np.isfinite(samples)).sum())} NaN or infinite values")
+        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise ValueError(f"sample_rate_hz must be positive, got {self.sample_rate_hz}")
+        object.__setattr__(self, "samples", samples)
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the recording, s."""
+        return self.samples.shape[1] / self.sample_rate_hz
+
+
+def _checked(value: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {array.tolist()}")
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,121 @@
+"""Where the phone is: single poses, arrays of them, and walks as functions of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One pose, or N of them, of the phone in the world.
+
+    Attributes:
+        position_m: (3,) or (N, 3) origin of the phone frame, m.
+        rotation: scipy Rotation, phone frame -> world; one, or N.
+        heading_rad: (N,) direction in which the walker's body faces, counter-clockwise from world +x; None takes
+            the horizontal direction of the phone's long edge.
+
+    Raises:
+        ValueError: shapes that do not fit, numbers that are not finite.
+    """
+
+    position_m: NDArray[np.float64]
+    rotation: Rotation
+    heading_rad: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        position = np.array(self.position_m, dtype=np.float64)
+        if position.shape[-1:] != (3,) or position.ndim > 2 or not np.isfinite(position).all():
+            raise ValueError(f"position_m must be finite with shape (3,) or (N, 3), got {self.position_m}")
+        object.__setattr__(self, "position_m", position)
+        count = 1 if position.ndim == 1 else len(position)
+        if not self.rotation.single and len(self.rotation) != count:
+            raise ValueError(f"rotation must be one or {count} rotations, got {len(self.rotation)}")
+        if self.heading_rad is not None:
+            heading = np.broadcast_to(np.asarray(self.heading_rad, dtype=np.float64), (count,))
+            object.__setattr__(self, "heading_rad", heading)
+
+    def __len__(self) -> int:
+        return 1 if self.position_m.ndim == 1 else len(self.position_m)
+
+    def to_world(self, point_m: ArrayLike) -> NDArray[np.float64]:
+        """(N, ..., 3) world positions of (..., 3) points of the phone frame."""
+        points = np.asarray(point_m, dtype=np.float64)
+        matrices = np.broadcast_to(self.rotation.as_matrix().reshape(-1, 3, 3), (len(self), 3, 3))
+        turned = np.einsum("nij,...j->n...i", matrices, points)
+        origins = self.position_m.reshape((-1,) + (1,) * (points.ndim - 1) + (3,))
+        return turned + origins
+
+    def body_heading_rad(self) -> NDArray[np.float64]:
+        """(N,) direction in which the walker's body faces."""
+        if self.heading_rad is not None:
+            return self.heading_rad
+        edge = self.to_world([0.0, 1.0, 0.0]) - self.to_world([0.0, 0.0, 0.0])
+        return np.arctan2(edge[:, 1], edge[:, 0])
+
+
+def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: ArrayLike = 0.0) -> Rotation:
+    """Rotation of a phone held in portrait, top edge forwards, screen up, then pitched and rolled.
+
+    At zero pitch the phone lies level: +y (long edge) along the heading, +x to the right, +z up.
+    A positive pitch lifts the top edge; a positive roll, about the long edge, lowers the right-hand side.
+    """
+    heading, pitch, roll = np.broadcast_arrays(heading_rad, pitch_rad, roll_rad)
+    angles = np.stack([np.asarray(heading, float) - np.pi / 2, np.asarray(pitch, float), np.asarray(roll, float)], axis=-1)
+    return Rotation.from_euler("ZXY", angles)
+
+
+class Walk(Protocol):
+    """Anything that can say where the phone is at any instant.
+
+    Poses must be smooth functions of time over a beep: delays are followed inside it.
+    """
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the walk, s."""
+
+    def pose(self, time_s: ArrayLike) -> Pose:
+        """(N,) times, s, to N poses with headings."""
+
+
+@dataclass(frozen=True)
+class StraightWalk:
+    """Constant velocity, no gait: the walk against which exact formulas are checked.
+
+    Attributes:
+        start_m: (3,) position of the phone at time 0.
+        heading_rad: direction of travel, counter-clockwise from +x.
+        speed_m_s: not negative; 0 stands still.
+        duration_s: length of the walk.
+        pitch_rad: lift of the phone's top edge.
+
+    Raises:
+        ValueError: a negative or infinite speed or duration.
+    """
+
+    start_m: NDArray[np.float64]
+    heading_rad: float
+    speed_m_s: float
+    duration_s: float
+    pitch_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
+            raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
+        if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
+            raise ValueError(f"duration_s must be positive, got {self.duration_s}")
+        object.__setattr__(self, "start_m", np.array(self.start_m, dtype=np.float64))
+
+    def pose(self, time_s: ArrayLike) -> Pose:
+        """(N,) times, s, to N poses."""
+        time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        direction = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad), 0.0])
+        position = self.start_m + self.speed_m_s * time[:, None] * direction
+        heading = np.full(len(time), self.heading_rad)
+        return Pose(position, held_rotation(heading, self.pitch_rad), heading)

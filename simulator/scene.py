@@ -1,0 +1,99 @@
+"""What stands in the world: obstacles with meshes and materials, and the air between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from simulator.air import Air
+from simulator.materials import Material
+
+Surface = Literal["auto", "flat", "smooth"]
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """One named body: a mesh in world coordinates, its material, and how its facets are to be read.
+
+    Attributes:
+        mesh: trimesh.Trimesh, m, world frame, at time 0.
+        material: reflection of its whole surface.
+        name: unique within a scene.
+        surface: "auto" reads nearly tangent neighbours (below 35 degrees of dihedral angle) as one smooth surface,
+            "flat" takes every facet as the true surface, "smooth" rounds every edge but the sharp ones (60 degrees).
+        velocity_m_s: (3,) constant velocity of the whole body.
+        category: free label ("wall", "dustbin", ...), carried through to scores.
+
+    Raises:
+        ValueError: no triangles, NaN vertices, indices out of range, an unknown surface, a wrong velocity.
+    """
+
+    mesh: trimesh.Trimesh
+    material: Material
+    name: str
+    surface: Surface = "auto"
+    velocity_m_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    category: str = ""
+
+    def __post_init__(self) -> None:
+        _check_mesh(self.mesh, self.name)
+        if self.surface not in ("auto", "flat", "smooth"):
+            raise ValueError(f"surface of '{self.name}' must be auto, flat or smooth, got {self.surface!r}")
+        velocity = np.array(self.velocity_m_s, dtype=np.float64)
+        if velocity.shape != (3,) or not np.isfinite(velocity).all():
+            raise ValueError(f"velocity_m_s of '{self.name}' must be three finite numbers, got {self.velocity_m_s}")
+        velocity.setflags(write=False)
+        object.__setattr__(self, "velocity_m_s", velocity)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the obstacle has a velocity."""
+        return bool(np.any(self.velocity_m_s != 0.0))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Obstacles and air. The ground is an obstacle like any other.
+
+    Raises:
+        ValueError: two obstacles share a name.
+    """
+
+    obstacles: Sequence[Obstacle]
+    air: Air = field(default_factory=Air)
+    name: str = "scene"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        names = [obstacle.name for obstacle in self.obstacles]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"obstacle names must be unique, got {twice} more than once")
+
+    def obstacle(self, name: str) -> Obstacle:
+        """The obstacle of that name.
+
+        Raises:
+            KeyError: there is none; the message lists the names there are.
+        """
+        for candidate in self.obstacles:
+            if candidate.name == name:
+                return candidate
+        raise KeyError(f"no obstacle named '{name}'; there are {[o.name for o in self.obstacles]}")
+
+
+def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
+    """Refuse what Embree would silently drop (NaN vertices, bad indices)."""
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    if len(faces) == 0:
+        raise ValueError(f"mesh of '{name}' must have triangles, got none")
+    bad = int((~np.isfinite(vertices).all(axis=1)).sum())
+    if bad:
+        raise ValueError(f"mesh of '{name}' must have finite vertices, got {bad} of {len(vertices)} with NaN or infinity")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")
