@@ -1,0 +1,309 @@
+"""Curved specular reflection: the stationary point of the path length on a smooth surface.
+
+The surface is Nagata's quadratic triangle over each facet, its normal the linear interpolation of the corner
+normals. Both are continuous across smooth edges, so the mismatch between normal and bisector is continuous over
+the whole surface and a stationary point cannot fall between two facets; on flat facets it would be lost from most
+positions and be many decibels too loud where found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.reflectors import SmoothSurface
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MAX_HITS = 32  # stationary points of one surface kept for one pair of points
+INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
+
+
+@dataclass(frozen=True)
+class StationaryPoints:
+    """Points where a surface mirrors one point into another.
+
+    Attributes:
+        query: (H,) index of the pair of points; sorted.
+        face: (H,) facet.
+        uv: (H, 2) position within the facet.
+        point_m: (H, 3).
+        normal: (H, 3) unit normal on the side of the two points.
+        curvature: (H, 3, 3) tensor K, dn = K dx along the surface, 1/m; positive where convex.
+    """
+
+    query: Ints
+    face: Ints
+    uv: Floats
+    point_m: Floats
+    normal: Floats
+    curvature: Floats
+
+    def __len__(self) -> int:
+        return len(self.query)
+
+
+def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
+    """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points."""
+    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
+    face, uv, count = _search(*_arrays(surface), surface.closed, source, receiver)
+    if (count > MAX_HITS).any():
+        raise RuntimeError(f"a surface has {count.max()} stationary points for one pair, more than {MAX_HITS}")
+    query = np.repeat(np.arange(len(source)), count)
+    slot = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
+    return _complete(surface, source, receiver, query, face[query, slot], uv[query, slot])
+
+
+def follow(
+    surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats
+) -> StationaryPoints:
+    """The stationary point of each of Q pairs that continues a known one, walking from facet to facet.
+
+    At a crease the last facet is extended: a path that ends within a beep keeps its smooth delay to the end of it.
+    """
+    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
+    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, source, receiver, face, uv)
+    return _complete(surface, source, receiver, np.arange(len(source)), new_face, new_uv)
+
+
+def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
+    return surface.corner_m, surface.normal, surface.bulge_m
+
+
+def _complete(
+    surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
+) -> StationaryPoints:
+    point, normal, curvature = _geometry(*_arrays(surface), face, uv)
+    side = np.sign(np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1))
+    side = np.where(side == 0.0, 1.0, side)
+    return StationaryPoints(query, face, uv, point, normal * side[:, None], curvature * side[:, None, None])
+
+
+@numba.njit(cache=True, inline="always")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@numba.njit(cache=True)
+def _surface_at(corner, normal, bulge, eta, zeta, x, n):
+    """Position on the Nagata triangle and interpolated unit normal at (eta, zeta), 0 <= zeta <= eta <= 1."""
+    for k in range(3):
+        c1, c2, c3 = bulge[0, k], bulge[1, k], bulge[2, k]
+        a, b, c = corner[0, k], corner[1, k], corner[2, k]
+        x[k] = (
+            a + (b - a - c1) * eta + (c - b + c1 - c3) * zeta
+            + (c3 - c1 - c2) * eta * zeta + c1 * eta * eta + c2 * zeta * zeta
+        )  # fmt: skip
+        n[k] = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
+    scale = 1.0 / np.sqrt(_dot(n, n))
+    for k in range(3):
+        n[k] *= scale
+
+
+@numba.njit(cache=True)
+def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
+    """Tangential part of the sum of unit vectors to both points, along two edges of the facet."""
+    _surface_at(corner, normal, bulge, eta, zeta, x, n)
+    ls = lr = 0.0
+    for k in range(3):
+        ls += (source[k] - x[k]) ** 2
+        lr += (receiver[k] - x[k]) ** 2
+    ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
+    for k in range(3):
+        h[k] = (source[k] - x[k]) * ls + (receiver[k] - x[k]) * lr
+    along = _dot(h, n)
+    f = g = 0.0
+    for k in range(3):
+        t = h[k] - along * n[k]
+        f += t * (corner[1, k] - corner[0, k])
+        g += t * (corner[2, k] - corner[1, k])
+    return f, g
+
+
+@numba.njit(cache=True)
+def _newton(corner, normal, bulge, source, receiver, eta, zeta):
+    """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
+
+    A step is halved until the mismatch falls: along a facet much longer than its distance the plain step circles.
+    """
+    x, n, h = np.empty(3), np.empty(3), np.empty(3)
+    scale_f = scale_g = 0.0
+    for k in range(3):
+        scale_f += (corner[1, k] - corner[0, k]) ** 2
+        scale_g += (corner[2, k] - corner[1, k]) ** 2
+    step = 1e-6
+    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
+    for _ in range(60):
+        f1, g1 = _mismatch(corner, normal, bulge, source, receiver, eta + step, zeta, x, n, h)
+        f2, g2 = _mismatch(corner, normal, bulge, source, receiver, eta, zeta + step, x, n, h)
+        a, b, c, d = (f1 - f) / step, (f2 - f) / step, (g1 - g) / step, (g2 - g) / step
+        det = a * d - b * c
+        if det == 0.0:
+            return eta, zeta, False
+        de, dz = (d * f - b * g) / det, (a * g - c * f) / det
+        size = max(abs(de), abs(dz))
+        if size < 1e-12:
+            return eta - de, zeta - dz, True
+        share = min(1.0, 0.5 / size)
+        merit = f * f / scale_f + g * g / scale_g
+        for _half in range(8):
+            f, g = _mismatch(corner, normal, bulge, source, receiver, eta - share * de, zeta - share * dz, x, n, h)
+            if f * f / scale_f + g * g / scale_g < merit:
+                break
+            share *= 0.5
+        eta, zeta = eta - share * de, zeta - share * dz
+        if not (abs(eta) < 4.0 and abs(zeta) < 4.0):
+            return eta, zeta, False
+    return eta, zeta, size < 1e-8
+
+
+@numba.njit(cache=True)
+def _may_hold(corner, normal, closed, source, receiver, axis1, axis2):
+    """Whether a stationary point may lie on the facet: the corners' mismatches straddle zero, with a wide margin."""
+    h = np.empty(3)
+    low1 = low2 = np.inf
+    high1 = high2 = -np.inf
+    facing = False
+    for i in range(3):
+        ls = lr = 0.0
+        for k in range(3):
+            ls += (source[k] - corner[i, k]) ** 2
+            lr += (receiver[k] - corner[i, k]) ** 2
+        if ls == 0.0 or lr == 0.0:
+            return True
+        ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
+        for k in range(3):
+            h[k] = (source[k] - corner[i, k]) * ls + (receiver[k] - corner[i, k]) * lr
+        along = _dot(h, normal[i])
+        size = np.sqrt(_dot(h, h)) + 1e-300
+        if along > 0.0 or not closed:
+            facing = True
+        sign = 1.0 if along >= 0.0 else -1.0
+        t1 = t2 = 0.0
+        for k in range(3):
+            t = h[k] / size - sign * normal[i, k]
+            t1 += t * axis1[k]
+            t2 += t * axis2[k]
+        low1, high1 = min(low1, t1), max(high1, t1)
+        low2, high2 = min(low2, t2), max(high2, t2)
+    margin1, margin2 = 0.5 * (high1 - low1) + 1e-12, 0.5 * (high2 - low2) + 1e-12
+    return (
+        facing and low1 - margin1 <= 0.0 <= high1 + margin1 and low2 - margin2 <= 0.0 <= high2 + margin2
+    )
+
+
+@numba.njit(cache=True)
+def _facet_axes(corner, axis1, axis2):
+    """Two orthonormal vectors in the plane of a facet."""
+    size = along = 0.0
+    for k in range(3):
+        axis1[k] = corner[1, k] - corner[0, k]
+        size += axis1[k] ** 2
+    size = np.sqrt(size)
+    for k in range(3):
+        axis1[k] /= size
+        axis2[k] = corner[2, k] - corner[0, k]
+        along += axis1[k] * axis2[k]
+    size = 0.0
+    for k in range(3):
+        axis2[k] -= along * axis1[k]
+        size += axis2[k] ** 2
+    for k in range(3):
+        axis2[k] /= np.sqrt(size)
+
+
+@numba.njit(cache=True)
+def _search(corner, normal, bulge, closed, source, receiver):
+    """Facet and position of every stationary point, one facet after the other, each kept once."""
+    queries = len(source)
+    face = np.zeros((queries, MAX_HITS), np.int64)
+    uv = np.zeros((queries, MAX_HITS, 2))
+    point = np.zeros((queries, MAX_HITS, 3))
+    count = np.zeros(queries, np.int64)
+    x, n, h, axis1, axis2 = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for t in range(len(corner)):
+        _facet_axes(corner[t], axis1, axis2)
+        size = np.sqrt(max(np.sum((corner[t, 1] - corner[t, 0]) ** 2), np.sum((corner[t, 2] - corner[t, 0]) ** 2)))
+        for q in range(queries):
+            if not _may_hold(corner[t], normal[t], closed, source[q], receiver[q], axis1, axis2):
+                continue
+            eta, zeta, converged = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], 2.0 / 3.0, 1.0 / 3.0)
+            if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
+                continue
+            _mismatch(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta, x, n, h)
+            if closed and _dot(h, n) <= 0.0:
+                continue
+            known = False
+            for i in range(min(count[q], MAX_HITS)):
+                gap = 0.0
+                for k in range(3):
+                    gap = max(gap, abs(point[q, i, k] - x[k]))
+                if gap <= 4.0 * INSIDE * size:
+                    known = True
+            if known:
+                continue
+            if count[q] < MAX_HITS:
+                face[q, count[q]] = t
+                uv[q, count[q]] = (eta, zeta)
+                point[q, count[q]] = x
+            count[q] += 1
+    return face, uv, count
+
+
+@numba.njit(cache=True)
+def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
+    """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
+    face, uv = face0.copy(), uv0.copy()
+    for q in range(len(source)):
+        t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
+        came_from = -1
+        for _ in range(200):
+            eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta)
+            edge, worst = -1, 1e-9
+            if -zeta > worst:
+                edge, worst = 0, -zeta
+            if eta - 1.0 > worst:
+                edge, worst = 1, eta - 1.0
+            if zeta - eta > worst:
+                edge, worst = 2, zeta - eta
+            if edge == -1 or neighbor[t, edge] == -1:
+                break
+            if neighbor[t, edge] == came_from and worst < 1e-3:
+                break  # on the common edge to within rounding
+            came_from, t = t, neighbor[t, edge]
+            eta, zeta = 2.0 / 3.0, 1.0 / 3.0
+        face[q], uv[q, 0], uv[q, 1] = t, eta, zeta
+    return face, uv
+
+
+@numba.njit(cache=True)
+def _geometry(corner, normal, bulge, face, uv):
+    """Position, unit normal and curvature tensor at facet coordinates."""
+    count = len(face)
+    point, unit, curvature = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3, 3))
+    x, n = np.empty(3), np.empty(3)
+    tangent, turn = np.empty((2, 3)), np.empty((2, 3))
+    for i in range(count):
+        c, m, b = corner[face[i]], normal[face[i]], bulge[face[i]]
+        eta, zeta = uv[i]
+        _surface_at(c, m, b, eta, zeta, x, n)
+        point[i], unit[i] = x, n
+        raw = (1.0 - eta) * m[0] + (eta - zeta) * m[1] + zeta * m[2]
+        size = np.sqrt(_dot(raw, raw))
+        tangent[0] = (c[1] - c[0] - b[0]) + (b[2] - b[0] - b[1]) * zeta + 2.0 * b[0] * eta
+        tangent[1] = (c[2] - c[1] + b[0] - b[2]) + (b[2] - b[0] - b[1]) * eta + 2.0 * b[1] * zeta
+        turn[0], turn[1] = (m[1] - m[0]) / size, (m[2] - m[1]) / size
+        for a in range(2):  # derivative of the unit normal, and tangents at right angles to it
+            turn[a] -= n * _dot(turn[a], n)
+            tangent[a] -= n * _dot(tangent[a], n)
+        first = tangent @ tangent.T
+        second = tangent @ turn.T
+        second = 0.5 * (second + second.T)
+        det = first[0, 0] * first[1, 1] - first[0, 1] ** 2
+        inverse = np.array([[first[1, 1], -first[0, 1]], [-first[0, 1], first[0, 0]]]) / det
+        curvature[i] = tangent.T @ (inverse @ second @ inverse) @ tangent
+    return point, unit, curvature

@@ -1,0 +1,74 @@
+"""Where every obstacle stands at any instant: still, drifting, or carried along with the walker."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Carrier = Callable[[Ints, Floats], tuple[Floats, Floats]]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Rest frames of the obstacles; a frame is a shift and a turn about the vertical.
+
+    Attributes:
+        velocity_m_s: (O, 3) of drifting obstacles; 0 stands still.
+        carried: (O,) bool, obstacles that go with the walker (the walker's body).
+        carrier: (pose (R,), time (R,)) -> position (R, 3) and heading (R,) of the walker.
+    """
+
+    velocity_m_s: Floats
+    carried: NDArray[np.bool_]
+    carrier: Carrier
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """(O,) whether an obstacle ever leaves its rest frame."""
+        return self.carried | np.any(self.velocity_m_s != 0.0, axis=1)
+
+    def at(self, pose: Ints, time_s: Floats) -> Floats:
+        """(R, O, 4) x, y, z, yaw of every obstacle's rest frame."""
+        rows = np.zeros((len(pose), len(self.carried), 4))
+        rows[:, :, :3] = time_s[:, None, None] * self.velocity_m_s
+        if self.carried.any():
+            position, heading = self.carrier(pose, time_s)
+            rows[:, self.carried, :3] = position[:, None, :]
+            rows[:, self.carried, 3] = heading[:, None]
+        return rows
+
+    def of(self, obstacle: Ints, pose: Ints, time_s: Floats) -> Floats:
+        """(R, 4) frame of one obstacle a row."""
+        rows = np.zeros((len(obstacle), 4))
+        rows[:, :3] = time_s[:, None] * self.velocity_m_s[obstacle]
+        carried = np.flatnonzero(self.carried[obstacle])
+        if len(carried):
+            rows[carried, :3], rows[carried, 3] = self.carrier(pose[carried], time_s[carried])
+        return rows
+
+
+def turned(vector: Floats, yaw: Floats) -> Floats:
+    """(R, 3) vectors turned about the vertical, one angle a row."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+
+
+def into_rest(point_m: Floats, frame: Floats) -> Floats:
+    """World points (R, 3) as seen in rest frames (R, 4)."""
+    return turned(point_m - frame[..., :3], -frame[..., 3])
+
+
+def out_of_rest(point_m: Floats, frame: Floats) -> Floats:
+    """The inverse of `into_rest`."""
+    return turned(point_m, frame[..., 3]) + frame[..., :3]
+
+
+def turned_tensor(tensor: Floats, yaw: Floats) -> Floats:
+    """(R, 3, 3) symmetric tensors turned about the vertical."""
+    return turned(np.swapaxes(turned(tensor, yaw[:, None]), -1, -2), yaw[:, None])

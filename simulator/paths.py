@@ -1,0 +1,98 @@
+"""What came back: every path with its delay and gain, by which mechanism, off which obstacle, and what was refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simulator import band
+from simulator.phone import Phone
+
+REFERENCE_HZ = 20_000.0  # middle of the band in which gains are kept
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths between the speaker and the two microphones, for one pose or many.
+
+    Attributes:
+        delay_s: (P,) travel time.
+        gain: (P,) complex gain at 20 kHz without the travel phase: the path contributes gain e^{-j 2 pi f delay}.
+            Pressure relative to the free field 1 m in front of the speaker; a lossless mirror path has 1 / length.
+        band_gain: (P, K) the same at the Chebyshev nodes of 15-25 kHz.
+        mic: (P,) microphone, 0 top or 1 bottom.
+        pose: (P,) index of the pose.
+        order: (P,) number of reflections; 0 is the direct sound.
+        kind: (P,) "direct", "specular", "curved", or "mixed" (one curved reflection among planar ones).
+        obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound.
+        sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces.
+        points_m: (P, N + 2, 3) source, reflection points, then the microphone (repeated), world frame.
+        face: (P,) facet of the smooth surface, -1 without one.
+        uv: (P, 2) position within that facet.
+        phone: the phone, for its frequency responses.
+        poses: number of poses traced.
+        rejected: how many candidates each validity mask turned away, by its name.
+        left_out: what was not modelled, a line each.
+    """
+
+    delay_s: NDArray[np.float64]
+    gain: NDArray[np.complex128]
+    band_gain: NDArray[np.complex128]
+    mic: NDArray[np.int64]
+    pose: NDArray[np.int64]
+    order: NDArray[np.int64]
+    kind: NDArray[np.str_]
+    obstacle: NDArray[np.str_]
+    sequence: NDArray[np.int64]
+    points_m: NDArray[np.float64]
+    face: NDArray[np.int64]
+    uv: NDArray[np.float64]
+    phone: Phone
+    poses: int
+    rejected: Mapping[str, int]
+    left_out: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.delay_s)
+
+    def __getitem__(self, mask: ArrayLike) -> Paths:
+        """The paths that a boolean mask, an index array or a slice selects."""
+        index = mask if isinstance(mask, slice) else np.asarray(mask)
+        rows: dict[str, Any] = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in _SHARED}
+        return replace(self, **rows)
+
+    def transfer_function(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+        """Coherent sum of all paths, responses of speaker and microphones included, in Pa at 1 m in Pa.
+
+        Args:
+            frequency_hz: (F,) frequencies; gains are held at their end values outside 15-25 kHz.
+
+        Returns:
+            (2, F) for a single pose, (N, 2, F) for N poses.
+        """
+        frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
+        gain = band.evaluate(band.coefficients(self.band_gain), frequency)
+        terms = gain * np.exp(-2j * np.pi * frequency * self.delay_s[:, None])
+        total = np.zeros((self.poses, 2, len(frequency)), dtype=np.complex128)
+        np.add.at(total, (self.pose, self.mic), terms)
+        responses = np.stack([self.phone.speaker.response(frequency) * m.response(frequency) for m in self.phone.mics])
+        total *= responses
+        return total[0] if self.poses == 1 else total
+
+    def explain(self) -> str:
+        """What was modelled, what was turned away by which mask, and what was left out, in plain lines."""
+        lines = [f"{len(self)} paths at {self.poses} poses and 2 microphones"]
+        for kind in np.unique(self.kind):
+            rows = self.kind == kind
+            level = 20.0 * np.log10(np.abs(self.gain[rows]).max())
+            lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
+        lines += [f"  turned away as {name}: {count}" for name, count in self.rejected.items()]
+        lines += [f"  left out: {line}" for line in self.left_out]
+        return "\n".join(lines)
+
+
+_SHARED = ("phone", "poses", "rejected", "left_out")

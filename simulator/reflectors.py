@@ -1,0 +1,272 @@
+"""Meshes read as reflectors: planar patches and smooth curved surfaces.
+
+Neighbouring facets within a hair of one plane are merged into one patch, so that a wall returns one echo whatever
+its triangles. Facets that meet at less than the crease angle belong to one smooth surface, which is rebuilt from
+its vertex normals (Nagata 2005, quadratic triangles); a facet of such a surface is never a mirror of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from simulator.scene import Obstacle
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+COPLANAR_RAD = 2e-3
+PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
+CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
+PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
+
+
+@dataclass(frozen=True)
+class PlanarPatches:
+    """Merged coplanar facets of all obstacles.
+
+    Attributes:
+        normal: (P, 3) unit normal, outwards where the mesh is consistently wound.
+        offset_m: (P,) plane n . x = offset.
+        one_sided: (P,) bool, the back is inside a closed body.
+        obstacle: (P,) index of the obstacle.
+        center_m, radius_m: (P, 3), (P,) bounding sphere.
+        edge_m: (E, 2, 3) boundary segments of all patches, in order.
+        edge_start: (P + 1,) where the segments of each patch begin.
+    """
+
+    normal: Floats
+    offset_m: Floats
+    one_sided: NDArray[np.bool_]
+    obstacle: Ints
+    center_m: Floats
+    radius_m: Floats
+    edge_m: Floats
+    edge_start: Ints
+
+    def __len__(self) -> int:
+        return len(self.offset_m)
+
+
+@dataclass(frozen=True)
+class SmoothSurface:
+    """The curved facets of one obstacle as quadratic triangles.
+
+    Attributes:
+        obstacle: index of the obstacle.
+        corner_m: (T, 3, 3) corners of the facets.
+        normal: (T, 3, 3) unit normals at the corners, shared across smooth edges, split at creases.
+        bulge_m: (T, 3, 3) Nagata's edge vectors for edges 01, 12, 02.
+        neighbor: (T, 3) facet across edges 01, 12, 20; -1 at a crease or border.
+        sag_m: (T,) how far the rounded surface may stand off its facet.
+        closed: the obstacle is watertight, so only its outside reflects.
+        center_m, radius_m: bounding sphere.
+    """
+
+    obstacle: int
+    corner_m: Floats
+    normal: Floats
+    bulge_m: Floats
+    neighbor: Ints
+    sag_m: Floats
+    closed: bool
+    center_m: Floats
+    radius_m: float
+
+    def __len__(self) -> int:
+        return len(self.corner_m)
+
+
+def reflectors_of(obstacle: Obstacle, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of one obstacle, and its smooth surface if it has one."""
+    mesh = _cleaned(obstacle.mesh)
+    closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
+    regions = _planar_regions(mesh)
+    smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
+    curved = _curved_faces(mesh, regions, smooth_edges)
+    patches = _patches(mesh, np.where(curved, -1, regions), index, closed)
+    surface = _smooth_surface(mesh, curved, smooth_edges, index, closed) if curved.any() else None
+    return patches, surface
+
+
+def merge_patches(parts: list[PlanarPatches]) -> PlanarPatches:
+    """All parts as one set, in order."""
+    counts = np.concatenate([np.zeros(0, np.int64)] + [np.diff(part.edge_start) for part in parts])
+    start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+    def joined(name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
+        return np.concatenate([np.zeros((0, *shape), dtype)] + [getattr(part, name) for part in parts])
+
+    return PlanarPatches(
+        normal=joined("normal", (3,), float), offset_m=joined("offset_m", (), float),
+        one_sided=joined("one_sided", (), bool), obstacle=joined("obstacle", (), np.int64),
+        center_m=joined("center_m", (3,), float), radius_m=joined("radius_m", (), float),
+        edge_m=joined("edge_m", (2, 3), float), edge_start=start,
+    )  # fmt: skip
+
+
+def _cleaned(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy with equal vertices merged (triangle soups included) and without facets of no area."""
+    copy = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
+    copy.merge_vertices(merge_tex=True, merge_norm=True)
+    corners = copy.vertices[copy.faces]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    copy.update_faces(copy.area_faces > 1e-9 * edges**2)
+    copy.remove_unreferenced_vertices()
+    return copy
+
+
+def _components(pairs: Ints, count: int) -> Ints:
+    """(count,) component label of each facet under the pairs given."""
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def _planar_regions(mesh: trimesh.Trimesh) -> Ints:
+    """(T,) label of the plane that each facet lies in; chains that bend away from their plane are cut again."""
+    adjacency, angles = mesh.face_adjacency, mesh.face_adjacency_angles
+    labels = _components(adjacency[angles < COPLANAR_RAD], len(mesh.faces))
+    bent = _plane_misfit(mesh, labels) > PLANE_FIT_M
+    strict = (angles < COPLANAR_RAD) & ~bent[labels[adjacency[:, 0]]] | (angles < 1e-6)
+    return _components(adjacency[strict], len(mesh.faces))
+
+
+def _plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
+    """(L,) largest distance of a corner from its region's plane, m."""
+    normal, offset = _planes(mesh, labels)
+    distance = np.abs(np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]) - offset[labels, None])
+    worst = np.zeros(labels.max() + 1)
+    np.maximum.at(worst, labels, distance.max(axis=1))
+    return worst
+
+
+def _planes(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Floats, Floats]:
+    """(L, 3) area-weighted unit normal and (L,) offset of every region."""
+    count = labels.max() + 1
+    area = mesh.area_faces
+    normal = np.stack([np.bincount(labels, area * mesh.face_normals[:, k], count) for k in range(3)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    height = np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]).mean(axis=1)
+    return normal, np.bincount(labels, area * height, count) / np.bincount(labels, area, count)
+
+
+def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
+    """(A, 2) pairs of facets that meet below the crease angle."""
+    return mesh.face_adjacency[mesh.face_adjacency_angles < max(crease_rad, 1e-6)]
+
+
+def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> NDArray[np.bool_]:
+    """(T,) facets that bend smoothly into a neighbour and are not large panels."""
+    bends = smooth_edges[regions[smooth_edges[:, 0]] != regions[smooth_edges[:, 1]]]
+    area = np.bincount(regions, mesh.area_faces)
+    largest_neighbor = np.zeros(len(area))
+    for a, b in (bends.T, bends.T[::-1]):
+        np.maximum.at(largest_neighbor, regions[a], area[regions[b]])
+    panel = area > PANEL_AREA_RATIO * largest_neighbor
+    return ~panel[regions]
+
+
+def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) -> PlanarPatches:
+    """One patch per region that is not -1."""
+    faces = np.flatnonzero(regions >= 0)
+    labels = np.full(len(regions), -1)
+    labels[faces] = np.unique(regions[faces], return_inverse=True)[1]
+    count = int(labels.max()) + 1
+    edges, owner = _boundary_edges(mesh, labels)
+    if count == 0:
+        return merge_patches([])
+    normal, offset = _planes(mesh.submesh([faces], append=True, repair=False), labels[faces])
+    corners = mesh.vertices[mesh.faces[faces]]
+    center = np.stack([np.bincount(labels[faces], corners[:, :, k].mean(axis=1)) for k in range(3)], axis=1)
+    center /= np.bincount(labels[faces])[:, None]
+    radius = np.zeros(count)
+    np.maximum.at(radius, labels[faces], np.linalg.norm(corners - center[labels[faces]][:, None], axis=2).max(axis=1))
+    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))]).astype(np.int64)
+    return PlanarPatches(
+        normal, offset, np.full(count, closed), np.full(count, obstacle), center, radius,
+        mesh.vertices[edges[np.argsort(owner, kind="stable")]], start,
+    )  # fmt: skip
+
+
+def _boundary_edges(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Ints, Ints]:
+    """(E, 2) vertex pairs that bound a region, and (E,) the region: edges used once by its facets."""
+    faces = np.flatnonzero(labels >= 0)
+    edges = np.sort(mesh.faces[faces][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(labels[faces], 3)
+    unique, count = np.unique(np.column_stack([owner, edges]), axis=0, return_counts=True)
+    once = unique[count == 1]
+    return once[:, 1:], once[:, 0]
+
+
+def _smooth_surface(
+    mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints, obstacle: int, closed: bool
+) -> SmoothSurface:
+    """The curved facets with shared normals, rounded edges and neighbours."""
+    normals = _corner_normals(mesh, curved, smooth_edges)
+    faces = np.flatnonzero(curved)
+    corner, normal = mesh.vertices[mesh.faces[faces]], normals[faces]
+    bulge = np.stack([_nagata(corner[:, a], corner[:, b], normal[:, a], normal[:, b]) for a, b in _EDGES], axis=1)
+    center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
+    return SmoothSurface(
+        obstacle=obstacle, corner_m=corner, normal=normal, bulge_m=bulge,
+        neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1),
+        closed=closed, center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
+    )  # fmt: skip
+
+
+_EDGES = ((0, 1), (1, 2), (0, 2))
+
+
+def _nagata(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
+    """(T, 3) edge vectors c: x(s) = a + (b - a - c) s + c s^2 leaves a and b at right angles to both normals.
+
+    Nagata, Computer Aided Geometric Design 22 (2005) 327-347, Eq. 11 and, where the normals are parallel, 0.
+    """
+    chord = b - a
+    cosine = np.sum(normal_a * normal_b, axis=1)
+    at_a, at_b = np.sum(normal_a * chord, axis=1), np.sum(normal_b * chord, axis=1)
+    sine2 = np.maximum(1.0 - cosine**2, 1e-300)
+    weight_a, weight_b = at_a + cosine * at_b, -(at_b + cosine * at_a)
+    bulge = (weight_a[:, None] * normal_a + weight_b[:, None] * normal_b) / sine2[:, None]
+    return np.where((cosine > 1.0 - 1e-12)[:, None], 0.0, bulge)
+
+
+def _corner_normals(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> Floats:
+    """(T, 3, 3) angle-weighted mean of the facets round each corner that the creases leave together.
+
+    A panel's normal is its own: where a curve runs tangentially into a panel, the corner takes the panel's normal.
+    """
+    count = len(mesh.faces)
+    group = _corner_groups(mesh, smooth_edges)
+    weight = np.where(curved[:, None], mesh.face_angles, 1e6 * mesh.face_angles)
+    total = np.zeros((group.max() + 1, 3))
+    np.add.at(total, group.ravel(), (weight[:, :, None] * mesh.face_normals[:, None, :]).reshape(-1, 3))
+    total /= np.linalg.norm(total, axis=1, keepdims=True)
+    return total[group].reshape(count, 3, 3)
+
+
+def _corner_groups(mesh: trimesh.Trimesh, smooth_edges: Ints) -> Ints:
+    """(T, 3) label of each facet corner; corners at one vertex share it if joined through smooth edges."""
+    corner_of = {0: mesh.faces[smooth_edges[:, 0]], 1: mesh.faces[smooth_edges[:, 1]]}
+    same = corner_of[0][:, :, None] == corner_of[1][:, None, :]
+    row, first, second = np.nonzero(same)
+    pairs = np.column_stack([3 * smooth_edges[row, 0] + first, 3 * smooth_edges[row, 1] + second])
+    return _components(pairs, 3 * len(mesh.faces)).reshape(-1, 3)
+
+
+def _neighbors(mesh: trimesh.Trimesh, faces: Ints, smooth_edges: Ints) -> Ints:
+    """(T, 3) index within `faces` of the smooth neighbour across edges 01, 12, 20; -1 where there is none."""
+    position = np.full(len(mesh.faces), -1)
+    position[faces] = np.arange(len(faces))
+    neighbor = np.full((len(faces), 3), -1)
+    for here, there in (smooth_edges.T, smooth_edges.T[::-1]):
+        inside = position[here] >= 0
+        shared = (mesh.faces[here][:, :, None] == mesh.faces[there][:, None, :]).any(axis=2)
+        missing = np.argmin(shared, axis=1)  # the corner that the neighbour lacks is opposite the edge
+        neighbor[position[here[inside]], (missing[inside] + 1) % 3] = position[there[inside]]
+    return neighbor

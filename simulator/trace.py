@@ -1,0 +1,213 @@
+"""Scene, phone and poses to paths: candidates -> exact points -> named validity masks -> gains -> Paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simulator import band, candidates
+from simulator.candidates import Candidates
+from simulator.fidelity import Fidelity
+from simulator.frames import Carrier, Frames, into_rest
+from simulator.gains import path_gain
+from simulator.paths import REFERENCE_HZ, Paths
+from simulator.phone import Phone
+from simulator.pose import Pose
+from simulator.scene import Scene
+from simulator.spreading import spreading
+from simulator.visibility import OFFSET
+from simulator.world import World, frames_for, prepare
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SAME_IMAGE_M = 1e-7
+FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
+
+NOT_MODELLED = (
+    "diffraction at edges and corners",
+    "surfaces that are neither plane nor smooth (Kirchhoff)",
+    "two curved reflections in one path",
+)
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """Everything that one call traces with: the prepared world, its motion, the poses and where the ends are."""
+
+    world: World
+    frames: Frames
+    pose: Pose
+    time_s: Floats
+    source_m: Floats
+    mics_m: Floats
+
+    def placed(self) -> Floats:
+        """(N, O, 4) where the obstacles stand at each pose."""
+        return self.frames.at(np.arange(len(self.pose)), self.time_s)
+
+
+def trace_paths(
+    scene: Scene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0
+) -> Paths:
+    """Every path of the fidelity's mechanisms between the phone's speaker and microphones.
+
+    Args:
+        scene: obstacles and air.
+        phone: transducers, and the walker's body if it is held.
+        pose: one pose or N; N poses cost one call.
+        fidelity: what is modelled; None takes the defaults.
+        time_s: scalar or (N,), when each pose is taken; obstacles with a velocity have moved by then.
+
+    Raises:
+        ValueError: the speaker and a microphone coincide, or a time is not finite.
+    """
+    fidelity = fidelity or Fidelity()
+    time = np.broadcast_to(np.asarray(time_s, dtype=np.float64), (len(pose),))
+    if not np.isfinite(time).all():
+        raise ValueError(f"time_s must be finite, got {time_s}")
+    tracing = still_tracing(scene, phone, pose, time, fidelity)
+    return traced(tracing, scene, phone, fidelity)[0]
+
+
+def still_tracing(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity) -> Tracing:
+    """Poses taken one by one: the walker's body stands where its pose says."""
+    origin = np.atleast_2d(pose.position_m).mean(axis=0)
+    world = prepare(scene, phone, origin, fidelity.mechanisms)
+    pose = replace(pose, position_m=np.atleast_2d(pose.position_m) - origin)
+    position, heading = pose.position_m, pose.body_heading_rad()
+    return tracing_of(world, phone, pose, time_s, lambda index, time: (position[index], heading[index]))
+
+
+def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: Carrier) -> Tracing:
+    """A tracing at poses about the world's origin."""
+    frames = frames_for(world, phone, carrier)
+    source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
+    if (np.linalg.norm(mics - source[:, None], axis=2) == 0.0).any():
+        raise ValueError("speaker and microphone must be apart, got the same point for both")
+    return Tracing(world, frames, pose, time_s, source, mics)
+
+
+def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> tuple[Paths, Candidates]:
+    """The paths that pass every mask, and their geometry about the world's origin."""
+    rejected: dict[str, int] = {}
+    found = _candidates(tracing, fidelity, rejected)
+    masks = {
+        "too long": found.length_m <= 2.0 * fidelity.max_range_m,
+        "twin on a shared border": _first_of_twins(tracing, found),
+        "hidden": _visible(tracing, found),
+        "at a focus": _out_of_focus(found),
+    }
+    kept = np.ones(len(found), dtype=bool)
+    for name, mask in masks.items():
+        rejected[name] = int((kept & ~mask).sum())
+        kept &= mask
+    found = found[kept]
+    nodes_hz = band.nodes_hz(fidelity.band_points)
+    gain = path_gain(tracing.world, phone, tracing.pose, scene.air, found, nodes_hz)
+    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, rejected), found
+
+
+def _candidates(tracing: Tracing, fidelity: Fidelity, rejected: dict[str, int]) -> Candidates:
+    world, width = tracing.world, max(fidelity.max_order, 1)
+    placed, limit = tracing.placed(), 2.0 * fidelity.max_range_m
+    ends = tracing.source_m, tracing.mics_m
+    parts = [candidates.direct(*ends, width)]
+    if fidelity.max_order > 0:
+        if len(world.patches):
+            parts.append(candidates.planar(world, placed, *ends, fidelity.max_order, limit, rejected))
+        parts += [
+            candidates.smooth(world, i, placed, tracing.frames, tracing.time_s, *ends, fidelity.max_order, limit, rejected)
+            for i in range(len(world.surfaces))
+        ]
+    return candidates.joined(parts)
+
+
+def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
+    """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
+    image = _unfolded_source(found)
+    key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
+    curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
+    curved_hit[found.face < 0] = 0
+    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit])
+    _, first = np.unique(columns, axis=0, return_index=True)
+    mask = np.zeros(len(found), dtype=bool)
+    mask[first] = True
+    return mask
+
+
+def _unfolded_source(found: Candidates) -> Floats:
+    """(C, 3) where the source seems to be from the receiver: the whole length back along the last leg."""
+    every = np.arange(len(found))
+    end, before = found.points_m[every, found.order + 1], found.points_m[every, found.order]
+    for k in range(found.order.max(initial=0), 0, -1):  # the last two reflections of a corner path coincide
+        short = (np.linalg.norm(end - before, axis=1) < SAME_IMAGE_M) & (found.order >= k)
+        before = np.where(short[:, None], found.points_m[every, np.maximum(found.order - k, 0)], before)
+    direction = before - end
+    direction /= np.maximum(np.linalg.norm(direction, axis=1), 1e-300)[:, None]
+    return end + found.length_m[:, None] * direction
+
+
+def _visible(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
+    """(C,) whether every leg is free; ends on a surface are lifted off the mesh along the normal."""
+    start, end = _lifted_legs(tracing, found)
+    free = np.ones(len(found), dtype=bool)
+    for k in range(start.shape[1]):
+        rows = np.flatnonzero(free & (found.order >= k) & (found.order > 0))
+        if len(rows) == 0:
+            continue
+        for shadow in tracing.world.blockers:
+            owner = np.full(len(rows), shadow.obstacle)
+            frame = tracing.frames.of(owner, found.pose[rows], tracing.time_s[found.pose[rows]])
+            free[rows] &= ~shadow.blocks(into_rest(start[rows, k], frame), into_rest(end[rows, k], frame))
+    return free
+
+
+def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+    """(C, N + 1, 3) starts and ends of the legs, clear of the surfaces that they leave and meet."""
+    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
+    lift = found.lift_m + OFFSET * extent
+    lifted = found.points_m.copy()
+    inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
+    lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
+    return lifted[:, :-1], lifted[:, 1:]
+
+
+def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
+    """(C,) False where a concave mirror gathers rays on the receiver: the ray tube closes and its level diverges."""
+    gain = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order))
+    return gain * found.length_m <= FOCUS_GAIN
+
+
+def _paths(
+    tracing: Tracing, phone: Phone, found: Candidates, gain: NDArray[np.complex128], speed_m_s: float, rejected: dict[str, int]
+) -> Paths:
+    paths = Paths(
+        delay_s=found.length_m / speed_m_s,
+        gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
+        band_gain=gain, mic=found.mic, pose=found.pose, order=found.order,
+        kind=_kinds(found),
+        obstacle=_names(tracing.world, found), sequence=found.sequence,
+        points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
+        phone=phone, poses=len(tracing.pose), rejected=rejected, left_out=NOT_MODELLED,
+    )  # fmt: skip
+    return paths
+
+
+def _kinds(found: Candidates) -> NDArray[np.str_]:
+    """(C,) "direct", "specular", "curved", or "mixed" for a curved reflection among mirrors."""
+    smooth = np.where(found.order == 1, "curved", "mixed")
+    return np.where(found.order == 0, "direct", np.where(found.face >= 0, smooth, "specular"))
+
+
+def _names(world: World, found: Candidates) -> NDArray[np.str_]:
+    """(C,) obstacles met, joined by " > "."""
+    owner = np.concatenate([world.patches.obstacle, [s.obstacle for s in world.surfaces]]).astype(np.int64)
+    if not len(found):
+        return np.zeros(0, dtype="<U1")
+    met = np.where(found.sequence >= 0, owner[found.sequence] if len(owner) else -1, -1)
+    unique, which = np.unique(met, axis=0, return_inverse=True)
+    labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in unique]
+    return np.array(labels, dtype=np.str_)[which.ravel()]

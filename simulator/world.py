@@ -1,0 +1,81 @@
+"""A scene made ready for tracing: reflectors, blockers and frames about an origin near the phone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import specular
+from simulator.frames import Frames
+from simulator.phone import Phone
+from simulator.reflectors import PlanarPatches, SmoothSurface, merge_patches, reflectors_of
+from simulator.scene import Obstacle, Scene
+from simulator.visibility import Blocker, blocker
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything that does not depend on where the phone is.
+
+    Attributes:
+        obstacles: the scene's, then the walker's body if there is one.
+        origin_m: (3,) subtracted from all coordinates: far from the origin of a map, float64 keeps its micrometres.
+        patches: planar patches of all obstacles.
+        follows: (P, P) whether one patch may follow another.
+        surfaces: smooth surfaces of all obstacles.
+        blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
+    """
+
+    obstacles: tuple[Obstacle, ...]
+    origin_m: Floats
+    patches: PlanarPatches
+    follows: NDArray[np.bool_]
+    surfaces: tuple[SmoothSurface, ...]
+    blockers: tuple[Blocker, ...]
+
+
+def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
+    """(O, 3) constant velocities."""
+    return np.array([o.velocity_m_s for o in obstacles]).reshape(-1, 3)
+
+
+def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str, ...]) -> World:
+    """Find the reflectors of a scene and build its visibility, about `origin_m`."""
+    body = () if phone.body is None else (phone.body,)
+    obstacles = tuple(scene.obstacles) + body
+    shifts = [origin_m if o is not phone.body else np.zeros(3) for o in obstacles]
+    moves = np.array([o.moves or o is phone.body for o in obstacles], dtype=bool)
+    found = [reflectors_of(_shifted(o, s), i) for i, (o, s) in enumerate(zip(obstacles, shifts, strict=True))]
+    patches = merge_patches([planar for planar, _ in found] if "specular" in mechanisms else [])
+    surfaces = tuple(s for _, s in found if s is not None and "curved" in mechanisms)
+    return World(
+        obstacles, origin_m, patches, specular.facing(patches, moves), surfaces,
+        _blockers(obstacles, shifts, moves),
+    )  # fmt: skip
+
+
+def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:
+    """The obstacle about another origin; the mesh is copied only if it has to move."""
+    if not origin_m.any():
+        return obstacle
+    mesh = obstacle.mesh.copy()
+    mesh.vertices = np.asarray(mesh.vertices) - origin_m
+    return Obstacle(mesh, obstacle.material, obstacle.name, obstacle.surface, obstacle.velocity_m_s, obstacle.category)
+
+
+def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: NDArray[np.bool_]) -> tuple[Blocker, ...]:
+    meshes = [(np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)]
+    resting = np.flatnonzero(~moves)
+    groups = [list(resting)] if len(resting) else []
+    groups += [[index] for index in np.flatnonzero(moves)]
+    return tuple(blocker([meshes[i] for i in group], int(group[0])) for group in groups)
+
+
+def frames_for(world: World, phone: Phone, carrier) -> Frames:  # type: ignore[no-untyped-def]
+    """The motion of a world's obstacles, given the walker's."""
+    carried = np.array([o is phone.body for o in world.obstacles], dtype=bool)
+    return Frames(velocities(world.obstacles), carried, carrier)
