@@ -82,7 +82,7 @@ class Material:
         """Complex pressure reflection; frequencies (K,) and cosines (P, 1) give (P, K).
 
         R = (cos t - b) / (cos t + b) with the specific admittance b = (1 - R0) / (1 + R0), times the coherent roughness
-        loss exp(-2 (k s cos t)^2), where k is taken at 343 m/s (Kirchhoff theory of Gaussian heights: Ogilvy 1991, Theory
+        loss exp(-2 (k s cos t)^2), k taken at 343 m/s (Kirchhoff theory of Gaussian heights: Ogilvy 1991, Theory
         of wave scattering from random rough surfaces). At grazing incidence all but a rigid surface turns the sign.
 
         Args:
