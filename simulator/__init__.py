@@ -1,0 +1,27 @@
+"""Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
+
+from simulator.air import Air
+from simulator.fidelity import Fidelity
+from simulator.materials import Material
+from simulator.paths import Paths
+from simulator.phone import Phone
+from simulator.pose import Pose, StraightWalk, Walk, held_rotation
+from simulator.render import render_walk
+from simulator.scene import Obstacle, Scene
+from simulator.trace import trace_paths
+
+__all__ = [
+    "Air",
+    "Fidelity",
+    "Material",
+    "Obstacle",
+    "Paths",
+    "Phone",
+    "Pose",
+    "Scene",
+    "StraightWalk",
+    "Walk",
+    "held_rotation",
+    "render_walk",
+    "trace_paths",
+]

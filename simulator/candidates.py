@@ -67,7 +67,13 @@ def direct(source_m: Floats, mics_m: Floats, width: int) -> Candidates:
 
 
 def planar(
-    world: World, frames: Floats, source_m: Floats, mics_m: Floats, max_order: int, limit_m: float, rejected: dict[str, int]
+    world: World,
+    frames: Floats,
+    source_m: Floats,
+    mics_m: Floats,
+    max_order: int,
+    limit_m: float,
+    rejected: dict[str, int],
 ) -> Candidates:
     """Image sources in planar patches, up to `max_order`."""
     where, sequence, hits, counts = specular.planar_paths(
@@ -89,7 +95,8 @@ def smooth(
     obstacle = np.full(len(source_m), surface.obstacle)
     goal = out_of_rest(np.broadcast_to(surface.center_m, source_m.shape), moving.of(obstacle, every, time_s))
     images = [
-        _images(world, frames, point, goal, surface, max_order - 1, limit_m) for point in (source_m, mics_m[:, 0], mics_m[:, 1])
+        _images(world, frames, point, goal, surface, max_order - 1, limit_m)
+        for point in (source_m, mics_m[:, 0], mics_m[:, 1])
     ]
     parts = [_mirrored_pair(images[0], images[1 + mic], mic, max_order) for mic in range(2)]
     pair = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

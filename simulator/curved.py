@@ -58,9 +58,7 @@ def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> Statio
     return _complete(surface, source, receiver, query, face[query, slot], uv[query, slot])
 
 
-def follow(
-    surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats
-) -> StationaryPoints:
+def follow(surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats) -> StationaryPoints:
     """The stationary point of each of Q pairs that continues a known one, walking from facet to facet.
 
     At a crease the last facet is extended: a path that ends within a beep keeps its smooth delay to the end of it.
@@ -78,7 +76,9 @@ def _complete(
     surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
 ) -> StationaryPoints:
     point, normal, curvature = _geometry(*_arrays(surface), face, uv)
-    side = np.sign(np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1))
+    side = np.sign(
+        np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
+    )
     side = np.where(side == 0.0, 1.0, side)
     return StationaryPoints(query, face, uv, point, normal * side[:, None], curvature * side[:, None, None])
 
@@ -191,9 +191,7 @@ def _may_hold(corner, normal, closed, source, receiver, axis1, axis2):
         low1, high1 = min(low1, t1), max(high1, t1)
         low2, high2 = min(low2, t2), max(high2, t2)
     margin1, margin2 = 0.5 * (high1 - low1) + 1e-12, 0.5 * (high2 - low2) + 1e-12
-    return (
-        facing and low1 - margin1 <= 0.0 <= high1 + margin1 and low2 - margin2 <= 0.0 <= high2 + margin2
-    )
+    return facing and low1 - margin1 <= 0.0 <= high1 + margin1 and low2 - margin2 <= 0.0 <= high2 + margin2
 
 
 @numba.njit(cache=True)

@@ -16,9 +16,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def path_gain(
-    world: World, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats
-) -> Complexes:
+def path_gain(world: World, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase."""
     amplitude = spreading(found.points_m, found.normal, found.curvature, found.order)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
@@ -33,7 +31,9 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
     for k in range(found.sequence.shape[1]):
         met = np.where(found.sequence[:, k] >= 0, owner[found.sequence[:, k]] if len(owner) else -1, -1)
         arriving = found.points_m[:, k + 1] - found.points_m[:, k]
-        cosine = np.abs(np.sum(arriving * found.normal[:, k], axis=1)) / np.maximum(np.linalg.norm(arriving, axis=1), 1e-300)
+        cosine = np.abs(np.sum(arriving * found.normal[:, k], axis=1)) / np.maximum(
+            np.linalg.norm(arriving, axis=1), 1e-300
+        )
         for index in np.unique(met[met >= 0]):
             rows = np.flatnonzero(met == index)
             product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosine[rows, None])

@@ -65,6 +65,14 @@ class Paths:
         rows: dict[str, Any] = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in _SHARED}
         return replace(self, **rows)
 
+    def __add__(self, other: Paths) -> Paths:
+        """These paths, then the others; both of the same phone and poses."""
+        rows = {
+            f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)])
+            for f in fields(self) if f.name not in _SHARED
+        }  # fmt: skip
+        return replace(self, **rows)
+
     def transfer_function(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
         """Coherent sum of all paths, responses of speaker and microphones included, in Pa at 1 m in Pa.
 

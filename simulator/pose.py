@@ -66,7 +66,9 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     A positive pitch lifts the top edge; a positive roll, about the long edge, lowers the right-hand side.
     """
     heading, pitch, roll = np.broadcast_arrays(heading_rad, pitch_rad, roll_rad)
-    angles = np.stack([np.asarray(heading, float) - np.pi / 2, np.asarray(pitch, float), np.asarray(roll, float)], axis=-1)
+    angles = np.stack(
+        [np.asarray(heading, float) - np.pi / 2, np.asarray(pitch, float), np.asarray(roll, float)], axis=-1
+    )
     return Rotation.from_euler("ZXY", angles)
 
 

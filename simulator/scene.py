@@ -94,6 +94,8 @@ def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
         raise ValueError(f"mesh of '{name}' must have triangles, got none")
     bad = int((~np.isfinite(vertices).all(axis=1)).sum())
     if bad:
-        raise ValueError(f"mesh of '{name}' must have finite vertices, got {bad} of {len(vertices)} with NaN or infinity")
+        raise ValueError(
+            f"mesh of '{name}' must have finite vertices, got {bad} of {len(vertices)} with NaN or infinity"
+        )
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")

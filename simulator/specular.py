@@ -93,7 +93,9 @@ def _inside(point, frame, normal, edges):
 
 
 @numba.njit(cache=True)
-def _backtrack(images, sequence, depth, target, normal, offset, one_sided, obstacle, rest_normal, edges, start, frame, hits):
+def _backtrack(
+    images, sequence, depth, target, normal, offset, one_sided, obstacle, rest_normal, edges, start, frame, hits
+):
     """Reflection points of a sequence from its receiver back to its source; REACHED, BEHIND or OUTSIDE."""
     end = target.copy()
     for k in range(depth - 1, -1, -1):
@@ -144,7 +146,20 @@ def _grown(array):
 
 @numba.njit(cache=True)
 def planar_paths(
-    source, receivers, frames, normal, offset, one_sided, obstacle, center, radius, edges, start, follows, max_order, limit
+    source,
+    receivers,
+    frames,
+    normal,
+    offset,
+    one_sided,
+    obstacle,
+    center,
+    radius,
+    edges,
+    start,
+    follows,
+    max_order,
+    limit,
 ):
     """Every sequence of up to `max_order` patches that carries sound from a source to a receiver, walls transparent.
 
@@ -288,7 +303,9 @@ def images_towards(
 
 
 @numba.njit(cache=True)
-def crossings(source, target, frames, pose, order, sequence, normal, offset, one_sided, obstacle, center, radius, edges, start):
+def crossings(
+    source, target, frames, pose, order, sequence, normal, offset, one_sided, obstacle, center, radius, edges, start
+):
     """Reflection points of given sequences from sources to targets: (R,) code and (R, K, 3) points."""
     rows, width = sequence.shape
     code, points = np.zeros(rows, np.int64), np.zeros((rows, width, 3))

@@ -15,7 +15,9 @@ Floats = NDArray[np.float64]
 _TINY = 1e-12
 
 
-def spreading(points_m: Floats, normals: Floats, curvatures: Floats, count: NDArray[np.int64]) -> NDArray[np.complex128]:
+def spreading(
+    points_m: Floats, normals: Floats, curvatures: Floats, count: NDArray[np.int64]
+) -> NDArray[np.complex128]:
     """(P,) amplitude of a unit point source's ray tube at the end of each path.
 
     Args:

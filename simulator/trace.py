@@ -17,6 +17,7 @@ from simulator.phone import Phone
 from simulator.pose import Pose
 from simulator.scene import Scene
 from simulator.spreading import spreading
+from simulator.structure_borne import through_case
 from simulator.visibility import OFFSET
 from simulator.world import World, frames_for, prepare
 
@@ -69,7 +70,8 @@ def trace_paths(
     if not np.isfinite(time).all():
         raise ValueError(f"time_s must be finite, got {time_s}")
     tracing = still_tracing(scene, phone, pose, time, fidelity)
-    return traced(tracing, scene, phone, fidelity)[0]
+    paths = traced(tracing, scene, phone, fidelity)[0]
+    return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
 
 
 def still_tracing(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity) -> Tracing:
@@ -119,7 +121,9 @@ def _candidates(tracing: Tracing, fidelity: Fidelity, rejected: dict[str, int]) 
         if len(world.patches):
             parts.append(candidates.planar(world, placed, *ends, fidelity.max_order, limit, rejected))
         parts += [
-            candidates.smooth(world, i, placed, tracing.frames, tracing.time_s, *ends, fidelity.max_order, limit, rejected)
+            candidates.smooth(
+                world, i, placed, tracing.frames, tracing.time_s, *ends, fidelity.max_order, limit, rejected
+            )
             for i in range(len(world.surfaces))
         ]
     return candidates.joined(parts)
@@ -182,7 +186,12 @@ def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
 
 
 def _paths(
-    tracing: Tracing, phone: Phone, found: Candidates, gain: NDArray[np.complex128], speed_m_s: float, rejected: dict[str, int]
+    tracing: Tracing,
+    phone: Phone,
+    found: Candidates,
+    gain: NDArray[np.complex128],
+    speed_m_s: float,
+    rejected: dict[str, int],
 ) -> Paths:
     paths = Paths(
         delay_s=found.length_m / speed_m_s,

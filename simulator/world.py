@@ -68,7 +68,9 @@ def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:
 
 
 def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: NDArray[np.bool_]) -> tuple[Blocker, ...]:
-    meshes = [(np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)]
+    meshes = [
+        (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
+    ]
     resting = np.flatnonzero(~moves)
     groups = [list(resting)] if len(resting) else []
     groups += [[index] for index in np.flatnonzero(moves)]

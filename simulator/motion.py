@@ -1,0 +1,201 @@
+"""Motion within a beep: what leaves at t_e arrives at t_r = t_e + L / c, with every end where it then is.
+
+Speaker at emission, every reflector when it is struck, microphone at reception. The retarded times are solved at a
+few Chebyshev nodes of each beep and carried between them by polynomials; Doppler follows from them by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from simulator import curved
+from simulator.candidates import Candidates
+from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.pose import Walk
+from simulator.specular import mirrored
+from simulator.spreading import spreading
+from simulator.trace import Tracing
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+RETARDATIONS = 6  # each gains a factor v / c; 1.5 m/s over 14 m is then below 1e-15 s
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Delay and strength of each path as polynomials of reception time.
+
+    Attributes:
+        middle_s: (C,) reception time at which the polynomials' variable is 0.
+        half_width_s: reception time from the middle to where the variable is 1.
+        delay_s: (C, D + 1) Chebyshev coefficients of the travel time.
+        strength: (C, D + 1) Chebyshev coefficients of amplitude times length, relative to the middle of the beep.
+    """
+
+    middle_s: Floats
+    half_width_s: float
+    delay_s: Floats
+    strength: Floats
+
+    def __getitem__(self, mask: NDArray) -> Motion:
+        """The motion of the paths that a mask selects."""
+        return Motion(self.middle_s[mask], self.half_width_s, self.delay_s[mask], self.strength[mask])
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Geometry of R paths at one instant each: points (R, N + 2, 3), normals, curvatures, place on smooth surfaces."""
+
+    points_m: Floats
+    normal: Floats
+    curvature: Floats
+    face: Ints
+    uv: Floats
+
+    def struck_s(self, emission_s: Floats, speed_m_s: float) -> Floats:
+        """(R, N) when each reflection point is struck."""
+        legs = np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
+        return emission_s[:, None] + np.cumsum(legs[:, :-1], axis=1) / speed_m_s
+
+    def length_m(self) -> Floats:
+        """(R,) whole path."""
+        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
+
+
+def motion_within(
+    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates,
+    beep_start_s: Floats, beep_s: float, speed_m_s: float, degree: int,
+) -> Motion:  # fmt: skip
+    """Follow paths found at the middle of their beeps through the whole of them.
+
+    Args:
+        phone_points: (3,) speaker and (2, 3) microphones in the phone frame.
+        beep_start_s: (N,) emission of each beep; `found.pose` counts beeps.
+        beep_s: length of a beep.
+        degree: of the polynomials; `degree + 1` instants are solved for each path.
+    """
+    start = beep_start_s[found.pose]
+    middle = start + found.length_m / speed_m_s + 0.5 * beep_s
+    half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
+    node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    rows = np.tile(np.arange(len(found)), degree + 1)
+    reception = (middle[None, :] + half * node[:, None]).ravel()
+    delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s)
+    fit = np.linalg.inv(chebyshev.chebvander(node, degree))
+    delay = delay.reshape(degree + 1, -1)
+    at_centre = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order)) * found.length_m
+    strength = amplitude.reshape(degree + 1, -1) * delay * speed_m_s / at_centre
+    return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
+
+
+def _retarded(
+    tracing: Tracing,
+    walk: Walk,
+    phone_points: tuple[Floats, Floats],
+    found: Candidates,
+    reception_s: Floats,
+    speed_m_s: float,
+) -> tuple[Floats, Floats]:
+    """(R,) travel time and (R,) amplitude of paths that arrive at given instants."""
+    speaker, mics = phone_points
+    receiver = _on_walk(walk, mics[found.mic], reception_s, tracing.world.origin_m)
+    moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
+    delay = moment.length_m() / speed_m_s
+    for _ in range(RETARDATIONS):
+        emission = reception_s - delay
+        source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
+        moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
+        delay = moment.length_m() / speed_m_s
+    return delay, np.abs(spreading(moment.points_m, moment.normal, moment.curvature, found.order))
+
+
+def _on_walk(walk: Walk, point_m: Floats, time_s: Floats, origin_m: Floats) -> Floats:
+    """(R, 3) points of the phone frame, one a row, where the walk has them at R instants."""
+    pose = walk.pose(time_s)
+    matrices = pose.rotation.as_matrix().reshape(-1, 3, 3)
+    return np.einsum("rij,rj->ri", np.broadcast_to(matrices, (len(pose), 3, 3)), point_m) + (pose.position_m - origin_m)
+
+
+def _solved(
+    tracing: Tracing, found: Candidates, source: Floats, receiver: Floats, struck_s: Floats, guess: Moment
+) -> Moment:
+    """Exact reflection points with every reflector where it is when struck."""
+    world, count = tracing.world, found.sequence.shape[1]
+    place = np.where(found.face >= 0, np.argmax(found.sequence >= len(world.patches), axis=1), found.order)
+    normal, offset = _planes(tracing, found, struck_s)
+    before, after = np.empty((count, *source.shape)), np.empty((count, *source.shape))
+    image = source.copy()
+    for k in range(count):
+        image = np.where((place > k)[:, None], mirrored(image, normal[:, k], offset[:, k]), image)
+        before[k] = image
+    image_receiver = receiver.copy()
+    for k in range(count - 1, -1, -1):
+        flips = (place < k) & (found.order > k)
+        image_receiver = np.where(flips[:, None], mirrored(image_receiver, normal[:, k], offset[:, k]), image_receiver)
+        after[k] = image_receiver
+    points = np.repeat(receiver[:, None], count + 2, axis=1)
+    points[:, 0] = source
+    curvature = np.zeros((len(found), count, 3, 3))
+    face, uv = guess.face.copy(), guess.uv.copy()
+    target = receiver.copy()
+    for index, surface in enumerate(world.surfaces):
+        rows = np.flatnonzero(
+            (found.face >= 0)
+            & (found.sequence[np.arange(len(found)), np.minimum(place, count - 1)] == len(world.patches) + index)
+        )
+        if len(rows) == 0:
+            continue
+        owner, at = np.full(len(rows), surface.obstacle), place[rows]
+        frame = tracing.frames.of(owner, found.pose[rows], struck_s[rows, at])
+        hit = curved.follow(
+            surface, into_rest(image[rows], frame), into_rest(image_receiver[rows], frame), face[rows], uv[rows]
+        )
+        target[rows] = points[rows, at + 1] = out_of_rest(hit.point_m, frame)
+        normal[rows, at] = turned(hit.normal, frame[:, 3])
+        curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
+        face[rows], uv[rows] = hit.face, hit.uv
+    _cross(points, before, normal, offset, target, [(k, place > k) for k in range(count - 1, -1, -1)])
+    _cross(
+        points,
+        after,
+        normal,
+        offset,
+        _behind_curve(points, place),
+        [(k, (place < k) & (found.order > k)) for k in range(count)],
+    )
+    return Moment(points, normal, curvature, face, uv)
+
+
+def _behind_curve(points: Floats, place: Ints) -> Floats:
+    """(R, 3) the smooth reflection point from which the mirrors behind it are met (any point where there are none)."""
+    return points[np.arange(len(points)), np.minimum(place + 1, points.shape[1] - 1)].copy()
+
+
+def _cross(points: Floats, images: Floats, normal: Floats, offset: Floats, target: Floats, steps: list) -> None:
+    """Fill in crossings of mirror planes on the way from a target to the images, one mirror after the other."""
+    for k, active in steps:
+        here = np.sum(target * normal[:, k], axis=1) - offset[:, k]
+        there = np.sum(images[k] * normal[:, k], axis=1) - offset[:, k]
+        gap = np.where(active, here - there, 1.0)
+        share = np.where(gap != 0.0, here / np.where(gap != 0.0, gap, 1.0), 0.0)
+        crossing = target + share[:, None] * (images[k] - target)
+        points[active, k + 1] = crossing[active]
+        target[active] = crossing[active]
+
+
+def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:
+    """(R, N, 3) normals and (R, N) offsets of the planar reflectors when they are struck."""
+    patches = tracing.world.patches
+    normal, offset = found.normal.copy(), np.zeros(found.sequence.shape)
+    for k in range(found.sequence.shape[1]):
+        rows = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
+        patch = found.sequence[rows, k]
+        frame = tracing.frames.of(patches.obstacle[patch], found.pose[rows], struck_s[rows, k])
+        normal[rows, k] = turned(patches.normal[patch], frame[:, 3])
+        offset[rows, k] = patches.offset_m[patch] + np.sum(normal[rows, k] * frame[:, :3], axis=1)
+    return normal, offset

@@ -1,0 +1,213 @@
+"""Paths to samples: the beep, filtered as each path filters it, at each path's emission times.
+
+Paths are summed as complex envelopes about 20 kHz at a low rate, where the beep is evaluated at the exact retarded
+times; one Fourier transform a microphone then brings the sum to the recording's rate. The envelope of the beep is
+kept once for every Chebyshev polynomial of frequency, so a path's gain over frequency costs a few multiplications.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numba
+import numpy as np
+import scipy.fft
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.recording import Recording
+from simulator import band
+from simulator.fidelity import Fidelity
+from simulator.motion import Motion, motion_within
+from simulator.noise import noise_samples
+from simulator.paths import REFERENCE_HZ, Paths
+from simulator.phone import Phone
+from simulator.pose import Walk
+from simulator.scene import Scene
+from simulator.trace import traced, tracing_of
+from simulator.world import prepare
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
+TABLE_RATE_HZ = 96_000.0
+TABLE_MARGIN = 32  # table samples kept beyond both ends of the beep for the skirts of filtered beeps
+TAPS = 8
+
+
+def render_walk(
+    scene: Scene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity | None = None, seed: int = 0
+) -> Recording:
+    """What the phone's two microphones record on a walk; beep 0 leaves the speaker at sample 0.
+
+    Args:
+        scene: obstacles and air.
+        phone: transducers, levels, noise, and the walker's body if it is held.
+        walk: where the phone is at every instant; whole beeps within its duration are rendered.
+        beep: the emitted signal; its rate is the recording's.
+        fidelity: what is modelled; None takes the defaults.
+        seed: of the noise; the same seed gives the same samples bit for bit.
+
+    Raises:
+        ValueError: the walk is shorter than one beep period, or the band passes what the tables hold (15-25 kHz).
+    """
+    fidelity = fidelity or Fidelity()
+    paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
+    envelope = sum_envelopes(paths, motion, beep, count)
+    samples = to_rate(envelope, phone, beep, count * beep.period_samples) * phone.full_scale_gain
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    samples += noise_samples(phone, samples.shape[1], beep.sample_rate_hz, rng)
+    return Recording(samples.astype(np.float32), beep.sample_rate_hz)
+
+
+def trace_walk(
+    scene: Scene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity
+) -> tuple[Paths, Motion, int]:
+    """Paths at the middle of every beep, how they move within it, and the number of beeps."""
+    count = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
+    if count < 1:
+        raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
+    if min(beep.start_hz, beep.stop_hz) < band.LOW_HZ or max(beep.start_hz, beep.stop_hz) > band.HIGH_HZ:
+        raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
+    start = beep.period_s * np.arange(count)
+    middle = start + 0.5 * beep.duration_s
+    pose = walk.pose(middle)
+    origin = pose.position_m.mean(axis=0)
+    world = prepare(scene, phone, origin, fidelity.mechanisms)
+
+    def carrier(_pose: NDArray[np.int64], time_s: Floats) -> tuple[Floats, Floats]:
+        there = walk.pose(time_s)
+        return there.position_m - origin, there.body_heading_rad()
+
+    tracing = tracing_of(world, phone, replace(pose, position_m=pose.position_m - origin), middle, carrier)
+    paths, found = traced(tracing, scene, phone, fidelity)
+    points = phone.geometry.speaker_m, phone.geometry.mics_m
+    motion = motion_within(
+        tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
+    )
+    return paths, motion, count
+
+
+def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int) -> Complexes:
+    """(2, n) complex envelopes about 20 kHz of all paths, at the envelope rate."""
+    rate = _envelope_rate(beep)
+    table = beep_table(beep, paths.phone, paths.band_gain.shape[1])
+    total = np.zeros((2, round(count * beep.period_s * rate)), dtype=np.complex128)
+    weight = band.coefficients(paths.band_gain)
+    _accumulate(
+        total, rate, table, beep.period_s * paths.pose, beep.duration_s, paths.mic, weight,
+        motion.middle_s, motion.half_width_s, motion.delay_s, motion.strength, paths.delay_s,
+    )  # fmt: skip
+    if paths.phone.structure_borne is not None:
+        _add_structure_borne(total, rate, table, beep, paths.phone, count)
+    return total
+
+
+def beep_table(beep: BeepDesign, phone: Phone, terms: int) -> Complexes:
+    """(K, n) envelopes about 20 kHz of the emitted beep through each Chebyshev polynomial of frequency.
+
+    The speaker's response is in them. Row 0 of a flat speaker is the beep itself.
+    """
+    size = scipy.fft.next_fast_len(2 * TABLE_MARGIN + round(beep.duration_s * TABLE_RATE_HZ) + 1)
+    time = (np.arange(size) - TABLE_MARGIN) / TABLE_RATE_HZ
+    envelope = beep.window(time) * np.exp(1j * (beep.phase_rad(time) - 2.0 * np.pi * REFERENCE_HZ * time))
+    spectrum = scipy.fft.fft(envelope)
+    frequency = scipy.fft.fftfreq(size, 1.0 / TABLE_RATE_HZ) + REFERENCE_HZ
+    unit = np.clip(band.to_unit(frequency), -1.0, 1.0)
+    filters = chebyshev.chebvander(unit, terms - 1).T * phone.speaker.response(frequency)
+    return scipy.fft.ifft(spectrum * filters, axis=1)
+
+
+def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> Floats:
+    """(2, count) real samples at the beep's rate from envelopes about 20 kHz, through the microphones' responses."""
+    rate = _envelope_rate(beep)
+    size = envelope.shape[1]
+    period = size / rate
+    carrier = round(REFERENCE_HZ * period) / period  # the bin nearest to 20 kHz
+    turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(size) / rate)
+    frequency = scipy.fft.fftfreq(size, 1.0 / rate) + carrier
+    spectrum = scipy.fft.fft(envelope * turn, axis=1)
+    spectrum *= np.stack([mic.response(frequency) for mic in phone.mics])
+    fine = round(period * beep.sample_rate_hz)
+    bins = np.round(frequency * period).astype(np.int64)
+    inside = (bins > 0) & (bins < fine // 2)
+    half = np.zeros((2, fine // 2 + 1), dtype=np.complex128)
+    half[:, bins[inside]] = spectrum[:, inside] * (0.5 * fine / size)
+    return scipy.fft.irfft(half, n=fine, axis=1)[:, :count]
+
+
+def _envelope_rate(beep: BeepDesign) -> float:
+    """A divisor of the recording's rate, 24 kHz or more, for which a whole beep period is whole samples."""
+    divisors = [d for d in range(1, beep.period_samples + 1) if beep.period_samples % d == 0]
+    return beep.sample_rate_hz / max(d for d in divisors if beep.sample_rate_hz / d >= ENVELOPE_RATE_HZ)
+
+
+def _add_structure_borne(
+    total: Complexes, rate: float, table: Complexes, beep: BeepDesign, phone: Phone, count: int
+) -> None:
+    """Direct sound through the case: the same in every beep."""
+    sound = phone.structure_borne
+    assert sound is not None
+    pose, mic = (index.ravel() for index in np.indices((count, 2)))
+    start = beep.period_s * pose
+    weight = np.zeros((len(mic), len(table)), dtype=np.complex128)
+    weight[:, 0] = sound.gain[mic]
+    _accumulate(
+        total, rate, table, start, beep.duration_s, mic, weight, start + sound.delay_s[mic] + 0.5 * beep.duration_s,
+        beep.duration_s, sound.delay_s[mic, None].copy(), np.ones((len(mic), 1)), sound.delay_s[mic],
+    )  # fmt: skip
+
+
+@numba.njit(cache=True)
+def _chebyshev_sum(coefficient, x):
+    """Clenshaw's recurrence."""
+    b1 = b2 = 0.0
+    for k in range(len(coefficient) - 1, 0, -1):
+        b1, b2 = 2.0 * x * b1 - b2 + coefficient[k], b1
+    return x * b1 - b2 + coefficient[0]
+
+
+@numba.njit(cache=True)
+def _lagrange(position, weight):
+    """Weights of the 8 samples round a position (in samples); returns the first of them."""
+    first = int(np.floor(position)) - TAPS // 2 + 1
+    for i in range(TAPS):
+        product = 1.0
+        for j in range(TAPS):
+            if j != i:
+                product *= (position - first - j) / (i - j)
+        weight[i] = product
+    return first
+
+
+@numba.njit(cache=True)
+def _accumulate(total, rate, table, start, duration, mic, weight, middle, half_width, delay, strength, center_delay):
+    """Add every path's envelope at its retarded times, rows in order."""
+    taps = np.empty(TAPS)
+    terms, length = table.shape
+    mixed = np.empty(length, np.complex128)
+    margin = TABLE_MARGIN / TABLE_RATE_HZ - TAPS / TABLE_RATE_HZ
+    for p in range(len(start)):
+        mixed[:] = 0.0
+        for k in range(terms):
+            if weight[p, k] != 0.0:
+                for i in range(length):
+                    mixed[i] += weight[p, k] * table[k, i]
+        reach = 0.5 * duration * 1.02 + margin
+        first = max(int(np.ceil((middle[p] - reach) * rate)), 0)
+        last = min(int(np.floor((middle[p] + reach) * rate)), total.shape[1] - 1)
+        for n in range(first, last + 1):
+            time = n / rate
+            x = (time - middle[p]) / half_width
+            travel = _chebyshev_sum(delay[p], x)
+            emitted = time - travel - start[p]
+            if emitted < -margin or emitted > duration + margin:
+                continue
+            begin = _lagrange(emitted * TABLE_RATE_HZ + TABLE_MARGIN, taps)
+            value = 0.0 + 0.0j
+            for i in range(TAPS):
+                value += taps[i] * mixed[begin + i]
+            level = _chebyshev_sum(strength[p], x) * center_delay[p] / travel
+            total[mic[p], n] += level * value * np.exp(-2j * np.pi * REFERENCE_HZ * (travel + start[p]))

@@ -1,0 +1,130 @@
+"""Curved echoes against geometrical optics with curvature and against the stationary point found another way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.optimize import minimize
+
+from simulator import Air, Fidelity, Material, Obstacle, Pose, Scene, held_rotation, trace_paths
+from simulator.spreading import spreading
+
+C = 343.0
+
+
+def _walk_past(phone, count=40):
+    x = np.linspace(0.0, 2.6, count)
+    position = np.column_stack([x, 0.3 * np.sin(2.0 * x), 1.2 + 0.1 * np.cos(3.0 * x)])
+    pose = Pose(position, held_rotation(np.linspace(-0.2, 0.2, count), 0.4))
+    return pose, pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
+
+
+def _cylinder_optics(source, receiver, radius, axis_xy):
+    """Length and level of the echo of an endless upright cylinder, by minimising the path in angle and height."""
+
+    def length(q):
+        x = np.array([axis_xy[0] + radius * np.cos(q[0]), axis_xy[1] + radius * np.sin(q[0]), q[1]])
+        return np.linalg.norm(x - source) + np.linalg.norm(x - receiver)
+
+    middle = 0.5 * (source + receiver)
+    start = [np.arctan2(middle[1] - axis_xy[1], middle[0] - axis_xy[0]), middle[2]]
+    best = minimize(length, start, method="Nelder-Mead", options={"xatol": 1e-11, "fatol": 1e-15, "maxiter": 4000})
+    angle, height = best.x
+    n = np.array([np.cos(angle), np.sin(angle), 0.0])
+    x = np.array([axis_xy[0], axis_xy[1], 0.0]) + radius * n + [0.0, 0.0, height]
+    # PHYSICS: tube of a single bounce for incidence in a plane that holds the axis' normal section at angle t
+    s, r = source - x, receiver - x
+    ls, lr = np.linalg.norm(s), np.linalg.norm(r)
+    hessian = np.zeros((2, 2))
+    step = 1e-4
+    for i in range(2):
+        for j in range(2):
+            ei, ej = np.eye(2)[i] * step, np.eye(2)[j] * step
+            hessian[i, j] = (
+                length(best.x + ei + ej)
+                - length(best.x + ei - ej)
+                - length(best.x - ei + ej)
+                + length(best.x - ei - ej)
+            ) / (4 * step**2)
+    # stationary phase of the Kirchhoff integral: |p| = 2 cos(t) / (2 ls lr) / sqrt(det of the Hessian per area)
+    cosine = n @ s / ls
+    return best.fun, cosine * radius / (ls * lr * np.sqrt(np.linalg.det(hessian)))
+
+
+@pytest.mark.parametrize("sections", [16, 24, 32, 64, 512])
+def test_cylinder_returns_one_echo_from_everywhere_at_the_optical_level(cylinder, phone, sections):
+    post = cylinder(0.25, 3.0, (3.25, 0.0, 1.5), sections)
+    pose, source, mics = _walk_past(phone)
+    paths = trace_paths(Scene([post], Air.lossless(C)), phone, pose)
+    echo = paths[paths.order > 0]
+    np.testing.assert_array_equal(np.bincount(2 * echo.pose + echo.mic, minlength=80), 1)
+    for k in range(0, len(echo), 9):
+        length, level = _cylinder_optics(source[echo.pose[k]], mics[echo.pose[k], echo.mic[k]], 0.25, (3.25, 0.0))
+        assert abs(20 * np.log10(abs(echo.gain[k]) / level)) < (0.2 if sections < 32 else 0.05)
+        assert abs(echo.delay_s[k] * C - length) < (3e-4 if sections < 32 else 2e-5)
+
+
+@pytest.mark.parametrize("subdivisions", [3, 4, 5])
+def test_sphere_echo_level(phone, subdivisions):
+    radius, center = 0.2, np.array([2.5, 0.3, 1.1])
+    mesh = trimesh.creation.icosphere(subdivisions, radius)
+    mesh.apply_translation(center)
+    pose, source, mics = _walk_past(phone, 20)
+    pose = Pose(pose.position_m * [0.6, 1.0, 1.0], pose.rotation)
+    source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
+    paths = trace_paths(Scene([Obstacle(mesh, Material.rigid(), "ball")], Air.lossless(C)), phone, pose)
+    echo = paths[paths.order > 0]
+    np.testing.assert_array_equal(np.bincount(2 * echo.pose + echo.mic, minlength=40), 1)
+    x = echo.points_m[:, 1]
+    normal = (x - center) / np.linalg.norm(x - center, axis=1, keepdims=True)
+    tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    exact = spreading(
+        np.stack([source[echo.pose], x, mics[echo.pose, echo.mic]], axis=1), normal[:, None],
+        (tangent / radius)[:, None], np.ones(len(echo), dtype=np.int64),
+    )  # fmt: skip
+    assert np.abs(20 * np.log10(np.abs(echo.gain / exact))).max() < 0.5
+    assert np.abs(np.linalg.norm(x - center, axis=1) - radius).max() < 1e-4
+
+
+def test_single_bounce_formula_of_a_sphere_at_oblique_incidence():
+    # 1/rho_1 = 1/r_i + 2/(a cos t), 1/rho_2 = 1/r_i + 2 cos t / a
+    a, t, ri, rr = 0.3, 0.7, 1.7, 2.3
+    n, side = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    points = np.array([[ri * (np.cos(t) * n - np.sin(t) * side), np.zeros(3), rr * (np.cos(t) * n + np.sin(t) * side)]])
+    curvature = np.diag([1.0 / a, 1.0 / a, 0.0])[None, None]
+    rho1, rho2 = 1 / (1 / ri + 2 / (a * np.cos(t))), 1 / (1 / ri + 2 * np.cos(t) / a)
+    expected = np.sqrt(rho1 * rho2 / ((rho1 + rr) * (rho2 + rr))) / ri
+    ours = spreading(points, n[None, None], curvature, np.array([1]))
+    np.testing.assert_allclose(ours, expected, rtol=1e-12)
+
+
+def test_infinite_radius_is_a_mirror():
+    points = np.array([[[0.0, 0.0, 1.0], [0.5, 0.0, 0.0], [1.0, 0.0, 1.0]]])
+    ours = spreading(points, np.array([[[0.0, 0.0, 1.0]]]), np.zeros((1, 1, 3, 3)), np.array([1]))
+    np.testing.assert_allclose(ours, 1.0 / (2.0 * np.hypot(0.5, 1.0)), rtol=1e-13)
+
+
+def test_low_bin_is_heard_by_way_of_the_ground(box, cylinder, phone):
+    # from 1.3 m a 0.9 m bin has no mirror point of its own: ground and side form a corner
+    bin_ = cylinder(0.25, 0.9, (2.25, 0.0, 0.45), 48)
+    ground = box((20.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")
+    pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0, 0.6))
+    alone = trace_paths(Scene([bin_], Air.lossless(C)), phone, pose)
+    assert (alone.order > 0).sum() == 0
+    echo = trace_paths(Scene([bin_, ground], Air.lossless(C)), phone, pose)
+    mixed = echo[echo.kind == "mixed"]
+    np.testing.assert_array_equal(mixed.mic, [0, 1])
+    assert set(mixed.order) == {2}
+    slant = 2.0 * np.hypot(2.0, 1.3)
+    np.testing.assert_allclose(mixed.delay_s * C, slant, atol=0.15)
+
+
+def test_flat_surface_reads_the_facets_as_they_are(phone):
+    mesh = trimesh.creation.cylinder(0.25, 3.0, sections=16)
+    mesh.apply_translation([3.25, 0.0, 1.5])
+    prism = Obstacle(mesh, Material.rigid(), "prism", surface="flat")
+    pose, _, _ = _walk_past(phone)
+    paths = trace_paths(Scene([prism]), phone, pose, Fidelity())
+    assert (paths.kind == "curved").sum() == 0
+    assert (paths.order > 0).sum() < 40  # facets are seen from few positions
