@@ -1,0 +1,159 @@
+"""Recordings as files: two-channel WAV and FLAC, 24 bits.
+
+The one module of the package that needs soundfile; it is imported on use, so that the detectors run without it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.recording import Recording
+
+FORMATS = {".wav": "WAV", ".flac": "FLAC"}
+BITS = 24
+_STEPS = 1 << (BITS - 1)
+_MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
+_UNKNOWN_LENGTHS = (0, 0xFFFFFFFF)  # what a recorder writes that cannot go back to its header
+
+
+def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
+    """Write a .wav or .flac of 24 bits; the same recording always gives the same bytes.
+
+    The file appears whole or not at all: it is written beside its place and renamed. Samples are rounded to 2^-23 of
+    full scale; +1 itself becomes the largest step, 1 - 2^-23.
+
+    Raises:
+        ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
+            hertz, or more samples than a WAV holds.
+    """
+    target = Path(path)
+    soundfile = _soundfile()
+    steps = _to_steps(recording.samples)
+    rate = _whole_rate(recording.sample_rate_hz)
+    file_format = _format_of(target, steps.size)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("wb") as stream:
+            soundfile.write(stream, steps.T, rate, subtype=f"PCM_{BITS}", format=file_format)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def read_recording(path: str | os.PathLike[str]) -> Recording:
+    """The whole of a two-channel file; any format and rate that libsndfile reads.
+
+    Whether the rate suits the beep is for the detector to say. Samples come back in units of full scale, as float32:
+    exact for 16 and 24 bits.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        ValueError: not audio, cut short, empty, not two channels, or samples that are not finite.
+    """
+    with _opened(Path(path)) as sound:
+        samples = _read(sound, sound.frames, Path(path))
+        return Recording(samples, float(sound.samplerate))
+
+
+def read_blocks(path: str | os.PathLike[str], block_samples: int) -> Iterator[Recording]:
+    """The same file piece by piece, in constant memory: for recordings of hours. The last piece may be shorter.
+
+    Raises:
+        FileNotFoundError, ValueError: as `read_recording`; a block of no samples.
+    """
+    if block_samples < 1:
+        raise ValueError(f"block_samples must be positive, got {block_samples}")
+    with _opened(Path(path)) as sound:
+        for start in range(0, sound.frames, block_samples):
+            samples = _read(sound, min(block_samples, sound.frames - start), Path(path))
+            yield Recording(samples, float(sound.samplerate))
+
+
+def _to_steps(samples: NDArray[np.float32]) -> NDArray[np.int32]:
+    """(2, N) samples to the upper 24 bits of int32."""
+    beyond = np.abs(samples) > 1.0
+    if beyond.any():
+        raise ValueError(
+            f"samples must lie within full scale (-1 to 1), got {int(beyond.sum())} beyond it, up to "
+            f"{float(np.abs(samples).max()):.3g}; lower the level or raise the phone's full_scale_spl_db"
+        )
+    steps = np.rint(samples.astype(np.float64) * _STEPS)
+    return np.minimum(steps, _STEPS - 1).astype(np.int32) << (32 - BITS)
+
+
+def _whole_rate(sample_rate_hz: float) -> int:
+    if sample_rate_hz != round(sample_rate_hz):
+        raise ValueError(f"sample_rate_hz must be a whole number in a file, got {sample_rate_hz}")
+    return round(sample_rate_hz)
+
+
+def _format_of(path: Path, values: int) -> str:
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"recordings are written as {' or '.join(FORMATS)}, got '{path.name}'")
+    file_format = FORMATS[path.suffix.lower()]
+    if file_format == "WAV" and values * BITS // 8 > _MAX_WAV_BYTES:
+        raise ValueError(f"a WAV holds {_MAX_WAV_BYTES} bytes, got {values * BITS // 8} for '{path.name}'; write .flac")
+    return file_format
+
+
+def _opened(path: Path) -> Any:
+    """An open soundfile.SoundFile of two channels and at least one sample."""
+    if not path.is_file():
+        raise FileNotFoundError(f"no recording at '{path}'")
+    _check_whole(path)
+    soundfile = _soundfile()
+    try:
+        sound = soundfile.SoundFile(path)
+    except soundfile.LibsndfileError as error:
+        raise ValueError(f"'{path}' must be readable audio: {error.error_string}") from error
+    try:
+        _check_contents(sound, path)
+    except ValueError:
+        sound.close()
+        raise
+    return sound
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse an empty file, and a WAV shorter than its header says: libsndfile reads what is left without a word."""
+    size = path.stat().st_size
+    if size == 0:
+        raise ValueError(f"'{path}' must hold audio, got an empty file")
+    with path.open("rb") as stream:
+        head = stream.read(12)
+    length = int.from_bytes(head[4:8], "little")
+    if head[:4] == b"RIFF" and length not in _UNKNOWN_LENGTHS and length + 8 > size:
+        raise ValueError(f"'{path}' is cut short: its header says {length + 8} bytes, the file has {size}")
+
+
+def _check_contents(sound: Any, path: Path) -> None:
+    if sound.channels != 2:
+        raise ValueError(f"'{path}' must have two channels, one per microphone, got {sound.channels}")
+    if sound.frames == 0:
+        raise ValueError(f"'{path}' must hold at least one sample per microphone, got none")
+
+
+def _read(sound: Any, count: int, path: Path) -> NDArray[np.float32]:
+    """(2, count) samples."""
+    try:
+        samples = sound.read(count, dtype="float32", always_2d=True).T
+    except _soundfile().LibsndfileError as error:
+        raise ValueError(f"'{path}' cannot be decoded: {error.error_string}") from error
+    if samples.shape[1] != count:
+        raise ValueError(f"'{path}' is cut short: {count} samples announced, {samples.shape[1]} read")
+    return np.ascontiguousarray(samples)
+
+
+def _soundfile() -> ModuleType:
+    import soundfile
+
+    return soundfile

@@ -1,0 +1,48 @@
+"""Noise of the air and of the microphones: white, independent between microphones."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.phone import Phone
+
+BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
+_BLOCK = 1 << 18  # samples drawn at a time: the draws stay in the cache while they are laid out
+
+
+def noise_rms(phone: Phone, sample_rate_hz: float) -> float:
+    """Standard deviation per sample, relative to digital full scale, of white noise with the phone's level in 18-23 kHz.
+
+    A sine at `full_scale_spl_db` has amplitude 1, hence mean square 1/2; the band holds 10 kHz / sample rate of the
+    power of white noise.
+
+    Raises:
+        ValueError: a sample rate that is not positive.
+    """
+    if not (np.isfinite(sample_rate_hz) and sample_rate_hz > 0.0):
+        raise ValueError(f"sample_rate_hz must be positive, got {sample_rate_hz}")
+    band_power = 0.5 * 10.0 ** ((phone.noise_spl_db - phone.full_scale_spl_db) / 10.0)
+    band_share = 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / sample_rate_hz
+    return float(np.sqrt(band_power / band_share))
+
+
+def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """(2, count) noise, relative to digital full scale; exact zeros for a silent phone.
+
+    Drawn in the order of time: a longer recording with the same generator begins with the same noise.
+
+    Raises:
+        ValueError: a negative count, or a sample rate that is not positive.
+    """
+    if count < 0:
+        raise ValueError(f"count must not be negative, got {count}")
+    samples = np.zeros((2, count), dtype=np.float32)
+    rms = np.float32(noise_rms(phone, sample_rate_hz))
+    if rms == 0.0:
+        return samples
+    for start in range(0, count, _BLOCK):
+        block = samples[:, start : start + _BLOCK]
+        block[:] = rng.standard_normal((block.shape[1], 2), dtype=np.float32).T
+    samples *= rms
+    return samples

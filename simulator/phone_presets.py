@@ -1,0 +1,152 @@
+"""Phones by name: what is measured of them, and what is assumed.
+
+| | measured or published | assumed |
+|---|---|---|
+| microphones | the phone's length apart: 14.1, 15.3, 16.0 cm (paper, section 4.1) | at the two ends of the middle line |
+| speaker | "several centimeters" from the top microphone (paper, section 3.5) | 3 cm below it on the middle line |
+| response | Galaxy S5: loudspeaker to own microphones | Note5, S8+: flat to 21 and 21.5 kHz, then falling |
+| directivity | rear microphone 8-10 dB weaker to the front | 10 dB front to rear for microphones, 6 dB for the speaker |
+| sound in the case | first and strongest arrival (paper, Fig. 9) | 1500 m/s, 1.5 times the direct sound in the air |
+| level, noise | - | 55 dB SPL at 1 m; 30 dB SPL in 18-23 kHz |
+
+The Galaxy S5's table is derived from LibAcousticSensing (https://github.com/yctung/LibAcousticSensing, commit 9279d2dd),
+Copyright 2017 Yu-Chih Tung, MIT licence: 250 Hz power averages over repeats of a sweep, phone in the hand, one unit.
+It was recorded at 48 kHz, whose filters share in the fall above 22 kHz, and through the near field: that it stands for
+the two-way response to a far obstacle is inferred. Below 16 kHz and above 23.5 kHz its end values are held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from obstaclewatch.recording import PhoneGeometry
+from simulator.phone import Phone, StructureBorne, Transducer
+
+SPEAKER_TO_TOP_MIC_M = 0.03
+CASE_SOUND_SPEED_M_S = 1500.0
+CASE_TO_AIR_GAIN = 1.5
+MIC_REAR_LOSS_DB = 10.0
+SPEAKER_REAR_LOSS_DB = 6.0
+LEVEL_SPL_DB = 55.0
+NOISE_SPL_DB = 30.0
+REFERENCE_BAND_HZ = (18_000.0, 22_000.0)  # over which a response averages 0 dB in power
+
+S5_HZ = np.arange(16_000.0, 23_501.0, 250.0)
+S5_TOP_DB = np.array([
+    -0.4, 2.2, 2.1, -0.2, -2.6, -1.9, -2.8, -2.5, 0.0, 1.4, -0.3, 0.6, 0.1, -2.2, -6.9, -7.5, -3.9, -5.5, -0.6, 3.1,
+    3.5, 2.1, -0.2, -2.3, -4.2, -9.8, -17.8, -24.5, -31.0, -41.4, -52.4,
+])  # fmt: skip
+S5_BOTTOM_DB = np.array([
+    5.3, 4.2, 4.0, 0.8, -6.9, -3.5, -2.3, -1.8, 0.0, -0.1, -0.0, -0.8, -3.9, -5.2, -2.4, -1.8, -1.6, -1.1, -4.9, -11.3,
+    -4.9, -1.4, -0.2, -1.1, -3.5, -7.3, -13.5, -20.5, -27.8, -36.6, -50.1,
+])  # fmt: skip
+
+FORWARDS, BACKWARDS = np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0])
+
+
+def preset(name: str) -> Phone:
+    """The phone of that name, or of one of its short forms ("s5", "note5", "s8+").
+
+    Raises:
+        ValueError: an unknown name; the message lists those there are.
+    """
+    key = _ALIASES.get(name.lower(), name.lower())
+    if key not in _PRESETS:
+        raise ValueError(f"phone must be one of {', '.join(list_phones())}, got {name!r}")
+    return _PRESETS[key]()
+
+
+def list_phones() -> list[str]:
+    """Names that `preset` and `Phone.named` know, short forms left out."""
+    return list(_PRESETS)
+
+
+def two_way_split(
+    frequency_hz: ArrayLike, top_db: ArrayLike, bottom_db: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Speaker, top and bottom microphone responses, (K,) dB each, from two measured speaker-to-microphone responses.
+
+    The measurement cannot tell speaker from microphone: what the two channels share (their mean in dB) is given to the
+    speaker, what each deviates from it to its microphone, so that speaker plus microphone is the measured response.
+    Each channel is first set to 0 dB mean power over 18-22 kHz: its absolute level belongs to the distance.
+    """
+    top, bottom = (_to_unit_power(frequency_hz, level) for level in (top_db, bottom_db))
+    shared = 0.5 * (top + bottom)
+    return shared, top - shared, bottom - shared
+
+
+def _to_unit_power(frequency_hz: ArrayLike, level_db: ArrayLike) -> NDArray[np.float64]:
+    frequency, level = np.asarray(frequency_hz, dtype=np.float64), np.asarray(level_db, dtype=np.float64)
+    inside = (frequency >= REFERENCE_BAND_HZ[0]) & (frequency <= REFERENCE_BAND_HZ[1])
+    return level - 10.0 * np.log10(np.mean(10.0 ** (level[inside] / 10.0)))
+
+
+def _geometry(name: str, length_m: float) -> PhoneGeometry:
+    top = 0.5 * length_m
+    mics = np.array([[0.0, top, 0.0], [0.0, -top, 0.0]])
+    return PhoneGeometry(name, np.array([0.0, top - SPEAKER_TO_TOP_MIC_M, 0.0]), mics)
+
+
+def _structure_borne(geometry: PhoneGeometry) -> StructureBorne:
+    """Ahead of the sound in the air (CASE_SOUND_SPEED_M_S) and stronger than it, at both microphones."""
+    length = geometry.speaker_to_mic_m
+    return StructureBorne(length / CASE_SOUND_SPEED_M_S, CASE_TO_AIR_GAIN / length)
+
+
+def _phone(
+    geometry: PhoneGeometry,
+    frequency_hz: NDArray[np.float64],
+    speaker_db: NDArray[np.float64],
+    top_db: NDArray[np.float64],
+    bottom_db: NDArray[np.float64],
+) -> Phone:
+    return Phone(
+        geometry,
+        Transducer(frequency_hz, speaker_db, FORWARDS, SPEAKER_REAR_LOSS_DB),
+        (
+            Transducer(frequency_hz, top_db, FORWARDS, MIC_REAR_LOSS_DB),
+            Transducer(frequency_hz, bottom_db, BACKWARDS, MIC_REAR_LOSS_DB),
+        ),
+        _structure_borne(geometry),
+        level_spl_db=LEVEL_SPL_DB,
+        noise_spl_db=NOISE_SPL_DB,
+    )
+
+
+def _ideal() -> Phone:
+    geometry = _geometry("ideal", 0.15)
+    return Phone.ideal(geometry.speaker_m, geometry.mics_m)
+
+
+def _galaxy_s5() -> Phone:
+    return _phone(_geometry("galaxy-s5", 0.141), S5_HZ, *two_way_split(S5_HZ, S5_TOP_DB, S5_BOTTOM_DB))
+
+
+def _galaxy_note5() -> Phone:
+    frequency = np.array([15.0, 21.0, 21.5, 22.0, 22.5, 23.0, 23.5, 24.0, 25.0]) * 1e3
+    level = np.array([0.0, 0.0, -1.0, -3.0, -7.0, -13.0, -22.0, -33.0, -50.0])
+    return _phone(_geometry("galaxy-note5", 0.153), frequency, level, np.zeros(9), np.zeros(9))
+
+
+def _galaxy_s8_plus() -> Phone:
+    frequency = np.array([15.0, 21.5, 22.0, 22.5, 23.0, 23.5, 24.0, 25.0]) * 1e3
+    level = np.array([0.0, 0.0, -1.0, -3.0, -7.0, -13.0, -22.0, -40.0])
+    return _phone(_geometry("galaxy-s8-plus", 0.160), frequency, level, np.zeros(8), np.zeros(8))
+
+
+_PRESETS: dict[str, Callable[[], Phone]] = {
+    "ideal": _ideal,
+    "galaxy-s5": _galaxy_s5,
+    "galaxy-note5": _galaxy_note5,
+    "galaxy-s8-plus": _galaxy_s8_plus,
+}
+_ALIASES = {
+    "s5": "galaxy-s5",
+    "note5": "galaxy-note5",
+    "s8+": "galaxy-s8-plus",
+    "s8-plus": "galaxy-s8-plus",
+    "galaxy-s8+": "galaxy-s8-plus",
+}
