@@ -18,7 +18,7 @@ from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.pose import Walk
 from simulator.specular import mirrored
 from simulator.spreading import spreading
-from simulator.trace import Tracing
+from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -125,65 +125,60 @@ def _solved(
     tracing: Tracing, found: Candidates, source: Floats, receiver: Floats, struck_s: Floats, guess: Moment
 ) -> Moment:
     """Exact reflection points with every reflector where it is when struck."""
-    world, count = tracing.world, found.sequence.shape[1]
-    place = np.where(found.face >= 0, np.argmax(found.sequence >= len(world.patches), axis=1), found.order)
+    width = found.sequence.shape[1]
+    place = np.where(found.face >= 0, np.argmax(found.sequence >= len(tracing.world.patches), axis=1), found.order)
     normal, offset = _planes(tracing, found, struck_s)
-    before, after = np.empty((count, *source.shape)), np.empty((count, *source.shape))
-    image = source.copy()
-    for k in range(count):
-        image = np.where((place > k)[:, None], mirrored(image, normal[:, k], offset[:, k]), image)
-        before[k] = image
-    image_receiver = receiver.copy()
-    for k in range(count - 1, -1, -1):
-        flips = (place < k) & (found.order > k)
-        image_receiver = np.where(flips[:, None], mirrored(image_receiver, normal[:, k], offset[:, k]), image_receiver)
-        after[k] = image_receiver
-    points = np.repeat(receiver[:, None], count + 2, axis=1)
+    early = [(k, place > k) for k in range(width)]
+    late = [(k, (place < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
+    lit, heard = _mirrors(source, normal, offset, early), _mirrors(receiver, normal, offset, late)
+    points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source
-    curvature = np.zeros((len(found), count, 3, 3))
-    face, uv = guess.face.copy(), guess.uv.copy()
-    target = receiver.copy()
-    for index, surface in enumerate(world.surfaces):
-        rows = np.flatnonzero(
-            (found.face >= 0)
-            & (found.sequence[np.arange(len(found)), np.minimum(place, count - 1)] == len(world.patches) + index)
-        )
+    moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
+    _reflect_smoothly(tracing, found, place, lit[-1], heard[0], struck_s, moment)
+    every, here = np.arange(len(points)), np.minimum(place, width - 1) + 1
+    turning = np.where((found.face >= 0)[:, None], points[every, here], receiver)
+    _cross(points, lit, normal, offset, turning, early[::-1])
+    _cross(points, heard, normal, offset, turning, late[::-1])
+    return moment
+
+
+def _mirrors(point: Floats, normal: Floats, offset: Floats, steps: list[tuple[int, NDArray]]) -> Floats:
+    """(N, R, 3) image of a point after each mirror in turn; element k is the image after mirror k."""
+    images, image = np.empty((normal.shape[1], *point.shape)), point
+    for k, active in steps:
+        image = np.where(active[:, None], mirrored(image, normal[:, k], offset[:, k]), image)
+        images[k] = image
+    return images
+
+
+def _reflect_smoothly(
+    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, heard: Floats, struck_s: Floats, moment: Moment
+) -> None:
+    """Follow the stationary points of all smooth surfaces, and fill in point, normal and curvature there."""
+    for index, surface in enumerate(tracing.world.surfaces):
+        rows = np.flatnonzero(np.any(found.sequence == len(tracing.world.patches) + index, axis=1))
         if len(rows) == 0:
             continue
-        owner, at = np.full(len(rows), surface.obstacle), place[rows]
-        frame = tracing.frames.of(owner, found.pose[rows], struck_s[rows, at])
-        hit = curved.follow(
-            surface, into_rest(image[rows], frame), into_rest(image_receiver[rows], frame), face[rows], uv[rows]
-        )
-        target[rows] = points[rows, at + 1] = out_of_rest(hit.point_m, frame)
-        normal[rows, at] = turned(hit.normal, frame[:, 3])
-        curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
-        face[rows], uv[rows] = hit.face, hit.uv
-    _cross(points, before, normal, offset, target, [(k, place > k) for k in range(count - 1, -1, -1)])
-    _cross(
-        points,
-        after,
-        normal,
-        offset,
-        _behind_curve(points, place),
-        [(k, (place < k) & (found.order > k)) for k in range(count)],
-    )
-    return Moment(points, normal, curvature, face, uv)
+        at = place[rows]
+        frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck_s[rows, at])
+        ends = into_rest(lit[rows], frame), into_rest(heard[rows], frame)
+        hit = curved.follow(surface, *ends, moment.face[rows], moment.uv[rows])
+        moment.points_m[rows, at + 1] = out_of_rest(hit.point_m, frame)
+        moment.normal[rows, at] = turned(hit.normal, frame[:, 3])
+        moment.curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
+        moment.face[rows], moment.uv[rows] = hit.face, hit.uv
 
 
-def _behind_curve(points: Floats, place: Ints) -> Floats:
-    """(R, 3) the smooth reflection point from which the mirrors behind it are met (any point where there are none)."""
-    return points[np.arange(len(points)), np.minimum(place + 1, points.shape[1] - 1)].copy()
-
-
-def _cross(points: Floats, images: Floats, normal: Floats, offset: Floats, target: Floats, steps: list) -> None:
-    """Fill in crossings of mirror planes on the way from a target to the images, one mirror after the other."""
+def _cross(
+    points: Floats, images: Floats, normal: Floats, offset: Floats, start: Floats, steps: list[tuple[int, NDArray]]
+) -> None:
+    """Fill in where the way from a point to the images crosses each mirror, one after the other."""
+    target = start.copy()
     for k, active in steps:
         here = np.sum(target * normal[:, k], axis=1) - offset[:, k]
         there = np.sum(images[k] * normal[:, k], axis=1) - offset[:, k]
-        gap = np.where(active, here - there, 1.0)
-        share = np.where(gap != 0.0, here / np.where(gap != 0.0, gap, 1.0), 0.0)
-        crossing = target + share[:, None] * (images[k] - target)
+        gap = np.where(active & (here != there), here - there, 1.0)
+        crossing = target + (here / gap)[:, None] * (images[k] - target)
         points[active, k + 1] = crossing[active]
         target[active] = crossing[active]
 

@@ -67,7 +67,7 @@ class Paths:
 
     def __add__(self, other: Paths) -> Paths:
         """These paths, then the others; both of the same phone and poses."""
-        rows = {
+        rows: dict[str, Any] = {
             f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)])
             for f in fields(self) if f.name not in _SHARED
         }  # fmt: skip

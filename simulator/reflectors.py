@@ -149,7 +149,7 @@ def _planes(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Floats, Floats]:
     """(L, 3) area-weighted unit normal and (L,) offset of every region."""
     count = labels.max() + 1
     area = mesh.area_faces
-    normal = np.stack([np.bincount(labels, area * mesh.face_normals[:, k], count) for k in range(3)], axis=1)
+    normal: Floats = np.stack([np.bincount(labels, area * mesh.face_normals[:, k], count) for k in range(3)], axis=1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     height = np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]).mean(axis=1)
     return normal, np.bincount(labels, area * height, count) / np.bincount(labels, area, count)
@@ -180,9 +180,9 @@ def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) 
     edges, owner = _boundary_edges(mesh, labels)
     if count == 0:
         return merge_patches([])
-    normal, offset = _planes(mesh.submesh([faces], append=True, repair=False), labels[faces])
+    normal, offset = _planes(trimesh.Trimesh(mesh.vertices, mesh.faces[faces], process=False), labels[faces])
     corners = mesh.vertices[mesh.faces[faces]]
-    center = np.stack([np.bincount(labels[faces], corners[:, :, k].mean(axis=1)) for k in range(3)], axis=1)
+    center: Floats = np.stack([np.bincount(labels[faces], corners[:, :, k].mean(axis=1)) for k in range(3)], axis=1)
     center /= np.bincount(labels[faces])[:, None]
     radius = np.zeros(count)
     np.maximum.at(radius, labels[faces], np.linalg.norm(corners - center[labels[faces]][:, None], axis=2).max(axis=1))

@@ -71,7 +71,7 @@ def trace_walk(
         raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
     if min(beep.start_hz, beep.stop_hz) < band.LOW_HZ or max(beep.start_hz, beep.stop_hz) > band.HIGH_HZ:
         raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
-    start = beep.period_s * np.arange(count)
+    start = np.arange(count, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
     pose = walk.pose(middle)
     origin = pose.position_m.mean(axis=0)

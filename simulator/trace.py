@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simulator import band, candidates
-from simulator.candidates import Candidates
+from simulator import band
+from simulator.candidates import Candidates, direct, joined, planar
 from simulator.fidelity import Fidelity
-from simulator.frames import Carrier, Frames, into_rest
+from simulator.frames import Carrier, into_rest
 from simulator.gains import path_gain
+from simulator.mixed import mixed
 from simulator.paths import REFERENCE_HZ, Paths
 from simulator.phone import Phone
 from simulator.pose import Pose
@@ -19,7 +20,7 @@ from simulator.scene import Scene
 from simulator.spreading import spreading
 from simulator.structure_borne import through_case
 from simulator.visibility import OFFSET
-from simulator.world import World, frames_for, prepare
+from simulator.world import Tracing, World, frames_for, prepare
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -32,22 +33,6 @@ NOT_MODELLED = (
     "surfaces that are neither plane nor smooth (Kirchhoff)",
     "two curved reflections in one path",
 )
-
-
-@dataclass(frozen=True)
-class Tracing:
-    """Everything that one call traces with: the prepared world, its motion, the poses and where the ends are."""
-
-    world: World
-    frames: Frames
-    pose: Pose
-    time_s: Floats
-    source_m: Floats
-    mics_m: Floats
-
-    def placed(self) -> Floats:
-        """(N, O, 4) where the obstacles stand at each pose."""
-        return self.frames.at(np.arange(len(self.pose)), self.time_s)
 
 
 def trace_paths(
@@ -68,7 +53,7 @@ def trace_paths(
     fidelity = fidelity or Fidelity()
     time = np.broadcast_to(np.asarray(time_s, dtype=np.float64), (len(pose),))
     if not np.isfinite(time).all():
-        raise ValueError(f"time_s must be finite, got {time_s}")
+        raise ValueError(f"time_s must be finite, got {time_s!r}")
     tracing = still_tracing(scene, phone, pose, time, fidelity)
     paths = traced(tracing, scene, phone, fidelity)[0]
     return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
@@ -89,7 +74,8 @@ def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: 
     source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
     if (np.linalg.norm(mics - source[:, None], axis=2) == 0.0).any():
         raise ValueError("speaker and microphone must be apart, got the same point for both")
-    return Tracing(world, frames, pose, time_s, source, mics)
+    every = np.arange(len(pose))
+    return Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
 
 
 def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> tuple[Paths, Candidates]:
@@ -113,20 +99,12 @@ def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> 
 
 
 def _candidates(tracing: Tracing, fidelity: Fidelity, rejected: dict[str, int]) -> Candidates:
-    world, width = tracing.world, max(fidelity.max_order, 1)
-    placed, limit = tracing.placed(), 2.0 * fidelity.max_range_m
-    ends = tracing.source_m, tracing.mics_m
-    parts = [candidates.direct(*ends, width)]
-    if fidelity.max_order > 0:
-        if len(world.patches):
-            parts.append(candidates.planar(world, placed, *ends, fidelity.max_order, limit, rejected))
-        parts += [
-            candidates.smooth(
-                world, i, placed, tracing.frames, tracing.time_s, *ends, fidelity.max_order, limit, rejected
-            )
-            for i in range(len(world.surfaces))
-        ]
-    return candidates.joined(parts)
+    order, limit = fidelity.max_order, 2.0 * fidelity.max_range_m
+    parts = [direct(tracing, max(order, 1))]
+    if order > 0:
+        parts.append(planar(tracing, order, limit, rejected))
+        parts += [mixed(tracing, i, order, limit, rejected) for i in range(len(tracing.world.surfaces))]
+    return joined(parts)
 
 
 def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import specular
-from simulator.frames import Frames
+from simulator.frames import Carrier, Frames
 from simulator.phone import Phone
+from simulator.pose import Pose
 from simulator.reflectors import PlanarPatches, SmoothSurface, merge_patches, reflectors_of
 from simulator.scene import Obstacle, Scene
 from simulator.visibility import Blocker, blocker
@@ -36,6 +37,28 @@ class World:
     follows: NDArray[np.bool_]
     surfaces: tuple[SmoothSurface, ...]
     blockers: tuple[Blocker, ...]
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """One call's poses in a prepared world.
+
+    Attributes:
+        world: reflectors and blockers.
+        frames: where the obstacles are at any instant.
+        pose: N poses about the world's origin.
+        time_s: (N,) when they are taken.
+        source_m, mics_m: (N, 3) speaker and (N, 2, 3) microphones.
+        placed: (N, O, 4) frames of the obstacles at those instants.
+    """
+
+    world: World
+    frames: Frames
+    pose: Pose
+    time_s: Floats
+    source_m: Floats
+    mics_m: Floats
+    placed: Floats
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
@@ -77,7 +100,7 @@ def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: NDAr
     return tuple(blocker([meshes[i] for i in group], int(group[0])) for group in groups)
 
 
-def frames_for(world: World, phone: Phone, carrier) -> Frames:  # type: ignore[no-untyped-def]
+def frames_for(world: World, phone: Phone, carrier: Carrier) -> Frames:
     """The motion of a world's obstacles, given the walker's."""
     carried = np.array([o is phone.body for o in world.obstacles], dtype=bool)
     return Frames(velocities(world.obstacles), carried, carrier)

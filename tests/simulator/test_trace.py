@@ -238,5 +238,5 @@ def test_nan_vertices_are_refused():
     vertices = mesh.vertices.copy()
     vertices[3, 1] = np.nan
     broken = trimesh.Trimesh(vertices, mesh.faces, process=False)
-    with pytest.raises(ValueError, match="'broken'.*finite"):
+    with pytest.raises(ValueError, match=r"'broken'.*finite"):
         Obstacle(broken, Material.rigid(), "broken")

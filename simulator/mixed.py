@@ -1,0 +1,114 @@
+"""Curved reflections with mirrors before and after them.
+
+A mirror only moves the point that the smooth surface sees: the stationary point is looked for between the images
+of speaker and microphone, and the crossings of the mirrors are found afterwards from both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import curved, specular
+from simulator.candidates import Candidates, candidates, count_missed, with_plane_normals
+from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.reflectors import SmoothSurface
+from simulator.world import Tracing
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Images:
+    """Images of one point per pose in sequences of patches that can light a surface.
+
+    Attributes:
+        pose: (I,) sorted.
+        order: (I,) number of mirrors.
+        sequence: (I, N) patches from the point on, -1 padded.
+        point_m: (I, 3) the image.
+    """
+
+    pose: Ints
+    order: Ints
+    sequence: Ints
+    point_m: Floats
+
+    def __getitem__(self, index: Ints) -> Images:
+        return Images(self.pose[index], self.order[index], self.sequence[index], self.point_m[index])
+
+
+def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, rejected: dict[str, int]) -> Candidates:
+    """One reflection off smooth surface `index`, with mirrors before and after it, up to `max_order` in all."""
+    surface = tracing.world.surfaces[index]
+    lit = _images(tracing, surface, tracing.source_m, max_order - 1, limit_m)
+    parts = []
+    for mic in range(2):
+        heard = _images(tracing, surface, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        before, after = _pairs(lit, heard, max_order)
+        frame = tracing.placed[before.pose, surface.obstacle]
+        hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
+        parts.append(_unfolded(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, rejected))
+    return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+
+
+def _images(tracing: Tracing, surface: SmoothSurface, point_m: Floats, max_order: int, limit_m: float) -> Images:
+    """Images of a point in the patches from which the surface's bounding sphere can be reached."""
+    world = tracing.world
+    goal = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
+    found = specular.images_towards(
+        np.ascontiguousarray(point_m), tracing.placed, *specular.arrays(world.patches), world.follows, max_order,
+        limit_m, np.ascontiguousarray(goal), surface.radius_m, surface.obstacle,
+    )  # type: ignore[call-arg]  # fmt: skip
+    return Images(*found)
+
+
+def _pairs(lit: Images, heard: Images, max_order: int) -> tuple[Images, Images]:
+    """Every image of the speaker with every image of the microphone at the same pose, within the order."""
+    first = np.searchsorted(heard.pose, lit.pose, "left")
+    count = np.searchsorted(heard.pose, lit.pose, "right") - first
+    left = np.repeat(np.arange(len(lit.pose)), count)
+    right = first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+    keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    return lit[left[keep]], heard[right[keep]]
+
+
+def _unfolded(
+    tracing: Tracing, index: int, mic: int, before: Images, after: Images,
+    hit: curved.StationaryPoints, width: int, rejected: dict[str, int],
+) -> Candidates:  # fmt: skip
+    """Candidates from stationary points whose mirrors are crossed inside their patches."""
+    world, pose = tracing.world, before.pose
+    surface = world.surfaces[index]
+    frame = tracing.placed[pose, surface.obstacle]
+    point = out_of_rest(hit.point_m, frame)
+    code_before, hits_before = _crossings(tracing, tracing.source_m[pose], point, before)
+    code_after, hits_after = _crossings(tracing, tracing.mics_m[pose, mic], point, after)
+    code = np.maximum(code_before, code_after)
+    count_missed(rejected, int((code == specular.BEHIND).sum()), int((code == specular.OUTSIDE).sum()))
+    ok = np.flatnonzero(code == specular.REACHED)
+    sequence, hits = np.full((len(ok), width), -1), np.zeros((len(ok), width, 3))
+    each, place = np.arange(len(ok)), before.order[ok]
+    for k in range(width - 1):
+        early = np.flatnonzero(place > k)
+        sequence[early, k], hits[early, k] = before.sequence[ok[early], k], hits_before[ok[early], k]
+        late = np.flatnonzero(after.order[ok] > k)
+        slot = place[late] + after.order[ok[late]] - k  # mirrors behind the surface are met in reverse
+        sequence[late, slot], hits[late, slot] = after.sequence[ok[late], k], hits_after[ok[late], k]
+    sequence[each, place], hits[each, place] = len(world.patches) + index, point[ok]
+    found = with_plane_normals(tracing, candidates(tracing, pose[ok], np.full(len(ok), mic), sequence, hits))
+    found.normal[each, place] = turned(hit.normal[ok], frame[ok, 3])
+    found.curvature[each, place] = turned_tensor(hit.curvature[ok], frame[ok, 3])
+    found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
+    found.face[:], found.uv[:] = hit.face[ok], hit.uv[ok]
+    return found
+
+
+def _crossings(tracing: Tracing, start_m: Floats, target_m: Floats, images: Images) -> tuple[Ints, Floats]:
+    return specular.crossings(
+        start_m, target_m, tracing.placed, images.pose, images.order, images.sequence,
+        *specular.arrays(tracing.world.patches),
+    )  # type: ignore[call-arg]  # fmt: skip
