@@ -1,0 +1,17 @@
+"""Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
+
+from scenes.approaches import DATA_COLLECTION, Approach, make_approach
+from scenes.obstacles import walker_body
+from scenes.truth import GroundTruth, ground_truth
+from scenes.walks import Gait, GaitWalk
+
+__all__ = [
+    "DATA_COLLECTION",
+    "Approach",
+    "Gait",
+    "GaitWalk",
+    "GroundTruth",
+    "ground_truth",
+    "make_approach",
+    "walker_body",
+]

@@ -1,0 +1,244 @@
+"""Approaches: one walker, one target, one outcome that geometry decides.
+
+An approach puts a target of a category into the setting of a scene, in or beside the way of a walker. Its outcome
+is fixed by the lateral offset alone, drawn as the position of the target's near edge across the walker's course:
+
+- collision: uniform between a central hit and an overlap of 6 cm with the walker's half width;
+- no collision: uniform 0.10-0.90 m clear of it.
+
+Gait sways the walker by at most 3.5 cm, so neither is ever within a centimetre of the boundary; `ground_truth` has
+the last word on every approach made here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.obstacles import random_obstacle, walker_body
+from scenes.obstacles.person import random_person
+from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
+from scenes.settings import SETTINGS, Setting, ground_of, neighbours
+from scenes.swept import Body
+from scenes.truth import contact
+from scenes.walks import Gait, GaitWalk
+from simulator.phone import Phone
+from simulator.pose import Walk
+from simulator.scene import Obstacle, Scene
+
+Array = NDArray[np.float64]
+
+SPEED_M_S = (0.8, 1.6)
+START_M = (4.5, 6.0)
+SHORTEST_S, LONGEST_S = 3.0, 6.0
+OVERLAP_M = 0.06
+CLEARANCE_M = (0.10, 0.90)
+AFTER_CONTACT_S = 0.010
+BEHIND_M = 0.3
+ALONGSIDE_S = 2.0
+ATTEMPTS = 25
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A walk towards a target.
+
+    Attributes:
+        index: number of the approach within its study; with the seed, the key of its random stream.
+        scene_name: setting, one of `scenes.list_scenes()`.
+        category: of the target.
+        phone_name: preset of the phone.
+        collision: whether the walker's body meets the target, as `ground_truth` confirms.
+        seed: of the study.
+        scene: ground, target, and what stands around.
+        target: name of the target in the scene.
+        walk: of the phone; it ends 10 ms after contact, or past the target, after a whole number of beeps.
+        phone: held by the walker's body.
+    """
+
+    index: int
+    scene_name: str
+    category: str
+    phone_name: str
+    collision: bool
+    seed: int
+    scene: Scene
+    target: str
+    walk: Walk
+    phone: Phone
+
+
+@dataclass(frozen=True)
+class SceneCollection:
+    """What the paper collected in one scene.
+
+    Attributes:
+        cases: approaches by category of the obstacle.
+        phones: presets used there.
+    """
+
+    cases: dict[str, int]
+    phones: tuple[str, ...]
+
+
+DATA_COLLECTION: dict[str, SceneCollection] = {
+    "supermarket": SceneCollection(
+        {"wall": 108, "dustbin": 312, "car": 157, "sign": 136, "pedestrian": 108}, ("galaxy-s5", "galaxy-s8-plus")
+    ),
+    "campus": SceneCollection(
+        {"wall": 48, "dustbin": 96, "car": 106, "pedestrian": 228}, ("galaxy-s5", "galaxy-note5")
+    ),
+}
+"""The paper's 821 + 478 = 1299 cases (section 4.1)."""
+
+
+def make_approach(
+    scene_name: str,
+    category: str,
+    index: int,
+    phone_name: str = "galaxy-s5",
+    seed: int = 0,
+    collision: bool = True,
+    beep_period_s: float = 0.090,
+) -> Approach:
+    """One approach, the same for the same arguments whatever was made before it.
+
+    Phones see the same walk: the random stream depends on the seed and the index alone.
+
+    Args:
+        scene_name: "supermarket" or "campus".
+        category: of the target: "wall", "dustbin", "car", "sign", "pedestrian" or "clutter".
+        index: not negative.
+        phone_name: preset of the phone.
+        seed: of the study.
+        collision: whether the walker is to meet the target.
+        beep_period_s: the walk lasts a whole number of these.
+
+    Raises:
+        ValueError: an unknown scene, category or phone, or a period outside 0-1 s.
+        RuntimeError: no placement with the wanted outcome was found.
+    """
+    if scene_name not in SETTINGS:
+        raise ValueError(f"scene_name must be one of {sorted(SETTINGS)}, got {scene_name!r}")
+    if not 0.0 < beep_period_s < 1.0:
+        raise ValueError(f"beep_period_s must lie between 0 and 1, got {beep_period_s}")
+    phone = Phone.named(phone_name)
+    setting = SETTINGS[scene_name]
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+    stature = rng.uniform(1.60, 1.88)
+    height, distance = max(1.25, 0.745 * stature), rng.uniform(0.30, 0.40)
+    walk, target = _encounter(rng, setting, category, collision, height, beep_period_s)
+    around = neighbours(rng, setting, target, walk)
+    scene = Scene((ground_of(setting), target, *around), name=scene_name)
+    body = walker_body(distance, height, stature)
+    return Approach(
+        index, scene_name, category, phone_name, collision, seed, scene, target.name, walk, phone.held_by(body)
+    )
+
+
+def _encounter(
+    rng: np.random.Generator, setting: Setting, category: str, collision: bool, height_m: float, period_s: float
+) -> tuple[GaitWalk, Obstacle]:
+    """A walk and a target with the wanted outcome."""
+    for _ in range(ATTEMPTS):
+        endless = _endless_walk(rng, height_m)
+        target = _placed_target(rng, _target(rng, setting, category, collision), endless, collision)
+        end = _end_s(target, endless, collision)
+        if not np.isfinite(end):
+            continue
+        walk, target = _timed(endless, target, end, period_s)
+        met = contact(target, walk)
+        if np.isfinite(met.contact_time_s) == collision and (collision or met.clearance_m > 0.5 * CLEARANCE_M[0]):
+            return walk, target
+    raise RuntimeError(f"no {category} with collision={collision} could be placed in {ATTEMPTS} attempts")
+
+
+def _endless_walk(rng: np.random.Generator, height_m: float) -> GaitWalk:
+    """A walk from the origin, within 10 degrees of +x, longer than any approach."""
+    speed = float(np.clip(rng.normal(1.25, 0.2), *SPEED_M_S))
+    pitch = float(np.clip(rng.normal(np.deg2rad(30.0), np.deg2rad(4.0)), np.deg2rad(20.0), np.deg2rad(40.0)))
+    return GaitWalk(
+        start_m=np.array([0.0, 0.0, height_m]),
+        heading_rad=rng.uniform(-1.0, 1.0) * np.deg2rad(10.0),
+        speed_m_s=speed,
+        duration_s=15.0,
+        pitch_rad=pitch,
+        gait=Gait.at_speed(speed, rng.uniform(0.0, 4.0 * np.pi)),
+    )
+
+
+def _target(rng: np.random.Generator, setting: Setting, category: str, collision: bool) -> Obstacle:
+    """A target over the origin, turned as such things stand to a walker along +x, with its velocity."""
+    name = f"target-{category}"
+    if category == "pedestrian":
+        return _target_person(rng, setting, name)
+    obstacle = random_obstacle(category, rng, name)
+    if category == "wall":  # faced within 40 degrees; when missed, two in five are passed alongside
+        alongside = not collision and rng.random() < 0.4
+        low, high = (65.0, 90.0) if alongside else (0.0, 40.0)
+        yaw = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(low, high))
+    elif category == "sign":  # put up to be read by those who walk towards it
+        yaw = rng.normal(0.0, np.deg2rad(15.0)) + np.pi * rng.integers(2)
+    else:
+        yaw = rng.uniform(-np.pi, np.pi)
+    return placed(obstacle, np.zeros(2), float(yaw))
+
+
+def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obstacle:
+    """Someone who stands, comes the other way, or crosses."""
+    kind = rng.choice(["stands", "comes", "crosses"], p=setting.pedestrian_kinds)
+    if kind == "stands":
+        return placed(random_person(rng, name, walking=False), np.zeros(2), rng.uniform(-np.pi, np.pi))
+    if kind == "comes":
+        course = np.pi + rng.normal(0.0, np.deg2rad(8.0))
+    else:
+        course = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(75.0, 105.0))
+    velocity = rng.uniform(0.8, 1.4) * np.array([np.cos(course), np.sin(course), 0.0])
+    return placed(random_person(rng, name, walking=True), np.zeros(2), float(course) - np.pi, velocity)
+
+
+def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, collision: bool) -> Obstacle:
+    """The target at its distance ahead and its offset across the walker's course, both as seen by the target."""
+    body = Body()
+    relative = _velocity(walk) - target.velocity_m_s[:2]
+    closing = float(np.hypot(*relative))
+    ahead = relative / closing
+    left = np.array([-ahead[1], ahead[0]])
+    breadth, middle = half_breadth(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
+    low, high = extents(target, left, body.height_m)
+    if collision:
+        edge = rng.uniform(min(-0.5 * (high - low), -0.01), breadth - OVERLAP_M)
+    else:
+        edge = breadth + rng.uniform(*CLEARANCE_M)
+    lateral = (middle + lateral_shift(edge, rng.choice([-1.0, 1.0]), (low, high))) * left
+    wanted = max(rng.uniform(*START_M), closing * (SHORTEST_S + 0.3))
+    along = distance_along(target, walk.start_m[:2], lateral, ahead, wanted)
+    return placed(target, lateral + along * ahead)
+
+
+def _end_s(target: Obstacle, walk: GaitWalk, collision: bool) -> float:
+    """When the walk ends: just after contact, or once the target lies behind, or 2 s alongside; NaN if it cannot."""
+    met = contact(target, walk)
+    if collision:
+        return met.contact_time_s + AFTER_CONTACT_S
+    relative = _velocity(walk) - target.velocity_m_s[:2]
+    closing = float(np.hypot(*relative))
+    near, far = extents(target, relative / closing, Body().height_m)
+    return max(SHORTEST_S, min((far + BEHIND_M) / closing, near / closing + ALONGSIDE_S))
+
+
+def _timed(walk: GaitWalk, target: Obstacle, end_s: float, period_s: float) -> tuple[GaitWalk, Obstacle]:
+    """The same encounter with its clock set so that it ends at `end_s` after a whole number of beeps, at most 6 s."""
+    beeps = int(min(end_s, LONGEST_S) / period_s)
+    skipped = end_s - beeps * period_s
+    start = walk.start_m + skipped * np.append(_velocity(walk), 0.0)
+    phase = walk.motion.phase_rad + 2.0 * np.pi * walk.motion.step_hz * skipped
+    gait = replace(walk.motion, phase_rad=float(phase))
+    return replace(walk, start_m=start, duration_s=beeps * period_s, gait=gait), moved_back(target, -skipped)
+
+
+def _velocity(walk: GaitWalk) -> Array:
+    """(2,) mean velocity in plan."""
+    return walk.speed_m_s * np.array([np.cos(walk.heading_rad), np.sin(walk.heading_rad)])

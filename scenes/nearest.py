@@ -1,0 +1,78 @@
+"""Exact nearest points of triangle meshes, in float64, without an index and without large temporaries.
+
+trimesh.proximity.closest_point can take gigabytes far from a fine surface; a walk asks some hundred questions of
+meshes of some thousand triangles, for which the plain double loop is both exact and fast.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Array]:
+    """Nearest point of a mesh to each of Q points.
+
+    Args:
+        mesh: any triangle mesh; degenerate triangles count as their edges.
+        query_m: (Q, 3) points, m.
+
+    Returns:
+        (Q, 3) nearest points and (Q,) distances, m.
+    """
+    query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
+    triangles = np.ascontiguousarray(mesh.triangles, dtype=np.float64)
+    offset = _nearest_offsets(triangles, np.ascontiguousarray(query))
+    return query + offset, np.linalg.norm(offset, axis=1)
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest_offsets(triangles: Array, query: Array) -> Array:
+    """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3)."""
+    result = np.empty_like(query)
+    for q in range(len(query)):
+        best = np.inf
+        for f in range(len(triangles)):
+            # Relative to the query point, so that far from the origin no digits are lost in the dot products.
+            a, b, c = triangles[f, 0] - query[q], triangles[f, 1] - query[q], triangles[f, 2] - query[q]
+            offset = _nearest_to_origin(a, b, c)
+            distance = _dot(offset, offset)
+            if distance < best:
+                best = distance
+                result[q] = offset
+    return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest_to_origin(a: Array, b: Array, c: Array) -> Array:
+    """Point of the triangle abc nearest to the origin: its inside if the origin projects there, else its edges."""
+    ab, ac = b - a, c - a
+    uu, uv, vv = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
+    area2 = uu * vv - uv * uv
+    pu, pv = -_dot(a, ab), -_dot(a, ac)
+    s, t = vv * pu - uv * pv, uu * pv - uv * pu
+    if area2 > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= area2:
+        return a + (s / area2) * ab + (t / area2) * ac
+    best = _nearest_on_edge(a, b)
+    for candidate in (_nearest_on_edge(b, c), _nearest_on_edge(c, a)):
+        if _dot(candidate, candidate) < _dot(best, best):
+            best = candidate
+    return best
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest_on_edge(a: Array, b: Array) -> Array:
+    edge = b - a
+    length2 = _dot(edge, edge)
+    if length2 == 0.0:
+        return a
+    return a + min(max(-_dot(a, edge) / length2, 0.0), 1.0) * edge
+
+
+@numba.njit(cache=True, nogil=True)
+def _dot(a: Array, b: Array) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,60 @@
+"""Obstacles with metric parameters: one file per category.
+
+A mesh function takes measures in metres and returns a mesh that stands on z = 0 over the origin, its front to -x.
+`random_obstacle` draws one of a category with its material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from scenes.obstacles.car import car, random_car
+from scenes.obstacles.dustbin import donation_box, dumpster, litter_bin, random_dustbin, wheeled_bin
+from scenes.obstacles.furniture import bench, bollard, ground, lamp_post, random_clutter, tree
+from scenes.obstacles.person import person, random_person, walker_body
+from scenes.obstacles.sign import a_frame, pole_sign, random_sign
+from scenes.obstacles.wall import random_wall, wall
+from simulator.scene import Obstacle
+
+CATEGORIES: dict[str, Callable[[np.random.Generator, str], Obstacle]] = {
+    "wall": random_wall,
+    "dustbin": random_dustbin,
+    "car": random_car,
+    "sign": random_sign,
+    "pedestrian": random_person,
+    "clutter": random_clutter,
+}
+
+
+def random_obstacle(category: str, rng: np.random.Generator, name: str) -> Obstacle:
+    """An obstacle of that category, over the origin, drawn from the generator.
+
+    Raises:
+        ValueError: an unknown category; the message lists those there are.
+    """
+    if category not in CATEGORIES:
+        raise ValueError(f"category must be one of {sorted(CATEGORIES)}, got {category!r}")
+    return CATEGORIES[category](rng, name)
+
+
+__all__ = [
+    "CATEGORIES",
+    "a_frame",
+    "bench",
+    "bollard",
+    "car",
+    "donation_box",
+    "dumpster",
+    "ground",
+    "lamp_post",
+    "litter_bin",
+    "person",
+    "pole_sign",
+    "random_obstacle",
+    "tree",
+    "walker_body",
+    "wall",
+    "wheeled_bin",
+]

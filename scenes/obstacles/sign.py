@@ -1,0 +1,80 @@
+"""Signs: boards on a pole, and A-frame boards on the pavement."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import trimesh
+
+from scenes.solids import box, cylinder, disc, merged, require_positive, shifted, tilted
+from simulator.materials import Material
+from simulator.scene import Obstacle
+
+POLE_RADIUS_M = 0.03
+
+
+def pole_sign(
+    board_m: float = 0.6,
+    center_height_m: float = 1.3,
+    shape: Literal["round", "square"] = "round",
+    thickness_m: float = 0.003,
+    pole_radius_m: float = POLE_RADIUS_M,
+) -> trimesh.Trimesh:
+    """A sheet on the -x side of a pole, which ends at the sheet's upper edge.
+
+    Args:
+        board_m: diameter of a round sheet, side of a square one.
+        center_height_m: height of the sheet's centre.
+        shape: outline of the sheet.
+        thickness_m: thickness of the sheet.
+        pole_radius_m: radius of the pole.
+
+    Raises:
+        ValueError: a measure that is not positive, a sheet that reaches into the ground, or an unknown shape.
+    """
+    require_positive("board_m", board_m)
+    if center_height_m <= board_m / 2:
+        raise ValueError(f"center_height_m must be above half the board {board_m / 2} m, got {center_height_m}")
+    if shape not in ("round", "square"):
+        raise ValueError(f"shape must be round or square, got {shape!r}")
+    sheet = disc(board_m / 2, thickness_m) if shape == "round" else box([thickness_m, board_m, board_m], np.zeros(3))
+    clearance = pole_radius_m + thickness_m / 2 + 0.005
+    pole = cylinder(pole_radius_m, center_height_m + board_m / 2, 32)
+    return merged([pole, shifted(sheet, [-clearance, 0.0, center_height_m])])
+
+
+def a_frame(
+    width_m: float = 0.6, height_m: float = 0.9, opening_m: float = 0.5, thickness_m: float = 0.004
+) -> trimesh.Trimesh:
+    """Two sheets that lean together, facing -x and +x.
+
+    Args:
+        width_m: width of a sheet.
+        height_m: height of its upper edge.
+        opening_m: distance between the two feet.
+        thickness_m: thickness of a sheet.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    for label, value in (("width_m", width_m), ("height_m", height_m), ("opening_m", opening_m)):
+        require_positive(label, value)
+    gap = 0.012
+    lean = float(np.arctan2(opening_m / 2 - gap, height_m))
+    sheet = box([thickness_m, width_m, height_m / np.cos(lean)])
+    front = shifted(tilted(sheet, lean), [-opening_m / 2, 0.0, 0.0])
+    back = shifted(tilted(sheet, -lean), [opening_m / 2, 0.0, 0.0])
+    both = merged([front, back])
+    return shifted(both, [0.0, 0.0, -both.bounds[0, 2]])
+
+
+def random_sign(rng: np.random.Generator, name: str = "sign") -> Obstacle:
+    """An A-frame (two in five) or a low board on a pole, about 0.6 m wide, sheet 2-4 mm thick."""
+    thickness = rng.uniform(0.002, 0.004)
+    if rng.random() < 0.4:
+        mesh = a_frame(rng.uniform(0.55, 0.7), rng.uniform(0.85, 1.15), rng.uniform(0.4, 0.6), thickness)
+    else:
+        shape: Literal["round", "square"] = "round" if rng.random() < 0.5 else "square"
+        mesh = pole_sign(rng.uniform(0.5, 0.7), rng.uniform(1.1, 1.5), shape, thickness)
+    return Obstacle(mesh, Material.named("sign-sheet"), name, category="sign")

@@ -1,0 +1,78 @@
+"""Putting obstacles in their places: moving, turning, keeping apart, and setting a target in a walker's way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from scenes.solids import shifted, turned
+from scenes.swept import Body, Slab
+from simulator.scene import Obstacle
+
+Array = NDArray[np.float64]
+
+
+def placed(
+    obstacle: Obstacle, at_m: ArrayLike, yaw_rad: float = 0.0, velocity_m_s: ArrayLike | None = None
+) -> Obstacle:
+    """A copy turned counter-clockwise about its own z axis, then moved in plan by (2,) m; None keeps its velocity."""
+    offset = np.append(np.asarray(at_m, dtype=np.float64), 0.0)
+    mesh = shifted(turned(obstacle.mesh, yaw_rad), offset)
+    velocity = obstacle.velocity_m_s if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
+    return replace(obstacle, mesh=mesh, velocity_m_s=velocity)
+
+
+def moved_back(obstacle: Obstacle, time_s: float) -> Obstacle:
+    """Where the obstacle was some time ago: the same scene with its clock set back."""
+    return placed(obstacle, -time_s * obstacle.velocity_m_s[:2]) if obstacle.moves else obstacle
+
+
+def apart(obstacle: Obstacle, others: Iterable[Obstacle], duration_s: float, gap_m: float) -> bool:
+    """Whether the obstacle's bounding circle keeps a gap in plan from all the others while time runs to a duration."""
+    low, high = obstacle.mesh.bounds[:, :2]
+    center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    for other in others:
+        passing = duration_s * (obstacle.velocity_m_s - other.velocity_m_s)[:2]
+        track = np.stack([center, center + passing])
+        if Slab.of(other.mesh, -1.0, 3.0).distance(track) < radius + gap_m:
+            return False
+    return True
+
+
+def extents(obstacle: Obstacle, direction: Array, height_m: float) -> tuple[float, float]:
+    """Least and greatest coordinate along a horizontal (2,) direction of the obstacle below a height, m."""
+    along = Slab.of(obstacle.mesh, 0.0, height_m).points() @ direction
+    return float(along.min()), float(along.max())
+
+
+def lateral_shift(edge_m: float, side: float, extent_m: tuple[float, float]) -> float:
+    """How far to shift an obstacle so that its near edge lies `edge_m` beyond the walker's line, on side +1 or -1."""
+    low, high = extent_m
+    return edge_m - low if side > 0 else -edge_m - high
+
+
+def half_breadth(body: Body, heading_rad: float, course_rad: float) -> tuple[float, float]:
+    """Half the breadth of the walker's body across a course, and how far its middle lies to the left of the phone, m.
+
+    The course is the direction of travel relative to the target, which for a moving target is not the heading.
+    """
+    drift = heading_rad - course_rad
+    core = body.core(np.zeros((1, 3)), np.array([drift]))[0]
+    across = core[:, 1]
+    return body.half_width_m + 0.5 * float(np.ptp(across)), float(across.mean())
+
+
+def distance_along(obstacle: Obstacle, start_m: Array, lateral_m: Array, ahead: Array, distance_m: float) -> float:
+    """How far ahead to put an obstacle, already shifted sideways, for a given distance in plan from the start, m."""
+    slab = Slab.of(obstacle.mesh, 0.0, 3.0)
+
+    def excess(along_m: float) -> float:
+        point = start_m - lateral_m - along_m * ahead
+        return slab.distance(np.stack([point, point])) - distance_m
+
+    reach = distance_m + float(np.abs(obstacle.mesh.bounds).sum())
+    return float(brentq(excess, 0.0, reach, xtol=1e-9))

@@ -1,0 +1,222 @@
+"""Ground truth from the meshes and the walk alone: where the obstacle is, and whether the walker meets it.
+
+Nothing here has heard of paths or echoes, so that an error of the tracer cannot mark its own work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scenes.nearest import nearest_points
+from scenes.swept import Body, Slab
+from simulator.phone import Phone
+from simulator.pose import Pose, Walk
+from simulator.scene import Obstacle, Scene
+
+Array = NDArray[np.float64]
+
+NOT_IN_THE_WAY = ("ground",)
+"""Categories that cannot be collided with."""
+
+TRACK_STEP_S = 0.005
+"""Spacing at which a walk is followed for contact; straight between two samples."""
+
+LINE_M = 1000.0
+"""Length of the line along which a walk is extended for the miss distance."""
+
+
+@dataclass(frozen=True)
+class GroundTruth:
+    """What is true of an obstacle at T instants of a walk, and of the walk as a whole.
+
+    Attributes:
+        time_s: (T,) the instants asked for.
+        obstacle: (T,) name of the obstacle that the row is about: the target, or the nearest if none was named.
+        nearest_point_m: (T, 3) nearest point of its mesh to the middle between speaker and microphone 0, world frame.
+        range_m: (T,) distance from that middle to the nearest point.
+        mic_range_m: (T, 2) distance from each microphone to the same nearest point (the paper's D1 and D2).
+        ground_range_m: (T,) distance from that middle to the obstacle's nearest point to the spot on the ground right
+            below: where an upright obstacle and hard ground form a corner that echoes.
+        bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
+        signed_bearing_rad: (T,) the same, positive to the left.
+        radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
+            NaN if it has no such part.
+        miss_distance_m: distance in plan between the obstacle and the line along which the phone walks on average,
+            from its start on and beyond its end, as seen from the obstacle if that moves; 0 if the line meets it.
+        clearance_m: smallest gap between the walker's body and the obstacle during the walk; 0 if they touch.
+        collides: whether the walker's body meets the obstacle during the walk.
+        line_collides: the paper's looser rule: whether the phone's line meets it.
+        contact_time_s: when the body first touches it; NaN if it does not.
+        contact_obstacle: name of what is touched first; None if nothing is.
+    """
+
+    time_s: Array
+    obstacle: NDArray[np.str_]
+    nearest_point_m: Array
+    range_m: Array
+    mic_range_m: Array
+    ground_range_m: Array
+    bearing_rad: Array
+    signed_bearing_rad: Array
+    radius_m: Array
+    miss_distance_m: float
+    clearance_m: float
+    collides: bool
+    line_collides: bool
+    contact_time_s: float
+    contact_obstacle: str | None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """How a walk passes one obstacle: see the fields of the same names in `GroundTruth`."""
+
+    miss_distance_m: float
+    clearance_m: float
+    contact_time_s: float
+
+
+def ground_truth(
+    scene: Scene,
+    walk: Walk,
+    phone: Phone,
+    time_s: ArrayLike,
+    target: str | None = None,
+    half_width_m: float = 0.25,
+    body: Body | None = None,
+) -> GroundTruth:
+    """Where the target is at some instants of a walk, and whether the walker meets it.
+
+    Args:
+        scene: obstacles; those of category "ground" are never collided with.
+        walk: poses of the phone.
+        phone: for the places of its transducers.
+        time_s: (T,) instants within the walk; for one beep, the instant at which its centre meets the obstacle.
+        target: name of the obstacle asked about; None asks about the nearest, and about contact with any.
+        half_width_m: half the breadth of the walker's body.
+        body: all its measures, instead of the half width and the usual rest.
+
+    Raises:
+        ValueError: an unknown target, or no obstacle to ask about.
+    """
+    times = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+    asked = _asked(scene, target)
+    pose = walk.pose(times)
+    candidates = [_nearest(obstacle, pose, phone, times) for obstacle in asked]
+    choice = np.argmin([distance for _, distance in candidates], axis=0)
+    point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
+    heading = pose.body_heading_rad()
+    signed = _signed_bearing(point - _middle(pose, phone), heading)
+    grounds = np.stack([_ground_range(obstacle, pose, phone, times) for obstacle in asked])
+    worn = Body(half_width_m) if body is None else body
+    radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
+    contacts = [contact(obstacle, walk, worn) for obstacle in asked]
+    first = _first([c.contact_time_s for c in contacts])
+    return GroundTruth(
+        time_s=times,
+        obstacle=np.array([obstacle.name for obstacle in asked])[choice],
+        nearest_point_m=point,
+        range_m=np.linalg.norm(point - _middle(pose, phone), axis=1),
+        mic_range_m=np.linalg.norm(point[:, None] - pose.to_world(phone.geometry.mics_m), axis=2),
+        ground_range_m=grounds[choice, np.arange(len(times))],
+        bearing_rad=np.abs(signed),
+        signed_bearing_rad=signed,
+        radius_m=radii[choice, np.arange(len(times))],
+        miss_distance_m=min(c.miss_distance_m for c in contacts),
+        clearance_m=min(c.clearance_m for c in contacts),
+        collides=first is not None,
+        line_collides=any(c.miss_distance_m == 0.0 for c in contacts),
+        contact_time_s=np.nan if first is None else contacts[first].contact_time_s,
+        contact_obstacle=None if first is None else asked[first].name,
+    )
+
+
+def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact:
+    """How a walker passes one obstacle, which may move.
+
+    Args:
+        obstacle: any, whatever its category.
+        walk: followed from 0 to its duration in steps of 5 ms, straight between two.
+        body: measures of the walker; None takes the usual ones.
+    """
+    worn = Body() if body is None else body
+    slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
+    time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / TRACK_STEP_S))))
+    pose = walk.pose(time)
+    drift = time[:, None] * obstacle.velocity_m_s[:2]
+    cores = worn.core(pose.position_m, pose.body_heading_rad()) - drift[:, None]
+    index = slab.first_contact(cores, worn.half_width_m)
+    closest = slab.closest_approach(cores)
+    return Contact(
+        miss_distance_m=slab.distance(_mean_line(time, pose.position_m[:, :2] - drift)),
+        clearance_m=max(0.0, closest - worn.half_width_m),
+        contact_time_s=float(np.interp(index, np.arange(len(time)), time)) if np.isfinite(index) else np.nan,
+    )
+
+
+def _asked(scene: Scene, target: str | None) -> Sequence[Obstacle]:
+    if target is None:
+        asked = [obstacle for obstacle in scene.obstacles if obstacle.category not in NOT_IN_THE_WAY]
+        if not asked:
+            raise ValueError(f"scene '{scene.name}' must have an obstacle to collide with, got none")
+        return asked
+    names = [obstacle.name for obstacle in scene.obstacles]
+    if target not in names:
+        raise ValueError(f"target must be an obstacle of scene '{scene.name}', got '{target}'; there are {names}")
+    return [scene.obstacle(target)]
+
+
+def _middle(pose: Pose, phone: Phone) -> Array:
+    """(T, 3) middle between the speaker and microphone 0."""
+    return pose.to_world(0.5 * (phone.geometry.speaker_m + phone.geometry.mics_m[0]))
+
+
+def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> tuple[Array, Array]:
+    """(T, 3) nearest points in the world and (T,) distances; the obstacle has moved, so the question moves back."""
+    drift = time_s[:, None] * obstacle.velocity_m_s
+    point, distance = nearest_points(obstacle.mesh, _middle(pose, phone) - drift)
+    return point + drift, distance
+
+
+def _ground_range(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
+    middle = _middle(pose, phone)
+    drift = time_s[:, None] * obstacle.velocity_m_s
+    foot, _ = nearest_points(obstacle.mesh, middle * [1.0, 1.0, 0.0] - drift)
+    return np.linalg.norm(foot + drift - middle, axis=1)
+
+
+def _signed_bearing(offset_m: Array, heading_rad: Array) -> Array:
+    """(T,) angle in plan from the heading to the offset, -pi to pi, positive to the left."""
+    cos, sin = np.cos(heading_rad), np.sin(heading_rad)
+    ahead = offset_m[:, 0] * cos + offset_m[:, 1] * sin
+    left = offset_m[:, 1] * cos - offset_m[:, 0] * sin
+    return np.arctan2(left, ahead)
+
+
+def _radius(obstacle: Obstacle, heading_rad: Array, body: Body) -> Array:
+    slab = Slab.of(obstacle.mesh, 0.0, body.height_m)
+    if len(slab) == 0:
+        return np.full(len(heading_rad), np.nan)
+    headings, where = np.unique(heading_rad, return_inverse=True)
+    across = slab.points() @ np.stack([-np.sin(headings), np.cos(headings)])
+    return (0.5 * np.ptp(across, axis=0))[where]
+
+
+def _mean_line(time_s: Array, plan_m: Array) -> Array:
+    """(2, 2) ends of the line along which (N, 2) places move on average (least squares), from the start onwards."""
+    centered = time_s - time_s.mean()
+    velocity = centered @ plan_m / (centered @ centered)
+    start = plan_m.mean(axis=0) + velocity * (time_s[0] - time_s.mean())
+    speed = float(np.hypot(*velocity))
+    ahead = velocity / speed if speed > 0.0 else np.zeros(2)
+    return np.stack([start, start + LINE_M * ahead])
+
+
+def _first(contact_time_s: Sequence[float]) -> int | None:
+    """Index of the earliest contact; None if there is none."""
+    times = np.asarray(contact_time_s)
+    return None if np.isnan(times).all() else int(np.nanargmin(times))

@@ -1,0 +1,135 @@
+"""Walks: a straight heading at constant mean speed, with the bob, sway and surge of human gait.
+
+The phone is held in portrait with its top edge forwards and lifted by about 30 degrees, as one holds it to read or
+type at chest height (the paper's "vertical" holding).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simulator.pose import Pose, held_rotation
+
+Array = NDArray[np.float64]
+
+WALK_RATIO_M_PER_STEPS_MIN = 0.00646
+"""Step length over cadence, constant above about 1 m/s: 62 m/min at 98 steps/min (Murakami and Otaka 2017,
+J. Phys. Ther. Sci. 29:722)."""
+
+ORENDURFF_SPEED_M_S = np.array([0.7, 1.6])
+ORENDURFF_VERTICAL_M = np.array([0.0274, 0.0483])
+ORENDURFF_LATERAL_M = np.array([0.0699, 0.0385])
+"""Peak-to-peak displacement of the centre of mass at the slowest and fastest speed of Orendurff et al. 2004
+(J. Rehabil. Res. Dev. 41(6A):829-834); linear between them."""
+
+
+@dataclass(frozen=True)
+class Gait:
+    """Periodic motion of the phone around its straight mean path. All amplitudes are zero to peak and may be 0.
+
+    Attributes:
+        step_hz: steps per second.
+        bob_m: up and down, at the step frequency.
+        sway_m: left and right, at half of it (once per stride).
+        surge_m: forwards and back, at the step frequency, fastest when lowest.
+        pitch_wobble_rad: of the phone's pitch, at the step frequency.
+        roll_wobble_rad: of its roll, at half of it.
+        phase_rad: of the step cycle at time 0.
+
+    Raises:
+        ValueError: a step frequency or amplitude that is negative or not finite.
+    """
+
+    step_hz: float = 0.0
+    bob_m: float = 0.0
+    sway_m: float = 0.0
+    surge_m: float = 0.0
+    pitch_wobble_rad: float = 0.0
+    roll_wobble_rad: float = 0.0
+    phase_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("step_hz", "bob_m", "sway_m", "surge_m", "pitch_wobble_rad", "roll_wobble_rad"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+
+    @classmethod
+    def at_speed(cls, speed_m_s: float, phase_rad: float = 0.0) -> Gait:
+        """The gait of a healthy adult at that speed; none when standing.
+
+        The cadence follows from the walk ratio. Bob and sway are those of the centre of mass, held outside the
+        measured 0.7-1.6 m/s: that the phone follows the trunk is an assumption, arms damp some of it. The surge
+        (1 cm) and the wobble of the hand (1.5 and 1 degrees) are assumptions of the same order.
+        """
+        if speed_m_s == 0.0:
+            return cls()
+        return cls(
+            step_hz=float(np.sqrt(60.0 * speed_m_s / WALK_RATIO_M_PER_STEPS_MIN)) / 60.0,
+            bob_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_VERTICAL_M)),
+            sway_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_LATERAL_M)),
+            surge_m=0.010,
+            pitch_wobble_rad=np.deg2rad(1.5),
+            roll_wobble_rad=np.deg2rad(1.0),
+            phase_rad=phase_rad,
+        )
+
+
+@dataclass(frozen=True)
+class GaitWalk:
+    """A straight walk with gait.
+
+    Attributes:
+        start_m: (3,) place of the phone's mean path at time 0; its height is that of the phone.
+        heading_rad: direction of travel, counter-clockwise from +x; the body faces it.
+        speed_m_s: mean speed, not negative; 0 stands still.
+        duration_s: length of the walk.
+        pitch_rad: mean lift of the phone's top edge.
+        roll_rad: mean roll about the long edge.
+        gait: motion around the mean path; None is the published one at that speed, `Gait()` is none at all.
+
+    Raises:
+        ValueError: a negative speed, a duration that is not positive, numbers that are not finite.
+    """
+
+    start_m: Array
+    heading_rad: float = 0.0
+    speed_m_s: float = 1.3
+    duration_s: float = 4.0
+    pitch_rad: float = float(np.deg2rad(30.0))
+    roll_rad: float = 0.0
+    gait: Gait | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
+            raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
+        if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
+            raise ValueError(f"duration_s must be positive, got {self.duration_s}")
+        start = np.array(self.start_m, dtype=np.float64)
+        if start.shape != (3,) or not np.isfinite([*start, self.heading_rad, self.pitch_rad, self.roll_rad]).all():
+            raise ValueError(f"start_m must be three finite numbers and angles finite, got {self}")
+        start.setflags(write=False)
+        object.__setattr__(self, "start_m", start)
+
+    @cached_property
+    def motion(self) -> Gait:
+        """The gait in use."""
+        return Gait.at_speed(self.speed_m_s) if self.gait is None else self.gait
+
+    def pose(self, time_s: ArrayLike) -> Pose:
+        """(N,) times, s, to N poses; smooth in time, also before 0 and after the end."""
+        time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        gait = self.motion
+        step = 2.0 * np.pi * gait.step_hz * time + gait.phase_rad
+        along = self.speed_m_s * time + gait.surge_m * np.sin(step - np.pi)
+        left = gait.sway_m * np.sin(0.5 * step)
+        up = gait.bob_m * np.cos(step)
+        cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
+        offset = np.stack([cos * along - sin * left, sin * along + cos * left, up], axis=-1)
+        pitch = self.pitch_rad + gait.pitch_wobble_rad * np.sin(step)
+        roll = self.roll_rad + gait.roll_wobble_rad * np.cos(0.5 * step)
+        heading = np.full(len(time), self.heading_rad)
+        return Pose(self.start_m + offset, held_rotation(heading, pitch, roll), heading)
