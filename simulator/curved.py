@@ -14,12 +14,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.clusters import may_mirror
 from simulator.reflectors import SmoothSurface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
+STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
 INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
 
 
@@ -50,7 +52,11 @@ class StationaryPoints:
 def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
     """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points."""
     source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
-    face, uv, count = _search(*_arrays(surface), surface.closed, source, receiver)
+    group = surface.clusters
+    face, uv, count = _search(
+        *_arrays(surface), surface.closed, group.facet, group.start, group.center_m, group.radius_m, group.axis,
+        group.spread_rad, source, receiver,
+    )  # fmt: skip
     if (count > MAX_HITS).any():
         raise RuntimeError(f"a surface has {count.max()} stationary points for one pair, more than {MAX_HITS}")
     query = np.repeat(np.arange(len(source)), count)
@@ -137,7 +143,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
         scale_g += (corner[2, k] - corner[1, k]) ** 2
     step = 1e-6
     f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
-    for _ in range(60):
+    for _ in range(40):
         f1, g1 = _mismatch(corner, normal, bulge, source, receiver, eta + step, zeta, x, n, h)
         f2, g2 = _mismatch(corner, normal, bulge, source, receiver, eta, zeta + step, x, n, h)
         a, b, c, d = (f1 - f) / step, (f2 - f) / step, (g1 - g) / step, (g2 - g) / step
@@ -156,7 +162,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
                 break
             share *= 0.5
         eta, zeta = eta - share * de, zeta - share * dz
-        if not (abs(eta) < 4.0 and abs(zeta) < 4.0):
+        if abs(eta - 0.5) > STRAY or abs(zeta - 0.5) > STRAY:
             return eta, zeta, False
     return eta, zeta, size < 1e-8
 
@@ -215,41 +221,56 @@ def _facet_axes(corner, axis1, axis2):
 
 
 @numba.njit(cache=True)
-def _search(corner, normal, bulge, closed, source, receiver):
-    """Facet and position of every stationary point, one facet after the other, each kept once."""
+def _search(corner, normal, bulge, closed, facet, start, center, radius, axis, spread, source, receiver):
+    """Facet and position of every stationary point, one group of facets after the other, each point kept once."""
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
     uv = np.zeros((queries, MAX_HITS, 2))
     point = np.zeros((queries, MAX_HITS, 3))
     count = np.zeros(queries, np.int64)
-    x, n, h, axis1, axis2 = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    axes = np.empty((len(corner), 2, 3))
     for t in range(len(corner)):
-        _facet_axes(corner[t], axis1, axis2)
-        size = np.sqrt(max(np.sum((corner[t, 1] - corner[t, 0]) ** 2), np.sum((corner[t, 2] - corner[t, 0]) ** 2)))
+        _facet_axes(corner[t], axes[t, 0], axes[t, 1])
+    for g in range(len(radius)):
         for q in range(queries):
-            if not _may_hold(corner[t], normal[t], closed, source[q], receiver[q], axis1, axis2):
+            if not may_mirror(center[g], radius[g], axis[g], spread[g], closed, source[q], receiver[q]):
                 continue
-            eta, zeta, converged = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], 2.0 / 3.0, 1.0 / 3.0)
-            if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
-                continue
-            _mismatch(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta, x, n, h)
-            if closed and _dot(h, n) <= 0.0:
-                continue
-            known = False
-            for i in range(min(count[q], MAX_HITS)):
-                gap = 0.0
-                for k in range(3):
-                    gap = max(gap, abs(point[q, i, k] - x[k]))
-                if gap <= 4.0 * INSIDE * size:
-                    known = True
-            if known:
-                continue
-            if count[q] < MAX_HITS:
-                face[q, count[q]] = t
-                uv[q, count[q]] = (eta, zeta)
-                point[q, count[q]] = x
-            count[q] += 1
+            for t in facet[start[g] : start[g + 1]]:
+                if not _may_hold(corner[t], normal[t], closed, source[q], receiver[q], axes[t, 0], axes[t, 1]):
+                    continue
+                found, eta, zeta = _on_facet(
+                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], point[q], count[q]
+                )
+                if found:
+                    if count[q] < MAX_HITS:
+                        face[q, count[q]] = t
+                        uv[q, count[q]] = (eta, zeta)
+                    count[q] += 1
     return face, uv, count
+
+
+@numba.njit(cache=True)
+def _on_facet(corner, normal, bulge, closed, source, receiver, known, count):
+    """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
+    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, 2.0 / 3.0, 1.0 / 3.0)
+    if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
+        return False, eta, zeta
+    x, n, h = np.empty(3), np.empty(3), np.empty(3)
+    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
+    if closed and _dot(h, n) <= 0.0:
+        return False, eta, zeta
+    size = 0.0
+    for k in range(3):
+        size = max(size, abs(corner[1, k] - corner[0, k]), abs(corner[2, k] - corner[0, k]))
+    for i in range(min(count, MAX_HITS)):
+        gap = 0.0
+        for k in range(3):
+            gap = max(gap, abs(known[i, k] - x[k]))
+        if gap <= 4.0 * INSIDE * size:
+            return False, eta, zeta
+    if count < MAX_HITS:
+        known[count] = x
+    return True, eta, zeta
 
 
 @numba.njit(cache=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from simulator.clusters import Clusters, clusters
 from simulator.scene import Obstacle
 
 Floats = NDArray[np.float64]
@@ -66,6 +67,7 @@ class SmoothSurface:
         sag_m: (T,) how far the rounded surface may stand off its facet.
         closed: the obstacle is watertight, so only its outside reflects.
         center_m, radius_m: bounding sphere.
+        clusters: groups of facets for the search.
     """
 
     obstacle: int
@@ -77,6 +79,7 @@ class SmoothSurface:
     closed: bool
     center_m: Floats
     radius_m: float
+    clusters: Clusters
 
     def __len__(self) -> int:
         return len(self.corner_m)
@@ -212,10 +215,12 @@ def _smooth_surface(
     corner, normal = mesh.vertices[mesh.faces[faces]], normals[faces]
     bulge = np.stack([_nagata(corner[:, a], corner[:, b], normal[:, a], normal[:, b]) for a, b in _EDGES], axis=1)
     center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
+    sag = 0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1)
     return SmoothSurface(
         obstacle=obstacle, corner_m=corner, normal=normal, bulge_m=bulge,
-        neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1),
-        closed=closed, center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
+        neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=sag, closed=closed,
+        center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
+        clusters=clusters(corner, normal, sag),
     )  # fmt: skip
 
 

@@ -169,16 +169,24 @@ def _chebyshev_sum(coefficient, x):
     return x * b1 - b2 + coefficient[0]
 
 
+_LAGRANGE_SCALE = np.array(
+    [1.0 / np.prod([float(i - j) for j in range(TAPS) if j != i]) for i in range(TAPS)]
+)  # 1 / product of the distances between the taps
+
+
 @numba.njit(cache=True)
 def _lagrange(position, weight):
     """Weights of the 8 samples round a position (in samples); returns the first of them."""
     first = int(np.floor(position)) - TAPS // 2 + 1
+    offset = position - first
+    product = 1.0
     for i in range(TAPS):
-        product = 1.0
-        for j in range(TAPS):
-            if j != i:
-                product *= (position - first - j) / (i - j)
-        weight[i] = product
+        weight[i] = product * _LAGRANGE_SCALE[i]
+        product *= offset - i
+    product = 1.0
+    for i in range(TAPS - 1, -1, -1):
+        weight[i] *= product
+        product *= offset - i
     return first
 
 
