@@ -1,0 +1,45 @@
+"""ObstacleWatch: obstacle detection with a phone's speaker and two microphones (2018 paper), and its recordings.
+
+Everything here needs numpy and scipy only, and knows nothing of any simulator.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from obstaclewatch.alignment import NoBeepError
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.collision import Decision
+from obstaclewatch.detection import Detection, Flag
+from obstaclewatch.detectors import DistanceOnlyDetector, PaperDetector
+from obstaclewatch.errata import Errata
+from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.recording import PhoneGeometry, Recording
+from obstaclewatch.settings import PaperSettings
+
+__all__ = [
+    "BeepDesign",
+    "Decision",
+    "Detection",
+    "DistanceOnlyDetector",
+    "EchoProfile",
+    "Errata",
+    "Flag",
+    "MatchedFilter",
+    "NoBeepError",
+    "PaperDetector",
+    "PaperSettings",
+    "PhoneGeometry",
+    "Recording",
+    "read_recording",
+    "write_recording",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Audio files are opened on demand only, so that a detector needs no sound library."""
+    if name in ("read_recording", "write_recording"):
+        from obstaclewatch import audio
+
+        return getattr(audio, name)
+    raise AttributeError(f"module 'obstaclewatch' has no attribute '{name}'")

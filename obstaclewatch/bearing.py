@@ -1,0 +1,139 @@
+"""Two ranges to a walking angle: the path difference, freed of the walker's body (paper section 3.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class PathDifference:
+    """u = path 2 - path 1 of n candidates; since both share the speaker's leg, u = D2 - D1.
+
+    Attributes:
+        u_m: (n,) NaN where microphone 1 heard nothing that can be the candidate.
+        amplitude: (n,) height of the peak at microphone 1, NaN likewise.
+        body_deducted: (n,) the peak came by way of the walker's body, and the detour was taken off.
+    """
+
+    u_m: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    body_deducted: NDArray[np.bool_]
+
+
+def path_difference(
+    path1_m: NDArray[np.float64],
+    path2_m: NDArray[np.float64],
+    amplitude2: NDArray[np.float64],
+    separation_m: float,
+    margin_m: float,
+    body_distance_m: float,
+    cos_pitch: float = 1.0,
+    gated: bool = True,
+    whole_detour: bool = True,
+) -> PathDifference:
+    """Pair each candidate with the strongest peak of microphone 1 that can be the same obstacle.
+
+    Args:
+        path1_m: (n,) paths of the candidates to microphone 0.
+        path2_m: (m,) paths of microphone 1's peaks.
+        amplitude2: (m,) their heights.
+        separation_m: L, between the microphones.
+        margin_m: how far u may lie outside [-L, L].
+        body_distance_m: from microphone 1 to the walker's body; NaN where unknown: nothing is deducted.
+        cos_pitch: cosine of the phone's pitch.
+        gated: False takes the strongest peak up to the body's detour and always deducts (section 3.5 as printed).
+        whole_detour: False deducts the distance to the body once (section 3.5 as printed).
+    """
+    gap = path2_m - path1_m[:, None]
+    reach = separation_m + margin_m
+    detour = 0.0 if np.isnan(body_distance_m) else 2.0 * body_distance_m
+    straight, by_body = np.abs(gap) <= reach, (gap >= -reach) & (gap <= reach + detour)
+    own, own_height = _strongest(gap, straight, amplitude2)
+    late, late_height = _strongest(gap, by_body, amplitude2)
+    deduct = ~np.isnan(late) & (np.isnan(own) | (not gated)) & (detour > 0.0)
+    shortened = deducted_difference(late, separation_m, body_distance_m, cos_pitch, whole_detour)
+    u = np.where(deduct, shortened, own)
+    return PathDifference(u, np.where(deduct, late_height, own_height), deduct & ~np.isnan(u))
+
+
+def deducted_difference(
+    gap_m: ArrayLike, separation_m: float, body_distance_m: float, cos_pitch: float = 1.0, whole_detour: bool = True
+) -> NDArray[np.float64]:
+    """u of an echo that reached microphone 1 by way of the walker's body (D3 of Fig. 8).
+
+    The body is a plane across the walking direction, a distance d behind the microphone. A plane wave from azimuth a
+    then arrives 2 d cos a late, so that gap = (L cos(pitch) + 2 d) cos a, and u = L cos(pitch) cos a. As printed, d is
+    deducted once, whatever the azimuth.
+    """
+    gap = np.asarray(gap_m, dtype=np.float64)
+    if not whole_detour:
+        return gap - body_distance_m
+    along = separation_m * cos_pitch
+    return gap * along / (along + 2.0 * body_distance_m)
+
+
+def body_distance(excess_m: float, separation_m: float, cos_pitch: float = 1.0) -> float:
+    """Distance from microphone 1 to the walker's body, from the excess of the body's echo over the direct path.
+
+    With the speaker at the other end of the phone, L away and lifted by the pitch, and the body a vertical plane:
+    (L + excess)^2 = (L cos(pitch) + 2 d)^2 + (L sin(pitch))^2. For a level phone d = excess / 2.
+    """
+    sine2 = 1.0 - cos_pitch**2
+    squared = (separation_m + excess_m) ** 2 - separation_m**2 * sine2
+    return 0.5 * (float(np.sqrt(squared)) - separation_m * cos_pitch)
+
+
+def cone_cosine(range_m: ArrayLike, range2_m: ArrayLike, separation_m: float) -> NDArray[np.float64]:
+    """Cosine of the angle between the phone's long axis and the obstacle, not clamped (Eq. 2).
+
+    theta = pi - arccos((D1^2 + L^2 - D2^2) / (2 D1 L)), so cos theta = (D2^2 - D1^2 - L^2) / (2 D1 L).
+    """
+    d1, d2 = np.asarray(range_m, dtype=np.float64), np.asarray(range2_m, dtype=np.float64)
+    return (d2**2 - d1**2 - separation_m**2) / (2.0 * d1 * separation_m)
+
+
+def walking_angle(
+    cosine: NDArray[np.float64], cos_pitch: float = 1.0, clamped: bool = True
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Bearing from the cone's cosine, and whether it had to be clamped.
+
+    An obstacle at the phone's height lies at the azimuth cos a = cos(cone) / cos(pitch). The angle is unsigned: two
+    microphones do not tell left from right.
+
+    Args:
+        cosine: (n,) from `cone_cosine`.
+        cos_pitch: cosine of the phone's pitch; 1 if it is not known.
+        clamped: False leaves NaN where arccos has no value, and the pitch unused (Eq. 2 as printed).
+    """
+    azimuth = cosine / cos_pitch if clamped else cosine
+    outside = np.abs(azimuth) > 1.0
+    inside = np.where(outside, np.sign(azimuth) if clamped else np.nan, azimuth)
+    return np.arccos(inside), outside & clamped
+
+
+def bearing_std(
+    bearing_rad: NDArray[np.float64], u_std_m: NDArray[np.float64], separation_m: float, cos_pitch: float = 1.0
+) -> NDArray[np.float64]:
+    """Standard deviation of the bearing, to first order; near straight ahead, where that diverges, held finite.
+
+    The cosine has s = u_std / (L cos(pitch)); the bearing s / sin(bearing), and about sqrt(s) straight ahead.
+    """
+    spread = u_std_m / (separation_m * cos_pitch)
+    return spread / np.sqrt(np.sin(bearing_rad) ** 2 + spread)
+
+
+def _strongest(
+    gap_m: NDArray[np.float64], allowed: NDArray[np.bool_], amplitude: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gap and height of each candidate's strongest allowed peak, NaN where none is."""
+    none = np.full(len(gap_m), np.nan)
+    if gap_m.shape[1] == 0:
+        return none, none
+    height = np.where(allowed, amplitude, -np.inf)
+    best = np.argmax(height, axis=1)
+    row = np.arange(len(gap_m))
+    some = allowed.any(axis=1)
+    return np.where(some, gap_m[row, best], np.nan), np.where(some, amplitude[best], np.nan)

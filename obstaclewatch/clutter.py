@@ -1,0 +1,127 @@
+"""Telling obstacles from what moves along with the walker: ground, parallel walls, the body (paper section 3.4).
+
+While the user walks, obstacles ahead come nearer and everything else stays at its delay. Peaks are compared with
+those of earlier beeps: one that finds partners at its own range stays, one that finds them along a constant approach
+closes in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SPEED_STEP_M_S = 0.1
+"""Between trial speeds: 7 cm after 0.7 s, just within the tolerance of an approach."""
+CLOSING_SHARE = 0.5
+"""Share of earlier beeps that must hold a partner along the approach."""
+STATIC_SHARE = 0.5
+"""Share of the older beeps that must hold a partner at the same range."""
+LEAST_BEEPS = 3
+"""Partners without which nothing is said."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the past says about n peaks.
+
+    Attributes:
+        static: (n,) the peak stays where it is.
+        closing: (n,) the peak follows a constant approach.
+        closing_speed_m_s: (n,) speed of that approach, NaN where there is none.
+        judged: there were enough earlier beeps to say so; False leaves all of the above False and NaN.
+    """
+
+    static: NDArray[np.bool_]
+    closing: NDArray[np.bool_]
+    closing_speed_m_s: NDArray[np.float64]
+    judged: bool
+
+
+class PeakHistory:
+    """Ranges of the peaks of the last beeps.
+
+    Args:
+        span_s: how long they are kept.
+    """
+
+    def __init__(self, span_s: float) -> None:
+        self._span_s = span_s
+        self._beeps: deque[tuple[float, NDArray[np.float64]]] = deque()
+
+    def add(self, time_s: float, range_m: NDArray[np.float64]) -> None:
+        """Remember the (n,) peak ranges of the beep at that time."""
+        self._beeps.append((time_s, range_m))
+
+    def before(self, time_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Ages (K,), s, and ranges (K, P), m, NaN-padded, of the beeps within the span; older ones are forgotten."""
+        while self._beeps and time_s - self._beeps[0][0] > self._span_s:
+            self._beeps.popleft()
+        ages = np.array([time_s - past for past, _ in self._beeps])
+        width = max((len(ranges) for _, ranges in self._beeps), default=0)
+        padded = np.full((len(self._beeps), width), np.nan)
+        for row, (_, ranges) in zip(padded, self._beeps, strict=True):
+            row[: len(ranges)] = ranges
+        return ages, padded
+
+    def clear(self) -> None:
+        """Forget all beeps."""
+        self._beeps.clear()
+
+
+def judge_motion(
+    range_m: NDArray[np.float64],
+    age_s: NDArray[np.float64],
+    past_m: NDArray[np.float64],
+    static_tolerance_m: float,
+    static_age_s: float,
+    closing_speed_m_s: tuple[float, float],
+    closing_tolerance_m: float,
+) -> Motion:
+    """Judge (n,) peak ranges against the peaks (K, P) of K earlier beeps of the given ages (K,).
+
+    A peak is static when at least half of the older beeps hold a partner at its range and no approach explains more
+    beeps than that; it closes in when an approach explains at least half of all beeps. The speed is a least-squares
+    fit through the partners.
+    """
+    count = len(range_m)
+    old = age_s >= static_age_s
+    if old.sum() < LEAST_BEEPS:
+        return Motion(np.zeros(count, bool), np.zeros(count, bool), np.full(count, np.nan), False)
+    speeds = np.arange(closing_speed_m_s[0], closing_speed_m_s[1] + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
+    stays = nearest_offset(range_m[:, None], past_m) <= static_tolerance_m
+    expected = range_m[:, None, None] + speeds[:, None] * age_s
+    offset = nearest_offset(expected, past_m)
+    partners = np.sum(offset <= closing_tolerance_m, axis=-1)
+    best = np.argmax(partners - 1e-3 * np.mean(np.minimum(offset, 1.0), axis=-1), axis=-1)
+    most = partners[np.arange(count), best]
+    static = (stays[:, old].mean(axis=1) >= STATIC_SHARE) & (stays.sum(axis=1) >= most)
+    closing = (most >= np.maximum(CLOSING_SHARE * len(age_s), LEAST_BEEPS)) & ~static
+    speed = np.where(closing, fitted_speed(range_m, speeds[best], age_s, past_m, closing_tolerance_m), np.nan)
+    return Motion(static, closing, speed, True)
+
+
+def nearest_offset(expected_m: NDArray[np.float64], past_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., K) distance from expected ranges (..., K or 1) to the nearest peak of each beep (K, P); inf if none."""
+    if past_m.shape[1] == 0:
+        return np.full(np.broadcast_shapes(expected_m.shape, past_m.shape[:1]), np.inf)
+    offset = np.abs(expected_m[..., None] - past_m)
+    return np.min(np.where(np.isnan(offset), np.inf, offset), axis=-1)
+
+
+def fitted_speed(
+    range_m: NDArray[np.float64],
+    speed_m_s: NDArray[np.float64],
+    age_s: NDArray[np.float64],
+    past_m: NDArray[np.float64],
+    tolerance_m: float,
+) -> NDArray[np.float64]:
+    """(n,) least-squares speed through each peak (n,) and its partners along a trial speed (n,)."""
+    offset = past_m - (range_m[:, None] + speed_m_s[:, None] * age_s)[..., None]
+    filled = np.where(np.isnan(offset), np.inf, offset)
+    nearest = np.take_along_axis(filled, np.argmin(np.abs(filled), axis=-1)[..., None], axis=-1)[..., 0]
+    weight = np.where(np.abs(nearest) <= tolerance_m, age_s, 0.0)
+    correction = np.sum(weight * np.where(weight > 0, nearest, 0.0), axis=-1)
+    return speed_m_s + correction / np.maximum(np.sum(weight * age_s, axis=-1), np.finfo(float).tiny)

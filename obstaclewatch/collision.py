@@ -1,0 +1,85 @@
+"""From angle and size to an alert: Eq. 4, the vote of five in nine, and the dangerous distance (paper section 3.6)."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the walker is told after one beep.
+
+    Attributes:
+        alert: a collision is predicted within the dangerous distance.
+        time_s: emission of the beep, s from the start of the recording.
+        range_m: to the nearest candidate that voted for a collision; NaN if none did.
+        time_to_collision_s: that range over its closing speed; NaN likewise. Both are read 0.205 s ahead for the
+            paper's beep (see `ranging`).
+        votes: collision votes among the last `votes_of` beeps.
+    """
+
+    alert: bool
+    time_s: float
+    range_m: float
+    time_to_collision_s: float
+    votes: int
+
+
+class CollisionVote:
+    """Counts the collision votes of the last beeps.
+
+    Args:
+        needed: votes for an alert.
+        of: beeps that are remembered.
+    """
+
+    def __init__(self, needed: int, of: int) -> None:
+        self.needed = needed
+        self._votes: deque[bool] = deque(maxlen=of)
+
+    def cast(self, collides: bool) -> int:
+        """Add a beep's vote; returns how many of the remembered ones are for a collision."""
+        self._votes.append(collides)
+        return sum(self._votes)
+
+    def clear(self) -> None:
+        """Forget all votes."""
+        self._votes.clear()
+
+
+def on_course(
+    range_m: NDArray[np.float64], bearing_rad: NDArray[np.float64], radius_m: NDArray[np.float64], half_width_m: float
+) -> NDArray[np.bool_]:
+    """(n,) whether the walker would meet the obstacle (Eq. 4, corrected): D1 sin(bearing) <= radius + half width.
+
+    An unknown radius (NaN) counts as 0, an unknown bearing as no collision. What lies behind cannot be met.
+    """
+    miss_m = range_m * np.sin(bearing_rad)
+    return (miss_m <= np.nan_to_num(radius_m) + half_width_m) & (bearing_rad < np.pi / 2)
+
+
+def on_course_printed(bearing_rad: NDArray[np.float64], collision_angle_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,) Eq. 4 as printed: bearing <= delta; NaN is no collision."""
+    return bearing_rad <= collision_angle_rad
+
+
+def decide(
+    vote: CollisionVote,
+    time_s: float,
+    range_m: NDArray[np.float64],
+    closing_speed_m_s: NDArray[np.float64],
+    collides: NDArray[np.bool_],
+    danger_m: float,
+) -> Decision:
+    """Cast this beep's vote and decide; the n candidates come nearest first."""
+    votes = vote.cast(bool(collides.any()))
+    if not collides.any():
+        return Decision(False, time_s, np.nan, np.nan, votes)
+    nearest = int(np.flatnonzero(collides)[np.argmin(range_m[collides])])
+    distance = float(range_m[nearest])
+    alert = votes >= vote.needed and distance <= danger_m
+    return Decision(alert, time_s, distance, distance / float(closing_speed_m_s[nearest]), votes)

@@ -1,0 +1,75 @@
+"""What a detector hands out after each beep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.collision import Decision
+
+
+class Flag(IntFlag):
+    """Remarks on a candidate, or on a whole beep."""
+
+    NONE = 0
+    CLAMPED = 1
+    """The path difference left arccos's domain; the bearing is 0 or pi."""
+    BODY_DEDUCTED = 2
+    """Microphone 1 heard the obstacle by way of the walker's body; the detour was deducted."""
+    NO_SECOND_MIC = 4
+    """Microphone 1 heard nothing of the candidate: no bearing."""
+    IDENTICAL_CHANNELS = 8
+    """Both channels are equal (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by range only."""
+    UNCONFIRMED = 16
+    """Too few earlier beeps to tell a static peak from a moving one; the candidate has no vote."""
+    MERGED_CREST = 32
+    """The crest runs into the next one: no radius."""
+    NO_BEEP = 64
+    """The direct sound is not where it should be: nothing was measured."""
+
+
+@dataclass(frozen=True)
+class Detection:
+    """Everything measured from one beep. Arrays run over the candidates, nearest first; at most five by default.
+
+    NaN stands for "not estimated". Ranges are those the chirp reads: for what closes in, `range_doppler_s` ahead.
+
+    Attributes:
+        index: number of the beep since the start or the last reset.
+        time_s: emission of the beep, s from the start of the recording.
+        range_m: (n,) D1, from microphone 0 to the obstacle.
+        range2_m: (n,) D2, from microphone 1.
+        bearing_rad: (n,) unsigned angle between walking direction and obstacle.
+        radius_m: (n,) of the obstacle, from its crest's width.
+        level_db: (n,) echo relative to the direct sound, at microphone 0.
+        snr_db: (n,) 2E/N0 after the matched filter, at microphone 0; peak power over half the envelope's noise power.
+        closing_speed_m_s: (n,) speed of approach, from the ranges of earlier beeps.
+        range_std_m: (n,) claimed standard deviation of range_m, without the range-Doppler bias.
+        bearing_std_rad: (n,) claimed standard deviation of bearing_rad.
+        collides: (n,) votes for a collision.
+        flags: (n,) int, a combination of `Flag`.
+        beep_flags: remarks on the whole beep.
+        decision: what the walker is told.
+    """
+
+    index: int
+    time_s: float
+    range_m: NDArray[np.float64]
+    range2_m: NDArray[np.float64]
+    bearing_rad: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    level_db: NDArray[np.float64]
+    snr_db: NDArray[np.float64]
+    closing_speed_m_s: NDArray[np.float64]
+    range_std_m: NDArray[np.float64]
+    bearing_std_rad: NDArray[np.float64]
+    collides: NDArray[np.bool_]
+    flags: NDArray[np.int_]
+    beep_flags: Flag
+    decision: Decision
+
+    def __len__(self) -> int:
+        return len(self.range_m)

@@ -1,0 +1,109 @@
+"""Peaks of the envelope: which heights count (paper section 3.4), and where exactly they lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, signal
+
+from obstaclewatch.matched_filter import EchoProfile
+
+NEIGHBOURS = np.array([[-1], [0], [1]])
+TINY = np.finfo(np.float64).tiny
+
+
+@dataclass(frozen=True)
+class Echoes:
+    """Peaks of one channel's envelope, nearest first.
+
+    Attributes:
+        delay_s: (n,) where the interpolated peaks lie, on the profile's delay axis.
+        amplitude: (n,) their interpolated heights; 1 is the beep at its emitted amplitude.
+        sample: (n,) profile sample next to each peak.
+    """
+
+    delay_s: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    sample: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.delay_s)
+
+    def __getitem__(self, which: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Echoes:
+        return Echoes(self.delay_s[which], self.amplitude[which], self.sample[which])
+
+
+def mean_threshold(magnitude: NDArray[np.float64], factor: float) -> float:
+    """The paper's threshold: the average envelope over the target range, times lambda (section 3.4).
+
+    The average leaves out the direct sound, which would raise it by 1 % of the direct peak: more than a wall's echo.
+    """
+    return factor * float(np.mean(magnitude))
+
+
+def os_cfar_threshold(
+    magnitude: NDArray[np.float64], factor: float, half_width: int, quantile: float = 0.6
+) -> NDArray[np.float64]:
+    """(n,) multiple of a local order statistic: ordered-statistic constant false-alarm rate (Rohling 1983).
+
+    Args:
+        magnitude: (n,) envelope.
+        factor: multiple of the order statistic.
+        half_width: reference samples on either side.
+        quantile: which order statistic of the window; an echo fills less than the rest of it.
+    """
+    return factor * ndimage.percentile_filter(magnitude, 100.0 * quantile, size=2 * half_width + 1, mode="nearest")
+
+
+def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
+    """Rms of a complex Gaussian noise envelope, from the lower quartile of the heights.
+
+    A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
+    """
+    quarter = len(magnitude) // 4
+    return float(np.partition(magnitude, quarter)[quarter] / np.sqrt(-np.log(0.75)))
+
+
+def separated_peaks(
+    magnitude: NDArray[np.float64], threshold: float | NDArray[np.float64], separation: int
+) -> NDArray[np.intp]:
+    """(n,) local maxima above a threshold; of two nearer than `separation` samples only the higher stays."""
+    return signal.find_peaks(magnitude, height=threshold, distance=max(separation, 1))[0]
+
+
+def windowed_peaks(
+    magnitude: NDArray[np.float64], threshold: float | NDArray[np.float64], window: int
+) -> NDArray[np.intp]:
+    """(n,) the highest sample of every non-overlapping window, if above the threshold (section 3.4 as printed)."""
+    whole = len(magnitude) // window * window
+    best = np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
+    return best[magnitude[best] > np.broadcast_to(threshold, magnitude.shape)[best]]
+
+
+def refine_peaks(
+    magnitude: NDArray[np.float64], peaks: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sub-sample positions and heights of peaks: a parabola through three points of the log envelope.
+
+    The compressed pulse is nearly Gaussian at its top, so its logarithm is nearly a parabola. Samples that are no
+    local maximum (possible under fixed windows) stay where they are.
+
+    Returns:
+        (n,) positions in samples, and (n,) heights.
+    """
+    inner = np.minimum(np.maximum(peaks, 1), len(magnitude) - 2)
+    left, middle, right = np.log(np.maximum(magnitude[inner + NEIGHBOURS], TINY))
+    curvature = left - 2.0 * middle + right
+    is_peak = (middle >= left) & (middle >= right) & (curvature < 0.0) & (inner == peaks)
+    offset = np.zeros(len(peaks))
+    np.divide(0.5 * (left - right), curvature, out=offset, where=is_peak)
+    height = magnitude[peaks] * np.exp(-0.25 * (left - right) * offset)
+    return peaks + offset, height
+
+
+def echoes_at(profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:
+    """Echoes at the given peak samples of one channel."""
+    position, height = refine_peaks(profile.magnitude[channel], peaks)
+    return Echoes(profile.start_s + position / profile.rate_hz, height, peaks)

@@ -1,0 +1,297 @@
+"""From one beep's samples to its candidates' range, bearing and size: the stages that the paper's detectors share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.bearing import (
+    PathDifference,
+    bearing_std,
+    body_distance,
+    cone_cosine,
+    path_difference,
+    walking_angle,
+)
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.clutter import Motion, PeakHistory, judge_motion
+from obstaclewatch.detection import Flag
+from obstaclewatch.echoes import (
+    Echoes,
+    echoes_at,
+    mean_threshold,
+    noise_amplitude,
+    os_cfar_threshold,
+    separated_peaks,
+    windowed_peaks,
+)
+from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.pulse import pulse_shape
+from obstaclewatch.ranging import DirectSound, direct_sound, nearest_body_path, one_way_range
+from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.settings import PaperSettings
+from obstaclewatch.size import Size, printed_rim_excess, rim_excess, size_from_crest
+
+PRINTED_SOUND_SPEED_M_S = 340.0
+"""Section 3.4, "assuming the speed of sound is 340m/s"; section 3.3 uses 343."""
+CFAR_HALF_WIDTH_S = 4e-3
+"""Reference window of the OS-CFAR on either side: ten times the pulse."""
+PEAK_RISE = 0.7
+"""Least separation of two peaks as a share of the 0.5 ms window: 0.35 ms, the pulse's -3 dB width."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What one beep says about n candidates, nearest first. Fields as in `Detection`.
+
+    Attributes:
+        start_s: emission, relative to the block's first sample.
+        collision_angle_rad: (n,) delta of section 3.6.
+    """
+
+    start_s: float
+    range_m: NDArray[np.float64]
+    range2_m: NDArray[np.float64]
+    bearing_rad: NDArray[np.float64]
+    collision_angle_rad: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    level_db: NDArray[np.float64]
+    snr_db: NDArray[np.float64]
+    closing_speed_m_s: NDArray[np.float64]
+    range_std_m: NDArray[np.float64]
+    bearing_std_rad: NDArray[np.float64]
+    may_vote: NDArray[np.bool_]
+    flags: NDArray[np.int_]
+    beep_flags: Flag
+
+
+class EchoPipeline:
+    """The paper's measurements, section by section, with the memory that section 3.4 needs.
+
+    Args:
+        beep: the emitted signal.
+        phone: speaker and microphones.
+        settings: the paper's constants and errata.
+        sound_speed_m_s: speed of sound that the detector assumes.
+        pitch_rad: lift of the phone's top edge; None if not known.
+
+    Raises:
+        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, or ranges beyond one period.
+    """
+
+    def __init__(
+        self,
+        beep: BeepDesign,
+        phone: PhoneGeometry,
+        settings: PaperSettings,
+        sound_speed_m_s: float,
+        pitch_rad: float | None,
+    ) -> None:
+        if not (np.isfinite(sound_speed_m_s) and sound_speed_m_s > 0.0):
+            raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
+        if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
+            raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+        errata = settings.errata
+        self.settings = settings
+        self.sound_speed_m_s = sound_speed_m_s if errata.given_sound_speed else PRINTED_SOUND_SPEED_M_S
+        reach_s = 2.0 * settings.far_m / self.sound_speed_m_s + 2e-3
+        if reach_s > beep.period_s:
+            raise ValueError(f"far_m must be heard within one beep period, got {settings.far_m} m in {beep.period_s} s")
+        self.direct_delay_s = self._direct_delay_s(phone)
+        self._cos_pitch = float(np.cos(pitch_rad or 0.0))
+        self._separation_m = phone.mic_separation_m
+        self._speaker_m = phone.speaker_to_mic_m
+        axis = (phone.mics_m[0] - phone.mics_m[1]) / self._separation_m
+        self._speaker_ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
+        self._filter = MatchedFilter(beep, reach_s, reverse=not errata.correlate_once)
+        self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
+        self._history = PeakHistory(settings.history_s)
+
+    def reset(self) -> None:
+        """Forget earlier beeps."""
+        self._history.clear()
+
+    def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
+        """One beep period to its candidates. `time_s` is that of the block's first sample."""
+        profile = self._filter.compress(block)
+        direct = direct_sound(profile)
+        if not direct.found:
+            return _nothing(Flag.NO_BEEP)
+        start_s = self._start_s(direct)
+        echoes, noise = self._echoes(profile, start_s[0])
+        motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
+        nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
+        echoes, speed = echoes[nearest], motion.closing_speed_m_s[nearest]
+        snr = 2.0 * (echoes.amplitude / noise) ** 2
+        path1_m = self._path_m(echoes, start_s[0])
+        identical = np.array_equal(block[0], block[1])
+        difference = _unheard(len(echoes)) if identical else self._difference(profile, path1_m, start_s[1])
+        range_m, range2_m = self._ranges(path1_m, difference.u_m)
+        bearing_rad, clamped = self._bearing(range_m, range2_m)
+        size = self._size(profile, echoes, start_s[0], range_m, speed)
+        u_std_m = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+        return Measurement(
+            start_s=float(start_s[0]),
+            range_m=range_m,
+            range2_m=range2_m,
+            bearing_rad=bearing_rad,
+            collision_angle_rad=size.collision_angle_rad,
+            radius_m=size.radius_m,
+            level_db=20.0 * np.log10(echoes.amplitude / direct.amplitude[0]),
+            snr_db=10.0 * np.log10(snr),
+            closing_speed_m_s=speed,
+            range_std_m=0.5 * self.sound_speed_m_s * self._pulse.delay_std_s(snr),
+            bearing_std_rad=bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch),
+            may_vote=motion.closing[nearest] | (not self.settings.reject_static),
+            flags=_flags(clamped, difference, size.merged, motion.judged or not self.settings.reject_static, identical),
+            beep_flags=Flag.IDENTICAL_CHANNELS if identical else Flag.NONE,
+        )
+
+    def _direct_delay_s(self, phone: PhoneGeometry) -> float:
+        calibrated = self.settings.direct_delay_s
+        return float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s) if calibrated is None else calibrated
+
+    def _start_s(self, direct: DirectSound) -> NDArray[np.float64]:
+        """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""
+        if self.settings.errata.shared_start:
+            return np.full(2, direct.delay_s[0] - self.direct_delay_s)
+        return direct.delay_s
+
+    def _path_m(self, echoes: Echoes, start_s: float) -> NDArray[np.float64]:
+        return self.sound_speed_m_s * (echoes.delay_s - start_s)
+
+    def _echoes(self, profile: EchoProfile, start_s: float) -> tuple[Echoes, float]:
+        """Microphone 0's peaks within the listening range, and the rms of its noise envelope."""
+        settings = self.settings
+        first, last = (
+            profile.position(start_s + 2.0 * range_m / self.sound_speed_m_s)
+            for range_m in (settings.near_m, settings.far_m)
+        )
+        heard = profile.magnitude[0, first : last + 1]
+        window = round(settings.peak_window_s * profile.rate_hz)
+        threshold = self._threshold(heard, profile.rate_hz)
+        if settings.errata.separated_peaks:
+            peaks = separated_peaks(heard, threshold, round(PEAK_RISE * window))
+        else:
+            peaks = windowed_peaks(heard, threshold, window)
+        return echoes_at(profile, 0, peaks + first), noise_amplitude(heard)
+
+    def _threshold(self, heard: NDArray[np.float64], rate_hz: float) -> float | NDArray[np.float64]:
+        if self.settings.threshold == "mean":
+            return mean_threshold(heard, self.settings.threshold_factor)
+        return os_cfar_threshold(heard, self.settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))
+
+    def _motion(self, range_m: NDArray[np.float64], time_s: float) -> Motion:
+        """Compare the peaks with those of earlier beeps, then remember them."""
+        settings = self.settings
+        age_s, past_m = self._history.before(time_s)
+        motion = judge_motion(
+            range_m,
+            age_s,
+            past_m,
+            settings.static_tolerance_m,
+            settings.static_age_s,
+            settings.closing_speed_m_s,
+            settings.closing_tolerance_m,
+        )
+        self._history.add(time_s, range_m)
+        if settings.reject_static:
+            return motion
+        return Motion(np.zeros(len(range_m), bool), motion.closing, motion.closing_speed_m_s, motion.judged)
+
+    def _difference(self, profile: EchoProfile, path1_m: NDArray[np.float64], start_s: float) -> PathDifference:
+        """u of the candidates from microphone 1's peaks, freed of the walker's body."""
+        settings, noise = self.settings, noise_amplitude(profile.magnitude[1, profile.position(0.0) :])
+        least = noise * 10.0 ** (settings.second_mic_snr_db / 20.0) / np.sqrt(2.0)
+        first = profile.position(start_s)
+        peaks = separated_peaks(profile.magnitude[1, first:], least, 1) + first
+        echoes2 = echoes_at(profile, 1, peaks)
+        pair = partial(
+            path_difference,
+            path1_m,
+            self._path_m(echoes2, start_s),
+            echoes2.amplitude,
+            separation_m=self._separation_m,
+            margin_m=settings.gate_margin_m,
+            cos_pitch=self._cos_pitch,
+            gated=settings.errata.gated_second_mic,
+            whole_detour=settings.errata.whole_detour,
+        )
+        straight = pair(body_distance_m=np.nan)
+        if settings.errata.gated_second_mic and not np.isnan(straight.u_m).any():
+            return straight
+        return pair(body_distance_m=self._body_distance_m(profile, start_s, least))
+
+    def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
+        """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
+        near_m, far_m = self.settings.body_distance_m
+        straight_m = float(self._speaker_m[1]) if self.settings.errata.shared_start else 0.0
+        window = (straight_m + 2.0 * near_m, straight_m + 2.0 * far_m)
+        path_m = nearest_body_path(profile, start_s, window, self.sound_speed_m_s, least)
+        return body_distance(path_m - straight_m, self._separation_m, self._cos_pitch)
+
+    def _ranges(
+        self, path1_m: NDArray[np.float64], u_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """D1 and D2 (sections 3.4 and 3.5)."""
+        errata = self.settings.errata
+        if not errata.one_way_range:
+            return path1_m, path1_m + u_m
+        toward = np.nan_to_num(np.clip(u_m / self._separation_m, -1.0, 1.0), nan=1.0)
+        baseline_m = float(self._speaker_m[0])
+        cosine = self._speaker_ahead_m * toward / baseline_m if baseline_m > 0.0 else toward
+        range_m = one_way_range(path1_m, baseline_m, cosine)
+        return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
+
+    def _bearing(
+        self, range_m: NDArray[np.float64], range2_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        cosine = cone_cosine(range_m, range2_m, self._separation_m)
+        return walking_angle(cosine, self._cos_pitch, self.settings.errata.clamped_angle)
+
+    def _size(
+        self,
+        profile: EchoProfile,
+        echoes: Echoes,
+        start_s: float,
+        range_m: NDArray[np.float64],
+        speed_m_s: NDArray[np.float64],
+    ) -> Size:
+        """Collision angle and radius (Eq. 3)."""
+        errata = self.settings.errata
+        if errata.pulse_width_removed:
+            extra_m, merged = rim_excess(profile, echoes, self._pulse, speed_m_s, self.sound_speed_m_s)
+        else:
+            first = profile.position(start_s + 2.0 * self.settings.near_m / self.sound_speed_m_s)
+            average = mean_threshold(profile.magnitude[0, first:], 1.0)
+            extra_m = printed_rim_excess(profile, echoes, average, self.sound_speed_m_s)
+            merged = np.zeros(len(echoes), dtype=bool)
+        return size_from_crest(range_m, extra_m, merged, errata.rim_angle)
+
+
+def _flags(
+    clamped: NDArray[np.bool_],
+    difference: PathDifference,
+    merged: NDArray[np.bool_],
+    confirmed: bool,
+    identical: bool,
+) -> NDArray[np.int_]:
+    flags = np.where(clamped, int(Flag.CLAMPED), 0)
+    flags |= np.where(difference.body_deducted, int(Flag.BODY_DEDUCTED), 0)
+    flags |= np.where(np.isnan(difference.u_m), int(Flag.NO_SECOND_MIC), 0)
+    flags |= np.where(merged, int(Flag.MERGED_CREST), 0)
+    flags |= 0 if confirmed else int(Flag.UNCONFIRMED)
+    flags |= int(Flag.IDENTICAL_CHANNELS) if identical else 0
+    return flags
+
+
+def _unheard(count: int) -> PathDifference:
+    return PathDifference(np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool))
+
+
+def _nothing(flag: Flag) -> Measurement:
+    none, no = np.empty(0), np.empty(0, dtype=bool)
+    return Measurement(0.0, none, none, none, none, none, none, none, none, none, none, no, np.empty(0, int), flag)

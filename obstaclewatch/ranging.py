@@ -1,0 +1,108 @@
+"""Time of flight to range: one start for both channels, and the triangle of speaker, obstacle and microphone.
+
+Ranges are those of the beep's centre as the chirp reads them. A closing obstacle's delay shrinks while the frequency
+rises, and the matched filter reads the range center_hz / chirp_rate ahead: 0.205 s, or 20-33 cm short at 1.0-1.6 m/s.
+The paper's method has that bias and `PaperDetector` keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.echoes import echoes_at, separated_peaks
+from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+
+DIRECT_SEARCH_S = 1.2e-3
+"""How far from the block's start the direct peak may lie: the air path along a 16 cm phone takes 0.47 ms."""
+
+
+@dataclass(frozen=True)
+class DirectSound:
+    """The direct peaks of one beep.
+
+    Attributes:
+        delay_s: (2,) on the profile's delay axis.
+        amplitude: (2,) heights of the peaks.
+        found: the strongest peak of microphone 0's whole profile is the direct one; False says there is no beep here.
+    """
+
+    delay_s: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    found: bool
+
+
+def direct_sound(profile: EchoProfile) -> DirectSound:
+    """The strongest peak of each channel near the block's start ("the first strongest peak", section 3.4)."""
+    first, last = profile.position(-DIRECT_SEARCH_S), profile.position(DIRECT_SEARCH_S) + 1
+    height = profile.magnitude[:, first:last]
+    peaks = np.argmax(height, axis=1) + first
+    echoes = [echoes_at(profile, channel, peaks[channel : channel + 1]) for channel in range(2)]
+    strongest = profile.magnitude[0].max()
+    inside = first < peaks[0] < last - 1
+    return DirectSound(
+        np.array([echo.delay_s[0] for echo in echoes]),
+        np.array([echo.amplitude[0] for echo in echoes]),
+        bool(inside and strongest > 0.0 and profile.magnitude[0, peaks[0]] == strongest),
+    )
+
+
+def measured_direct_delay_s(block: NDArray[np.floating], beep: BeepDesign) -> float:
+    """Delay of microphone 0's direct peak in a block that starts exactly at an emission: the calibration of d_s.
+
+    Args:
+        block: (2, period_samples) one beep period, first sample at the emission.
+        beep: the emitted signal.
+
+    Raises:
+        ValueError: the block has another shape, or no direct peak near its start.
+    """
+    direct = direct_sound(MatchedFilter(beep, beep.gap_s).compress(block))
+    if not direct.found:
+        raise ValueError(f"the direct sound must be the strongest peak within {DIRECT_SEARCH_S * 1e3} ms of the start")
+    return float(direct.delay_s[0])
+
+
+def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0) -> NDArray[np.float64]:
+    """Distance from a microphone to a point, from the whole path speaker - point - microphone.
+
+    path = D + sqrt(D^2 + b^2 - 2 D b cos a), hence D = (path^2 - b^2) / (2 (path - b cos a)); for b = 0 path / 2.
+
+    Args:
+        path_m: whole path.
+        baseline_m: b, distance from microphone to speaker.
+        cosine: cos a, of the angle at the microphone between the speaker and the point.
+
+    Returns:
+        Distances, NaN where the path is not longer than the baseline.
+    """
+    path = np.asarray(path_m, dtype=np.float64)
+    longer = path > baseline_m
+    spread = np.where(longer, path - baseline_m * np.asarray(cosine, dtype=np.float64), 1.0)
+    return np.where(longer, (path**2 - baseline_m**2) / (2.0 * spread), np.nan)
+
+
+def nearest_body_path(
+    profile: EchoProfile, start_s: float, path_m: tuple[float, float], sound_speed_m_s: float, least_amplitude: float
+) -> float:
+    """Path speaker - walker's body - microphone 1: the strongest peak after the direct sound (section 3.5, Fig. 9).
+
+    Args:
+        profile: compressed block.
+        start_s: emission, on the profile's delay axis.
+        path_m: (shortest, longest) path that can be the body.
+        sound_speed_m_s: speed of sound.
+        least_amplitude: lowest height that counts.
+
+    Returns:
+        The path, m; NaN if no peak lies there.
+    """
+    first, last = (profile.position(start_s + path / sound_speed_m_s) for path in path_m)
+    peaks = separated_peaks(profile.magnitude[1, first : last + 1], least_amplitude, 1) + first
+    if len(peaks) == 0:
+        return np.nan
+    strongest = peaks[np.argmax(profile.magnitude[1, peaks])]
+    return sound_speed_m_s * float(echoes_at(profile, 1, np.array([strongest])).delay_s[0] - start_s)
