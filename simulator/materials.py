@@ -107,7 +107,7 @@ class Material:
                 f"frequency_hz must be within the table of '{self.name}', {low:g} to {high:g}, "
                 f"got {frequency_hz[outside].flat[0]:g}"
             )
-        if (cosine > 1.0 + 1e-9).any():  # rounding of normalised vectors; the NaN of a rejected path passes
+        if (cosine > 1.0 + 1e-9).any():  # rounding of normalised vectors
             raise ValueError(f"cos_incidence must be -1 to 1, got {np.nanmax(cosine)}")
 
 
@@ -127,10 +127,11 @@ def limp_sheet_reflection(surface_density_kg_m2: float, frequency_hz: ArrayLike)
 
 def _locally_reacting(normal: NDArray[np.complex128], cosine: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Reflection at an angle from that at normal incidence; 1 where grazing meets rigid."""
-    numerator = (1.0 + normal) * cosine - (1.0 - normal)
-    denominator = (1.0 + normal) * cosine + (1.0 - normal)
-    undefined = denominator == 0.0
-    return np.where(undefined, 1.0, numerator / np.where(undefined, 1.0, denominator))
+    missing = 1.0 - normal
+    denominator = (1.0 + normal) * cosine + missing
+    denominator = np.where(denominator == 0.0, 1.0, denominator)
+    with np.errstate(invalid="ignore"):  # the NaN of a rejected path passes
+        return 1.0 - 2.0 * missing / denominator  # exactly 1 where nothing is missing
 
 
 def _sheet(name: str, surface_density_kg_m2: float, uncertainty: float, source: str) -> Material:

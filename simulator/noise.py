@@ -11,20 +11,24 @@ BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
 _BLOCK = 1 << 18  # samples drawn at a time: the draws stay in the cache while they are laid out
 
 
-def noise_rms(phone: Phone, sample_rate_hz: float) -> float:
-    """Standard deviation per sample, relative to digital full scale, of white noise with the phone's level in 18-23 kHz.
+def noise_density(phone: Phone) -> float:
+    """One-sided power density of the noise, 1/Hz, relative to digital full scale.
 
-    A sine at `full_scale_spl_db` has amplitude 1, hence mean square 1/2; the band holds 10 kHz / sample rate of the
-    power of white noise.
+    A sine at `full_scale_spl_db` has amplitude 1, hence power 1/2; the level is spread evenly over 18-23 kHz.
+    """
+    band_power = 0.5 * 10.0 ** ((phone.noise_spl_db - phone.full_scale_spl_db) / 10.0)
+    return float(band_power / (BAND_HZ[1] - BAND_HZ[0]))
+
+
+def noise_rms(phone: Phone, sample_rate_hz: float) -> float:
+    """Standard deviation per sample of white noise of that density, relative to digital full scale.
 
     Raises:
         ValueError: a sample rate that is not positive.
     """
     if not (np.isfinite(sample_rate_hz) and sample_rate_hz > 0.0):
         raise ValueError(f"sample_rate_hz must be positive, got {sample_rate_hz}")
-    band_power = 0.5 * 10.0 ** ((phone.noise_spl_db - phone.full_scale_spl_db) / 10.0)
-    band_share = 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / sample_rate_hz
-    return float(np.sqrt(band_power / band_share))
+    return float(np.sqrt(noise_density(phone) * 0.5 * sample_rate_hz))
 
 
 def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -46,3 +50,18 @@ def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.rando
         block[:] = rng.standard_normal((block.shape[1], 2), dtype=np.float32).T
     samples *= rms
     return samples
+
+
+def noise_envelope(
+    phone: Phone, count: int, envelope_rate_hz: float, rng: np.random.Generator
+) -> NDArray[np.complex64]:
+    """(2, count) complex envelope of the same noise, within half an envelope rate of the carrier it is put on.
+
+    In the band the same statistics as `noise_samples`, for fewer draws: for renderers that work on envelopes,
+    x(t) = Re(envelope e^{j w t}).
+
+    Raises:
+        ValueError: a negative count, or a rate that is not positive.
+    """
+    parts = noise_samples(phone, 2 * count, 2.0 * envelope_rate_hz, rng)
+    return parts.view(np.complex64)

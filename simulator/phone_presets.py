@@ -2,15 +2,16 @@
 
 | | measured or published | assumed |
 |---|---|---|
-| microphones | the phone's length apart: 14.1, 15.3, 16.0 cm (paper, section 4.1) | at the two ends of the middle line |
-| speaker | "several centimeters" from the top microphone (paper, section 3.5) | 3 cm below it on the middle line |
+| microphones | the phone's length apart: 14.1, 15.3, 16.0 cm (paper, section 4.1) | at the ends of the middle line |
+| speaker | "several centimeters" from the top microphone (paper, section 3.4) | 3 cm below it on the middle line |
 | response | Galaxy S5: loudspeaker to own microphones | Note5, S8+: flat to 21 and 21.5 kHz, then falling |
-| directivity | rear microphone 8-10 dB weaker to the front | 10 dB front to rear for microphones, 6 dB for the speaker |
+| directivity | bottom microphone weaker to the front (paper, Fig. 8) | microphones 10 dB front to rear, speaker 6 dB |
 | sound in the case | first and strongest arrival (paper, Fig. 9) | 1500 m/s, 1.5 times the direct sound in the air |
 | level, noise | - | 55 dB SPL at 1 m; 30 dB SPL in 18-23 kHz |
 
-The Galaxy S5's table is derived from LibAcousticSensing (https://github.com/yctung/LibAcousticSensing, commit 9279d2dd),
-Copyright 2017 Yu-Chih Tung, MIT licence: 250 Hz power averages over repeats of a sweep, phone in the hand, one unit.
+The Galaxy S5's table is derived from LibAcousticSensing (https://github.com/yctung/LibAcousticSensing, commit
+9279d2dd), Copyright 2017 Yu-Chih Tung, MIT licence (the terms of this project's LICENSE): 250 Hz power averages over
+repeats of a sweep, phone in the hand, one unit; its channel 1 is taken for the top microphone, 2 for the bottom one.
 It was recorded at 48 kHz, whose filters share in the fall above 22 kHz, and through the near field: that it stands for
 the two-way response to a far obstacle is inferred. Below 16 kHz and above 23.5 kHz its end values are held.
 """

@@ -1,0 +1,125 @@
+"""Phone presets: the paper's geometry, the measured response, and the front-to-rear difference of the microphones."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulator.phone import Phone, Transducer
+from simulator.phone_presets import S5_BOTTOM_DB, S5_HZ, S5_TOP_DB, list_phones, preset
+
+REAL_PHONES = ["galaxy-s5", "galaxy-note5", "galaxy-s8-plus"]
+MEASURED = Path(__file__).parents[3] / "shared" / "realdata" / "freq" / "phone_response_model_250Hz.csv"
+
+
+def db(value):
+    return 20.0 * np.log10(value)
+
+
+def two_way_db(phone, mic, frequency_hz):
+    return db(phone.speaker.response(frequency_hz) * phone.mics[mic].response(frequency_hz))
+
+
+def test_the_papers_phones_are_there():
+    assert list_phones() == ["ideal", *REAL_PHONES]
+
+
+@pytest.mark.parametrize(("name", "separation_m"), [("s5", 0.141), ("note5", 0.153), ("s8+", 0.160), ("ideal", 0.150)])
+def test_geometry(name, separation_m):
+    geometry = preset(name).geometry
+    assert geometry.mic_separation_m == pytest.approx(separation_m, abs=1e-12)
+    assert geometry.mics_m[0, 1] > geometry.mics_m[1, 1]  # microphone 0 is the top one
+    np.testing.assert_allclose(geometry.mics_m[:, [0, 2]], 0.0)
+    assert 0.02 <= geometry.speaker_to_mic_m[0] <= 0.04
+
+
+@pytest.mark.parametrize(
+    ("alias", "name"),
+    [("s5", "galaxy-s5"), ("note5", "galaxy-note5"), ("s8+", "galaxy-s8-plus"), ("s8-plus", "galaxy-s8-plus")],
+)
+def test_aliases(alias, name):
+    assert Phone.named(alias.upper()).geometry.name == name
+
+
+def test_unknown_phone_lists_the_known():
+    with pytest.raises(ValueError, match="ideal, galaxy-s5, galaxy-note5, galaxy-s8-plus, got 'iphone'"):
+        Phone.named("iphone")
+
+
+def test_ideal_phone_adds_nothing():
+    phone = Phone.named("ideal")
+    frequency = np.linspace(15e3, 25e3, 11)
+    directions = np.vstack([np.eye(3), -np.eye(3)])
+    assert phone.structure_borne is None
+    assert phone.body is None
+    assert phone.noise_spl_db == -np.inf
+    for transducer in (phone.speaker, *phone.mics):
+        np.testing.assert_array_equal(transducer.response(frequency), 1.0)
+        np.testing.assert_array_equal(transducer.directivity(directions), 1.0)
+
+
+@pytest.mark.parametrize("name", REAL_PHONES)
+@pytest.mark.parametrize("pitch_deg", [0.0, 20.0, 35.0])
+def test_rear_microphone_is_8_to_10_db_weaker_to_the_front(name, pitch_deg):
+    pitch = np.radians(pitch_deg)
+    front = np.array([0.0, np.cos(pitch), -np.sin(pitch)])  # the horizon ahead, seen from a phone pitched up
+    top, bottom = (mic.directivity(front) for mic in Phone.named(name).mics)
+    assert 8.0 <= db(top / bottom) <= 10.0 + 1e-9
+
+
+def test_directivity_is_a_half_cosine_in_level():
+    mic = Transducer(axis=np.array([0.0, 0.0, 1.0]), rear_loss_db=12.0)
+    directions = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    np.testing.assert_allclose(db(mic.directivity(directions)), [0.0, -6.0, -12.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", REAL_PHONES)
+def test_sound_in_the_case_comes_first_and_strongest(name):
+    phone = Phone.named(name)
+    distance = phone.geometry.speaker_to_mic_m
+    assert phone.structure_borne is not None
+    assert (phone.structure_borne.delay_s > 0.0).all()
+    assert (phone.structure_borne.delay_s < distance / 400.0).all()  # faster than any air
+    assert (phone.structure_borne.gain > 1.0 / distance).all()
+    assert (phone.structure_borne.gain * phone.full_scale_gain < 0.5).all()  # far from clipping
+
+
+@pytest.mark.parametrize(("mic", "measured_db"), [(0, S5_TOP_DB), (1, S5_BOTTOM_DB)])
+def test_s5_keeps_the_measured_two_way_response(mic, measured_db):
+    # speaker plus microphone differ from the measurement by one constant: the level of the channel
+    offset = two_way_db(Phone.named("s5"), mic, S5_HZ) - measured_db
+    assert np.ptp(offset) < 1e-9
+
+
+@pytest.mark.parametrize("mic", [0, 1])
+def test_s5_mean_power_is_0_db_over_18_to_22_khz(mic):
+    power = 10.0 ** (two_way_db(Phone.named("s5"), mic, np.arange(18e3, 22_001.0, 250.0)) / 10.0)
+    assert power.mean() == pytest.approx(1.0, abs=1e-9)
+
+
+def test_s5_table_is_the_published_one():
+    if not MEASURED.is_file():
+        pytest.skip("the measured responses are not beside the repository")
+    with MEASURED.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == len(S5_HZ)
+    np.testing.assert_array_equal([float(row["f_Hz"]) for row in rows], S5_HZ)
+    np.testing.assert_array_equal([float(row["s5_ch1_mic_dB_re_18k"]) for row in rows], S5_TOP_DB)
+    np.testing.assert_array_equal([float(row["s5_ch2_mic_dB_re_18k"]) for row in rows], S5_BOTTOM_DB)
+
+
+def test_s8_plus_carries_the_top_of_the_band_best():
+    """Paper, section 4.5: its response in the beep's band is slightly better than that of the other two."""
+    top_of_band = np.linspace(21.5e3, 23e3, 7)
+    phones = [Phone.named(name) for name in REAL_PHONES]
+    s5, note5, s8_plus = (np.mean([two_way_db(phone, mic, top_of_band) for mic in (0, 1)]) for phone in phones)
+    assert s8_plus > note5 > s5
+
+
+@pytest.mark.parametrize("name", REAL_PHONES)
+def test_real_levels_are_the_assumed_ones(name):
+    phone = Phone.named(name)
+    assert (phone.level_spl_db, phone.noise_spl_db) == (55.0, 30.0)
