@@ -30,10 +30,13 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
     full scale; +1 itself becomes the largest step, 1 - 2^-23.
 
     Raises:
+        FileNotFoundError: the folder does not exist.
         ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
             hertz, or more samples than a WAV holds.
     """
     target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"no folder '{target.parent}' to write '{target.name}' to")
     soundfile = _soundfile()
     steps = _to_steps(recording.samples)
     rate = _whole_rate(recording.sample_rate_hz)

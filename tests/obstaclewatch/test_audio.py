@@ -103,6 +103,11 @@ def test_what_cannot_be_written(tmp_path, recording, name, rate_hz, message):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_missing_folder(tmp_path, recording):
+    with pytest.raises(FileNotFoundError, match=r"no folder '.*nowhere' to write 'walk.wav' to"):
+        write_recording(recording, tmp_path / "nowhere" / "walk.wav")
+
+
 def test_blocks_are_the_whole(tmp_path, recording):
     path = tmp_path / "walk.flac"
     write_recording(recording, path)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from obstaclewatch.beep import BeepDesign
+from simulator.air import Air
 from simulator.phone import Phone, Transducer
 from simulator.phone_presets import S5_BOTTOM_DB, S5_HZ, S5_TOP_DB, list_phones, preset
 
@@ -85,6 +87,27 @@ def test_sound_in_the_case_comes_first_and_strongest(name):
     assert (phone.structure_borne.delay_s < distance / 400.0).all()  # faster than any air
     assert (phone.structure_borne.gain > 1.0 / distance).all()
     assert (phone.structure_borne.gain * phone.full_scale_gain < 0.5).all()  # far from clipping
+
+
+@pytest.mark.parametrize("name", REAL_PHONES)
+@pytest.mark.parametrize(("mic", "low_us", "high_us"), [(0, 12.0, 15.0), (1, 38.0, 188.0)])
+def test_direct_sound_peaks_before_the_air_brings_it(name, mic, low_us, high_us):
+    """The matched filter's envelope over a fine grid of delays, summed frequency by frequency."""
+    phone, beep = Phone.named(name), BeepDesign()
+    frequency = np.arange(15e3, 26e3, 20.0)
+    sample = np.arange(9600) / beep.sample_rate_hz
+    spectrum = np.exp(-2j * np.pi * frequency[:, None] * sample) @ beep.samples()
+    air_delay_s = phone.geometry.speaker_to_mic_m[mic] / Air().sound_speed_m_s
+    case = phone.structure_borne
+    assert case is not None
+    arrivals = case.gain[mic] * np.exp(-2j * np.pi * frequency * case.delay_s[mic])
+    arrivals += np.exp(-2j * np.pi * frequency * air_delay_s) / phone.geometry.speaker_to_mic_m[mic]
+    responses = phone.speaker.response(frequency) * phone.mics[mic].response(frequency)
+    received = np.abs(spectrum) ** 2 * arrivals * responses
+    delay_s = np.arange(-200e-6, 800e-6, 1e-6)
+    envelope = np.abs(np.exp(2j * np.pi * delay_s[:, None] * frequency) @ received)
+    peak_us = 1e6 * delay_s[np.argmax(envelope)]
+    assert low_us <= peak_us <= high_us < 1e6 * air_delay_s
 
 
 @pytest.mark.parametrize(("mic", "measured_db"), [(0, S5_TOP_DB), (1, S5_BOTTOM_DB)])
