@@ -1,6 +1,7 @@
 """Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
 
 from scenes.approaches import DATA_COLLECTION, Approach, make_approach
+from scenes.layouts import list_scenes, load_scene
 from scenes.obstacles import walker_body
 from scenes.truth import GroundTruth, ground_truth
 from scenes.walks import Gait, GaitWalk
@@ -12,6 +13,8 @@ __all__ = [
     "GaitWalk",
     "GroundTruth",
     "ground_truth",
+    "list_scenes",
+    "load_scene",
     "make_approach",
     "walker_body",
 ]

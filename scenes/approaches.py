@@ -22,7 +22,7 @@ from scenes.obstacles.person import random_person
 from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
 from scenes.settings import SETTINGS, Setting, ground_of, neighbours
 from scenes.swept import Body
-from scenes.truth import contact
+from scenes.truth import contact, passing_time
 from scenes.walks import Gait, GaitWalk
 from simulator.phone import Phone
 from simulator.pose import Walk
@@ -219,14 +219,13 @@ def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, c
 
 
 def _end_s(target: Obstacle, walk: GaitWalk, collision: bool) -> float:
-    """When the walk ends: just after contact, or once the target lies behind, or 2 s alongside; NaN if it cannot."""
-    met = contact(target, walk)
+    """When the walk ends: just after contact; else once the target lies behind, or 2 s after coming alongside."""
     if collision:
-        return met.contact_time_s + AFTER_CONTACT_S
+        return contact(target, walk).contact_time_s + AFTER_CONTACT_S
     relative = _velocity(walk) - target.velocity_m_s[:2]
     closing = float(np.hypot(*relative))
-    near, far = extents(target, relative / closing, Body().height_m)
-    return max(SHORTEST_S, min((far + BEHIND_M) / closing, near / closing + ALONGSIDE_S))
+    _, far = extents(target, relative / closing, Body().height_m)
+    return max(SHORTEST_S, min((far + BEHIND_M) / closing, passing_time(target, walk) + ALONGSIDE_S))
 
 
 def _timed(walk: GaitWalk, target: Obstacle, end_s: float, period_s: float) -> tuple[GaitWalk, Obstacle]:

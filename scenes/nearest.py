@@ -32,19 +32,47 @@ def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Ar
 
 @numba.njit(cache=True, nogil=True)
 def _nearest_offsets(triangles: Array, query: Array) -> Array:
-    """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3)."""
+    """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3).
+
+    Spheres around the triangles first say how far the nearest can be, then which triangles can be that near.
+    """
+    center, radius = _spheres(triangles)
     result = np.empty_like(query)
     for q in range(len(query)):
-        best = np.inf
+        x, y, z = query[q]
+        bound, best = np.inf, np.inf
         for f in range(len(triangles)):
+            bound = min(bound, _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) + radius[f])
+        bound *= 1.0 + 1e-12
+        for f in range(len(triangles)):
+            if _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) - radius[f] > min(bound, best):
+                continue
             # Relative to the query point, so that far from the origin no digits are lost in the dot products.
             a, b, c = triangles[f, 0] - query[q], triangles[f, 1] - query[q], triangles[f, 2] - query[q]
             offset = _nearest_to_origin(a, b, c)
-            distance = _dot(offset, offset)
+            distance = np.sqrt(_dot(offset, offset))
             if distance < best:
                 best = distance
                 result[q] = offset
     return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _spheres(triangles: Array) -> tuple[Array, Array]:
+    """(F, 3) centroids and (F,) radii of spheres around the triangles."""
+    center, radius = np.empty((len(triangles), 3)), np.empty(len(triangles))
+    for f in range(len(triangles)):
+        center[f] = (triangles[f, 0] + triangles[f, 1] + triangles[f, 2]) / 3.0
+        radius[f] = 0.0
+        for i in range(3):
+            offset = triangles[f, i] - center[f]
+            radius[f] = max(radius[f], np.sqrt(_dot(offset, offset)))
+    return center, radius
+
+
+@numba.njit(cache=True, nogil=True)
+def _length(x: float, y: float, z: float) -> float:
+    return np.sqrt(x * x + y * y + z * z)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+import trimesh
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from scenes.solids import shifted, turned
 from scenes.swept import Body, Slab
 from simulator.scene import Obstacle
 
@@ -19,9 +19,11 @@ Array = NDArray[np.float64]
 def placed(
     obstacle: Obstacle, at_m: ArrayLike, yaw_rad: float = 0.0, velocity_m_s: ArrayLike | None = None
 ) -> Obstacle:
-    """A copy turned counter-clockwise about its own z axis, then moved in plan by (2,) m; None keeps its velocity."""
-    offset = np.append(np.asarray(at_m, dtype=np.float64), 0.0)
-    mesh = shifted(turned(obstacle.mesh, yaw_rad), offset)
+    """A copy turned counter-clockwise about the z axis, then moved in plan by (2,) m; None keeps its velocity."""
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    vertices = np.asarray(obstacle.mesh.vertices) @ turn.T + np.append(np.asarray(at_m, dtype=np.float64), 0.0)
+    mesh = trimesh.Trimesh(vertices, obstacle.mesh.faces, process=False)
     velocity = obstacle.velocity_m_s if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
     return replace(obstacle, mesh=mesh, velocity_m_s=velocity)
 
@@ -31,16 +33,33 @@ def moved_back(obstacle: Obstacle, time_s: float) -> Obstacle:
     return placed(obstacle, -time_s * obstacle.velocity_m_s[:2]) if obstacle.moves else obstacle
 
 
-def apart(obstacle: Obstacle, others: Iterable[Obstacle], duration_s: float, gap_m: float) -> bool:
+@dataclass(frozen=True)
+class Occupied:
+    """A place that is taken.
+
+    Attributes:
+        slab: what of the obstacle lies below 3 m, in plan.
+        velocity_m_s: (2,) of the obstacle.
+    """
+
+    slab: Slab
+    velocity_m_s: Array
+
+    @classmethod
+    def by(cls, obstacle: Obstacle) -> Occupied:
+        """The place an obstacle takes."""
+        return cls(Slab.of(obstacle.mesh, 0.0, 3.0), obstacle.velocity_m_s[:2])
+
+
+def apart(obstacle: Obstacle, others: Sequence[Occupied], duration_s: float, gap_m: float) -> bool:
     """Whether the obstacle's bounding circle keeps a gap in plan from all the others while time runs to a duration."""
     low, high = obstacle.mesh.bounds[:, :2]
     center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-    for other in others:
-        passing = duration_s * (obstacle.velocity_m_s - other.velocity_m_s)[:2]
-        track = np.stack([center, center + passing])
-        if Slab.of(other.mesh, -1.0, 3.0).distance(track) < radius + gap_m:
-            return False
-    return True
+    velocity = obstacle.velocity_m_s[:2]
+    tracks = (np.stack([center, center + duration_s * (velocity - other.velocity_m_s)]) for other in others)
+    return all(
+        other.slab.distance(track) >= radius + gap_m for other, track in zip(others, tracks, strict=True)
+    )
 
 
 def extents(obstacle: Obstacle, direction: Array, height_m: float) -> tuple[float, float]:

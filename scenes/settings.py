@@ -12,8 +12,8 @@ import numpy as np
 
 from scenes.obstacles import ground, random_obstacle, wall
 from scenes.obstacles.person import random_person
-from scenes.placing import apart, extents, placed
-from scenes.truth import contact
+from scenes.placing import Occupied, apart, extents, placed
+from scenes.truth import comes_within
 from scenes.walks import GaitWalk
 from simulator.materials import Material
 from simulator.scene import Obstacle
@@ -81,17 +81,23 @@ def neighbours(rng: np.random.Generator, setting: Setting, target: Obstacle, wal
         RuntimeError: no room was found for one of them.
     """
     around: list[Obstacle] = []
+    taken = [Occupied.by(target)]
+
+    def add(obstacle: Obstacle) -> None:
+        around.append(obstacle)
+        taken.append(Occupied.by(obstacle))
+
     if rng.random() < setting.side_wall and target.category != "wall":
-        around.append(_side_wall(rng, setting, target, walk))
+        add(_side_wall(rng, setting, target, walk))
     for number in range(rng.integers(setting.things[0], setting.things[1] + 1)):
         kind = str(rng.choice(setting.kinds))
         thing = random_obstacle(kind, rng, f"{kind}-{number + 1}")
-        around.append(_beside(rng, thing, [target, *around], walk, np.zeros(3)))
+        add(_beside(rng, thing, taken, walk))
     for number in range(rng.integers(setting.walkers[0], setting.walkers[1] + 1)):
         someone = random_person(rng, f"passer-by-{number + 1}", walking=True)
         course = walk.heading_rad + rng.choice([0.0, np.pi]) + rng.normal(0.0, np.deg2rad(5.0))
         velocity = rng.uniform(0.8, 1.5) * np.array([np.cos(course), np.sin(course), 0.0])
-        around.append(_beside(rng, someone, [target, *around], walk, velocity))
+        add(_beside(rng, placed(someone, np.zeros(2), course - np.pi, velocity), taken, walk))
     return around
 
 
@@ -110,21 +116,18 @@ def _side_wall(rng: np.random.Generator, setting: Setting, target: Obstacle, wal
     return placed(obstacle, middle, walk.heading_rad + np.pi / 2)
 
 
-def _beside(
-    rng: np.random.Generator, thing: Obstacle, others: Sequence[Obstacle], walk: GaitWalk, velocity_m_s: np.ndarray
-) -> Obstacle:
+def _beside(rng: np.random.Generator, thing: Obstacle, taken: Sequence[Occupied], walk: GaitWalk) -> Obstacle:
     """The thing at a free place within reach of the beep: 1 m behind to 9 m ahead, up to 5 m to either side."""
     ahead = np.array([np.cos(walk.heading_rad), np.sin(walk.heading_rad)])
     left = np.array([-ahead[1], ahead[0]])
-    moving = bool(velocity_m_s.any())
+    if not thing.moves:
+        thing = placed(thing, np.zeros(2), rng.uniform(-np.pi, np.pi))
     for attempt in range(TRIES):
         reach = 5.0 + 5.0 * attempt / TRIES  # a crowded place makes newcomers stand further off
         across = rng.choice([-1.0, 1.0]) * rng.uniform(0.6, reach)
-        place = walk.start_m[:2] + rng.uniform(-1.0, 9.0) * ahead + across * left
-        yaw = np.arctan2(velocity_m_s[1], velocity_m_s[0]) - np.pi if moving else rng.uniform(-np.pi, np.pi)
-        candidate = placed(thing, place, float(yaw), velocity_m_s)
-        if not apart(candidate, others, walk.duration_s, NEIGHBOUR_GAP_M):
+        candidate = placed(thing, walk.start_m[:2] + rng.uniform(-1.0, 9.0) * ahead + across * left)
+        if not apart(candidate, taken, walk.duration_s, NEIGHBOUR_GAP_M):
             continue
-        if contact(candidate, walk).clearance_m >= NEIGHBOUR_CLEARANCE_M:
+        if not comes_within(candidate, walk, NEIGHBOUR_CLEARANCE_M):
             return candidate
     raise RuntimeError(f"no room for '{thing.name}' beside the path in {TRIES} tries")

@@ -62,9 +62,10 @@ def disc(radius_m: float, thickness_m: float, segments: int = 48) -> trimesh.Tri
 
 
 def ellipsoid(center_m: ArrayLike, radii_m: ArrayLike, segments: int = 24, rows: int = 14) -> trimesh.Trimesh:
-    """Ellipsoid with its poles on the z axis; rows are equidistant in parametric latitude."""
+    """Ellipsoid with its poles on the z axis; from row to row its normal turns by equal angles."""
     center, radii = np.asarray(center_m, dtype=np.float64), np.asarray(radii_m, dtype=np.float64)
-    latitude = np.linspace(-np.pi / 2, np.pi / 2, rows + 1)[1:-1]
+    normal = np.linspace(-np.pi / 2, np.pi / 2, rows + 1)[1:-1]
+    latitude = np.arctan(radii[2] / radii[:2].mean() * np.tan(normal))
     rings = ellipse_rings(
         center[2] + radii[2] * np.sin(latitude),
         np.cos(latitude)[:, None] * radii[:2],
@@ -132,58 +133,64 @@ def raised(outlines_m: Array, z_m: Array) -> Array:
     return np.concatenate([outlines_m, z], axis=-1)
 
 
-def loft(rings_m: Array, bottom_m: ArrayLike | None = None, top_m: ArrayLike | None = None) -> trimesh.Trimesh:
-    """Closed surface through M rings of N points each, its two ends fanned to a point.
+def loft(
+    rings_m: Array, bottom_m: ArrayLike | None = None, top_m: ArrayLike | None = None, strips: bool = False
+) -> trimesh.Trimesh:
+    """Closed surface through M rings of N points each.
 
     Args:
         rings_m: (M, N, 3) rings, counter-clockwise seen from the direction in which they progress.
-        bottom_m, top_m: (3,) points that close the first and the last ring; None is the ring's centroid, a flat end.
+        bottom_m, top_m: (3,) points to which the first and the last ring are fanned; None is the ring's centroid,
+            which makes a flat end.
+        strips: close both ends by strips between the points k and N - k instead, for rings of even N that are
+            symmetric about the line through the points 0 and N/2: exact where an end curves along that line only.
 
     Returns:
-        A watertight mesh of 2 N M triangles, normals outwards.
+        A watertight mesh, normals outwards.
     """
     rows, count = rings_m.shape[:2]
+    here = np.arange(rows * count).reshape(rows, count)
+    corner = here[:-1], np.roll(here, -1, axis=1)[:-1], np.roll(here, -1, axis=1)[1:], here[1:]
+    sides = [np.stack(corner[:3], axis=-1).reshape(-1, 3), np.stack([corner[i] for i in (0, 2, 3)], -1).reshape(-1, 3)]
+    if strips:
+        ends = [here[0][_strips(count)[:, ::-1]], here[-1][_strips(count)]]
+        return trimesh.Trimesh(rings_m.reshape(-1, 3), np.concatenate(sides + ends), process=False)
     bottom = rings_m[0].mean(axis=0) if bottom_m is None else np.asarray(bottom_m, dtype=np.float64)
     top = rings_m[-1].mean(axis=0) if top_m is None else np.asarray(top_m, dtype=np.float64)
-    vertices = np.concatenate([rings_m.reshape(-1, 3), bottom[None], top[None]])
-    here = np.arange(rows * count).reshape(rows, count)
-    ahead = np.roll(here, -1, axis=1)
-    corner = here[:-1], ahead[:-1], ahead[1:], here[1:]
     first, last = np.full(count, rows * count), np.full(count, rows * count + 1)
-    faces = [
-        np.stack([corner[0], corner[1], corner[2]], axis=-1).reshape(-1, 3),
-        np.stack([corner[0], corner[2], corner[3]], axis=-1).reshape(-1, 3),
-        np.stack([first, ahead[0], here[0]], axis=-1),
-        np.stack([last, here[-1], ahead[-1]], axis=-1),
+    ends = [
+        np.stack([first, np.roll(here[0], -1), here[0]], axis=-1),
+        np.stack([last, here[-1], np.roll(here[-1], -1)], axis=-1),
     ]
-    return trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
+    vertices = np.concatenate([rings_m.reshape(-1, 3), bottom[None], top[None]])
+    return trimesh.Trimesh(vertices, np.concatenate(sides + ends), process=False)
+
+
+def _strips(count: int) -> NDArray[np.int64]:
+    """(count - 2, 3) triangles that fill a ring of even count between the points k and count - k."""
+    k = np.arange(count // 2)
+    near = np.stack([k, k + 1, (count - k - 1) % count], axis=-1)
+    far = np.stack([k, (count - k - 1) % count, (count - k) % count], axis=-1)
+    return np.concatenate([near[:-1], far[1:]])
 
 
 def merged(parts: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
     """One mesh of several closed parts, which may overlap; each part keeps its own vertices."""
-    whole: trimesh.Trimesh = trimesh.util.concatenate(list(parts))
-    return whole
-
-
-def turned(mesh: trimesh.Trimesh, yaw_rad: float) -> trimesh.Trimesh:
-    """A copy turned counter-clockwise about the z axis."""
-    copy: trimesh.Trimesh = mesh.copy()
-    copy.apply_transform(trimesh.transformations.rotation_matrix(yaw_rad, [0.0, 0.0, 1.0]))
-    return copy
+    first = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
+    faces = [part.faces + offset for part, offset in zip(parts, first, strict=True)]
+    return trimesh.Trimesh(np.concatenate([p.vertices for p in parts]), np.concatenate(faces), process=False)
 
 
 def shifted(mesh: trimesh.Trimesh, offset_m: ArrayLike) -> trimesh.Trimesh:
     """A copy moved by (3,) m."""
-    copy: trimesh.Trimesh = mesh.copy()
-    copy.apply_translation(np.asarray(offset_m, dtype=np.float64))
-    return copy
+    return trimesh.Trimesh(mesh.vertices + np.asarray(offset_m, dtype=np.float64), mesh.faces, process=False)
 
 
 def tilted(mesh: trimesh.Trimesh, angle_rad: float) -> trimesh.Trimesh:
     """A copy turned about the y axis through the origin; a positive angle leans its top towards +x."""
-    copy: trimesh.Trimesh = mesh.copy()
-    copy.apply_transform(trimesh.transformations.rotation_matrix(angle_rad, [0.0, 1.0, 0.0]))
-    return copy
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    return trimesh.Trimesh(mesh.vertices @ turn.T, mesh.faces, process=False)
 
 
 def require_positive(name: str, value: float) -> float:

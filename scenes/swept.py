@@ -15,6 +15,10 @@ import trimesh
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+GROUP = 16
+"""Polygons per group in the search for the nearest."""
 
 
 @dataclass(frozen=True)
@@ -58,24 +62,24 @@ class Slab:
     Attributes:
         corner_m: (P, 5, 2) corners of convex polygons, one per triangle that reaches into the slab.
         count: (P,) how many of them are used, 1 to 5.
-        center_m: (P, 2) middle of each polygon's bounding circle.
-        radius_m: (P,) its radius.
+        circle_m: (P, 3) centre and radius of a circle around each polygon.
+        group_m: (G, 3) centre and radius of a circle around each group of 16 consecutive polygons.
     """
 
     corner_m: Array
-    count: NDArray[np.int64]
-    center_m: Array
-    radius_m: Array
+    count: Index
+    circle_m: Array
+    group_m: Array
 
     @classmethod
     def of(cls, mesh: trimesh.Trimesh, low_m: float, high_m: float) -> Slab:
         """The slab between two heights; no polygons if nothing of the mesh is there."""
-        corner, count = _clip(np.ascontiguousarray(mesh.triangles, dtype=np.float64), low_m, high_m)
-        corner, count = corner[count > 0], count[count > 0]
-        used = np.arange(5) < count[:, None]
-        low = np.where(used[..., None], corner, np.inf).min(axis=1)
-        high = np.where(used[..., None], corner, -np.inf).max(axis=1)
-        return cls(corner, count, 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1))
+        vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
+        corner, count, circle = _clip(vertices, np.ascontiguousarray(mesh.faces), low_m, high_m)
+        order = _neighbours_together(circle[:, :2])
+        order = order[count[order] > 0]
+        circle = circle[order]
+        return cls(corner[order], count[order], circle, _group(circle))
 
     def __len__(self) -> int:
         return len(self.count)
@@ -87,34 +91,68 @@ class Slab:
 
     def distance(self, core_m: Array) -> float:
         """Distance in plan to a segment (2, 2), m; 0 where they overlap, infinite if the slab is empty."""
-        return float(_distance(np.ascontiguousarray(core_m), self.corner_m, self.count, self.center_m, self.radius_m))
+        return float(_distance(np.ascontiguousarray(core_m), self.corner_m, self.count, self.circle_m, self.group_m))
 
     def first_contact(self, cores_m: Array, half_width_m: float) -> float:
         """Where along N consecutive cores (N, 2, 2) the distance first falls to the half width.
 
         Returns:
             A fractional index, linear between two cores; NaN if it never does. Contact that begins and ends between
-            two cores, and so is shallower than 0.1 mm at 5 ms and walking speed, is not seen.
+            two cores, and so is shallower than the bulge of the obstacle between them, is not seen.
         """
         cores = np.ascontiguousarray(cores_m)
-        return float(_first_contact(cores, half_width_m, self.corner_m, self.count, self.center_m, self.radius_m))
+        return float(_first_contact(cores, half_width_m, self.corner_m, self.count, self.circle_m, self.group_m))
 
     def closest_approach(self, cores_m: Array) -> float:
         """Smallest distance over N consecutive cores (N, 2, 2), m; infinite if the slab is empty."""
         cores = np.ascontiguousarray(cores_m)
-        return float(_closest_approach(cores, self.corner_m, self.count, self.center_m, self.radius_m))
+        return float(_closest_approach(cores, self.corner_m, self.count, self.circle_m, self.group_m))
+
+
+def _neighbours_together(place_m: Array) -> Index:
+    """Order in which places (P, 2) that share a cell of an 8 x 8 grid follow each other."""
+    low = place_m.min(axis=0)
+    cell = np.floor(7.999 * (place_m - low) / np.maximum(np.ptp(place_m, axis=0), 1e-12))
+    return np.argsort(8.0 * cell[:, 0] + cell[:, 1], kind="stable")
 
 
 @numba.njit(cache=True, nogil=True)
-def _clip(triangles: Array, low: float, high: float) -> tuple[Array, NDArray[np.int64]]:
-    """Clip triangles (F, 3, 3) between two heights; (F, 5, 2) corners in plan and (F,) how many there are."""
-    corner, count = np.zeros((len(triangles), 5, 2)), np.zeros(len(triangles), dtype=np.int64)
-    for f in range(len(triangles)):
-        once, n = _clip_side(triangles[f], 3, low, 1.0)
-        twice, n = _clip_side(once, n, high, -1.0)
+def _group(circle: Array) -> Array:
+    """Circles around groups of consecutive circles."""
+    groups = np.zeros(((len(circle) + GROUP - 1) // GROUP, 3))
+    for g in range(len(groups)):
+        last = min((g + 1) * GROUP, len(circle))
+        for p in range(g * GROUP, last):
+            groups[g, :2] += circle[p, :2] / (last - g * GROUP)
+        for p in range(g * GROUP, last):
+            reach = np.hypot(circle[p, 0] - groups[g, 0], circle[p, 1] - groups[g, 1]) + circle[p, 2]
+            groups[g, 2] = max(groups[g, 2], reach)
+    return groups
+
+
+@numba.njit(cache=True, nogil=True)
+def _clip(vertices: Array, faces: Index, low: float, high: float) -> tuple[Array, Index, Array]:
+    """Clip triangles between two heights: (F, 5, 2) corners in plan, (F,) how many, (F, 3) circles around them."""
+    corner, circle = np.zeros((len(faces), 5, 2)), np.zeros((len(faces), 3))
+    count = np.zeros(len(faces), dtype=np.int64)
+    for f in range(len(faces)):
+        triangle = vertices[faces[f]]
+        z = triangle[:, 2]
+        if max(z[0], z[1], z[2]) < low or min(z[0], z[1], z[2]) > high:
+            continue
+        n = 3
+        if min(z[0], z[1], z[2]) < low or max(z[0], z[1], z[2]) > high:
+            triangle, n = _clip_side(triangle, n, low, 1.0)
+            triangle, n = _clip_side(triangle, n, high, -1.0)
         count[f] = n
-        corner[f, :n] = twice[:n, :2]
-    return corner, count
+        for i in range(n):
+            corner[f, i, 0], corner[f, i, 1] = triangle[i, 0], triangle[i, 1]
+            circle[f, 0] += triangle[i, 0] / n
+            circle[f, 1] += triangle[i, 1] / n
+        for i in range(n):
+            reach = np.hypot(corner[f, i, 0] - circle[f, 0], corner[f, i, 1] - circle[f, 1])
+            circle[f, 2] = max(circle[f, 2], reach)
+    return corner, count, circle
 
 
 @numba.njit(cache=True, nogil=True)
@@ -134,12 +172,18 @@ def _clip_side(polygon: Array, count: int, height: float, sign: float) -> tuple[
 
 
 @numba.njit(cache=True, nogil=True)
-def _distance(core: Array, corner: Array, count: NDArray[np.int64], center: Array, radius: Array) -> float:
+def _distance(core: Array, corner: Array, count: Index, circle: Array, group: Array) -> float:
+    """Distance to the nearest polygon: circles first say how far that can be, then who can be that near."""
+    bound = np.inf
+    for g in range(len(group)):
+        bound = min(bound, _point_to_segment(group[g], core[0], core[1]) + group[g, 2])
     best = np.inf
-    for p in range(len(count)):
-        if _point_to_segment(center[p], core[0], core[1]) - radius[p] >= best:
+    for g in range(len(group)):
+        if _point_to_segment(group[g], core[0], core[1]) - group[g, 2] > min(bound, best):
             continue
-        best = min(best, _to_polygon(core, corner[p], count[p]))
+        for p in range(g * GROUP, min((g + 1) * GROUP, len(count))):
+            if _point_to_segment(circle[p], core[0], core[1]) - circle[p, 2] <= min(bound, best):
+                best = min(best, _to_polygon(core, corner[p], count[p]))
         if best == 0.0:
             return best
     return best
@@ -202,13 +246,11 @@ def _longest_step(cores: Array) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _first_contact(
-    cores: Array, half_width: float, corner: Array, count: NDArray[np.int64], center: Array, radius: Array
-) -> float:
+def _first_contact(cores: Array, half_width: float, corner: Array, count: Index, circle: Array, group: Array) -> float:
     """March by as many cores as the gap safely allows (the distance changes by at most one step per core)."""
     step, k, before = _longest_step(cores), 0, 0
     while True:
-        gap = _distance(cores[k], corner, count, center, radius) - half_width
+        gap = _distance(cores[k], corner, count, circle, group) - half_width
         if gap <= 0.0:
             break
         if k == len(cores) - 1:
@@ -221,7 +263,7 @@ def _first_contact(
         base = min(int(middle), len(cores) - 1)
         rest = middle - base
         core = cores[base] if rest == 0.0 else (1.0 - rest) * cores[base] + rest * cores[base + 1]
-        if _distance(core, corner, count, center, radius) <= half_width:
+        if _distance(core, corner, count, circle, group) <= half_width:
             high = middle
         else:
             low = middle
@@ -229,13 +271,11 @@ def _first_contact(
 
 
 @numba.njit(cache=True, nogil=True)
-def _closest_approach(
-    cores: Array, corner: Array, count: NDArray[np.int64], center: Array, radius: Array
-) -> float:
+def _closest_approach(cores: Array, corner: Array, count: Index, circle: Array, group: Array) -> float:
     """Branch and bound over the indices: an interval is split only while it could hide a smaller distance."""
     step, last = _longest_step(cores), len(cores) - 1
-    first_d = _distance(cores[0], corner, count, center, radius)
-    last_d = _distance(cores[last], corner, count, center, radius)
+    first_d = _distance(cores[0], corner, count, circle, group)
+    last_d = _distance(cores[last], corner, count, circle, group)
     best = min(first_d, last_d)
     low, high = np.empty(128, dtype=np.int64), np.empty(128, dtype=np.int64)
     low_d, high_d = np.empty(128), np.empty(128)
@@ -246,7 +286,7 @@ def _closest_approach(
         if b - a < 2 or 0.5 * (da + db - step * (b - a)) >= best:
             continue
         m = (a + b) // 2
-        dm = _distance(cores[m], corner, count, center, radius)
+        dm = _distance(cores[m], corner, count, circle, group)
         best = min(best, dm)
         low[depth], high[depth], low_d[depth], high_d[depth] = a, m, da, dm
         low[depth + 1], high[depth + 1], low_d[depth + 1], high_d[depth + 1] = m, b, dm, db

@@ -1,8 +1,7 @@
 """Cars: sedan, SUV and van bodies of flat and gently curved panels, on four wheels.
 
-The body is a rounded box lofted along the car, with the waist line of the car as its upper edge, bowed in plan and in
-section by smooth maps that move every vertex onto the curved panel. The cabin is a loft of rounded outlines that
-shrink towards the roof.
+The body is a loft of superellipses along the car, with the waist line as its upper edge, filleted and bowed at the
+ends; every vertex lies on the curved panel. The cabin is a loft of rounded outlines that shrink towards the roof.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Array = NDArray[np.float64]
 Style = Literal["sedan", "suv", "van"]
 
 CLEARANCE_M = 0.20
-SILL_FILLET_M = 0.10
+END_FILLET_M = 0.16
 WHEEL_WIDTH_M = 0.20
 
 
@@ -111,45 +110,39 @@ def random_car(rng: np.random.Generator, name: str = "car") -> Obstacle:
 
 
 def _body(shape: CarShape) -> trimesh.Trimesh:
-    """The lower body: one ring of the section's outline per station along x, then bowed."""
+    """The lower body: one superellipse per station along x, then narrowed and bowed towards the ends."""
     station, inset = _stations(shape)
-    rings = np.stack([_section(shape, x, d) for x, d in zip(station, inset, strict=True)])
-    # A loft progresses along +x with rings that turn counter-clockwise seen from ahead: (y, z) already does.
-    mesh = loft(rings)
-    mesh.vertices = _bowed(np.asarray(mesh.vertices), shape)
-    return mesh
+    waist = PchipInterpolator(shape.waist_x, shape.waist_m)(2.0 * station / shape.length_m)
+    half = np.stack([np.full_like(waist, shape.width_m / 2), 0.5 * (waist - CLEARANCE_M)], axis=-1)
+    section = (half - inset[:, None])[:, None] * _superellipse(32)
+    section[..., 1] += CLEARANCE_M + half[:, None, 1]
+    along = np.broadcast_to(station[:, None, None], (*section.shape[:2], 1))
+    mesh = loft(np.concatenate([along, section], axis=-1), strips=True)
+    return trimesh.Trimesh(_bowed(np.asarray(mesh.vertices), shape), mesh.faces, process=False)
 
 
 def _stations(shape: CarShape) -> tuple[Array, Array]:
-    """Places along x of the rings, and how far each is drawn in: flat ends, quarter-circle fillets, long sides."""
-    half, fillet = shape.length_m / 2, 0.16
-    angle = np.linspace(0.0, np.pi / 2, 6)
-    end_x = np.concatenate([np.full(2, -half), -half + fillet * (1.0 - np.cos(angle))])
-    end_inset = np.concatenate([[0.30, 0.23], fillet * (1.0 - np.sin(angle))])
-    middle = np.linspace(-half + fillet, half - fillet, 11)[1:-1]
+    """Places of the rings along x, and how far each is drawn in: a quarter circle of fillet at both ends."""
+    half, angle = shape.length_m / 2, np.linspace(0.0, np.pi / 2, 7)
+    end_x, end_inset = END_FILLET_M * (1.0 - np.cos(angle)) - half, END_FILLET_M * (1.0 - np.sin(angle))
+    middle = np.linspace(-half + END_FILLET_M, half - END_FILLET_M, 13)[1:-1]
     x = np.concatenate([end_x, middle, -end_x[::-1]])
     return x, np.concatenate([end_inset, np.zeros(len(middle)), end_inset[::-1]])
 
 
-def _section(shape: CarShape, x_m: float, inset_m: float) -> Array:
-    """(N, 3) outline of the body across the car, drawn in by the inset on all sides."""
-    waist = PchipInterpolator(shape.waist_x, shape.waist_m)(2.0 * x_m / shape.length_m)
-    height, width = waist - CLEARANCE_M, shape.width_m
-    outline = rounded_rectangle([width, height], SILL_FILLET_M, corner_segments=4, side_segments=4)
-    shrink = 1.0 - 2.0 * inset_m / np.array([width, height])
-    outline = outline * shrink + [0.0, CLEARANCE_M + height / 2]
-    return np.insert(outline, 0, x_m, axis=1)
+def _superellipse(count: int) -> Array:
+    """(count, 2) points of |y|^5 + |z|^5 = 1: nearly flat flanks with rounded corners."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    circle[np.abs(circle) < 1e-12] = 0.0
+    return np.sign(circle) * np.abs(circle) ** 0.4
 
 
 def _bowed(vertices: Array, shape: CarShape) -> Array:
-    """Bow the ends in plan (radius 2.2 m), the flanks in section and along the car (6 cm and 4 cm of crown)."""
+    """Narrow the car by 8 cm towards its ends, and bow the ends in plan to a radius of 2.2 m."""
     x, y, z = vertices.T
     along = 2.0 * x / shape.length_m
-    middle = 0.5 * (CLEARANCE_M + max(shape.waist_m))
-    up = (z - middle) / (max(shape.waist_m) - CLEARANCE_M)
-    narrow = 1.0 - (0.12 * up**2 + 0.05 * along**2) / shape.width_m * 2.0
-    forward = x - along**5 * y**2 / (2.0 * 2.2)
-    return np.stack([forward, y * narrow, z], axis=-1)
+    return np.stack([x - along**5 * y**2 / (2.0 * 2.2), y * (1.0 - 0.08 * along**2 / shape.width_m), z], axis=-1)
 
 
 def _cabin(shape: CarShape) -> trimesh.Trimesh:

@@ -9,37 +9,30 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from scenes.solids import ellipse_rings, ellipsoid, loft, merged, shifted
+from scenes.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
 from simulator.materials import Material
 from simulator.scene import Obstacle
 
 Array = NDArray[np.float64]
 
-# Torso from crotch to neck: height, half depth, half breadth, as parts of the stature.
-TORSO = np.array([
-    [0.455, 0.050, 0.075],
-    [0.475, 0.062, 0.093],
-    [0.520, 0.070, 0.101],
-    [0.570, 0.066, 0.096],
-    [0.620, 0.061, 0.087],
-    [0.680, 0.066, 0.094],
-    [0.740, 0.070, 0.104],
-    [0.780, 0.064, 0.111],
-    [0.805, 0.056, 0.108],
-    [0.822, 0.047, 0.092],
-    [0.834, 0.040, 0.068],
-    [0.848, 0.034, 0.044],
-    [0.870, 0.032, 0.034],
-    [0.890, 0.032, 0.032],
-])
-LEG = np.array([[0.035, 0.026], [0.10, 0.027], [0.20, 0.034], [0.285, 0.034], [0.40, 0.046], [0.50, 0.055]])
-ARM = np.array([[0.45, 0.018], [0.52, 0.020], [0.60, 0.025], [0.72, 0.028], [0.79, 0.030]])
+# Profiles by height, in parts of the stature. Torso from crotch to neck: half depth and half breadth.
+TORSO = PchipInterpolator(
+    [0.455, 0.475, 0.520, 0.570, 0.620, 0.680, 0.740, 0.780, 0.805, 0.822, 0.834, 0.848, 0.870, 0.890],
+    np.array([
+        [0.050, 0.062, 0.070, 0.066, 0.061, 0.066, 0.070, 0.064, 0.056, 0.047, 0.040, 0.034, 0.032, 0.032],
+        [0.075, 0.093, 0.101, 0.096, 0.087, 0.094, 0.104, 0.111, 0.108, 0.092, 0.068, 0.044, 0.034, 0.032],
+    ]).T,
+)
+CHEST = 0.070
+# Limbs: radius.
+LEG = PchipInterpolator([0.035, 0.10, 0.20, 0.285, 0.40, 0.50], [0.026, 0.027, 0.034, 0.034, 0.046, 0.055])
+ARM = PchipInterpolator([0.45, 0.52, 0.60, 0.72, 0.79], [0.018, 0.020, 0.025, 0.028, 0.030])
 
 
-def person(stature_m: float = 1.75, stride_rad: float = 0.35, girth: float = 1.0, arms: bool = True) -> trimesh.Trimesh:
+def person(stature_m: float = 1.75, stride_rad: float = 0.28, girth: float = 1.0, arms: bool = True) -> trimesh.Trimesh:
     """A clothed adult facing -x, on the ground: torso, head, arms, legs and feet as overlapping smooth closed parts.
 
     Args:
@@ -68,7 +61,7 @@ def random_person(rng: np.random.Generator, name: str = "person", walking: bool 
     """A clothed adult, 1.50-1.95 m tall, in mid-stride if walking; None draws standing or walking evenly."""
     drawn = bool(rng.random() < 0.5)
     strides = drawn if walking is None else walking
-    stride = rng.uniform(0.2, 0.4)
+    stride = rng.uniform(0.2, 0.33)
     mesh = person(rng.uniform(1.50, 1.95), stride if strides else 0.0, rng.uniform(0.9, 1.2))
     return Obstacle(mesh, Material.named("clothed-person"), name, category="pedestrian")
 
@@ -92,10 +85,10 @@ def walker_body(
         if not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{label} must be positive, got {value}")
     _require_within("stature_m", stature_m, 1.0, 2.3)
-    legs = [_limb(LEG[1:], 0.055 * side, 0.0, 0.50, girth, first_z=0.08 / stature_m) for side in (-1.0, 1.0)]
+    legs = [_limb(LEG, 0.055 * side, 0.0, 0.50, girth, first_z=0.08 / stature_m) for side in (-1.0, 1.0)]
     body = merged([_torso(girth), _head(), *legs])
     body.apply_scale(stature_m)
-    chest = float(np.max(TORSO[:, 1])) * girth * stature_m
+    chest = CHEST * girth * stature_m
     return Obstacle(
         shifted(body, [-phone_distance_m - chest, 0.0, -phone_height_m]),
         Material.named("clothed-person"),
@@ -106,21 +99,22 @@ def walker_body(
 
 def _torso(girth: float) -> trimesh.Trimesh:
     """Torso and neck, rounded off at both ends."""
-    low, high = TORSO[0, 0], TORSO[-1, 0]
+    low, high = TORSO.x[[0, -1]]
     z = np.concatenate([np.linspace(low, 0.76, 9), np.linspace(0.76, 0.86, 9)[1:], [0.875, high]])
-    radii = PchipInterpolator(TORSO[:, 0], TORSO[:, 1:])(z) * girth
-    return loft(*_rounded(z, radii, np.zeros((len(z), 2)), 32))
+    radii = TORSO(z) * girth
+    return loft(*_rounded(z, radii, np.zeros((len(z), 2)), 28))
 
 
 def _head() -> trimesh.Trimesh:
-    return ellipsoid([-0.012, 0.0, 0.931], [0.056, 0.044, 0.069], segments=24, rows=12)
+    return ellipsoid([-0.012, 0.0, 0.931], [0.056, 0.044, 0.069], segments=22, rows=10)
 
 
 def _leg(side: float, swing_rad: float, girth: float) -> list[trimesh.Trimesh]:
     hip = 0.50
     limb = _limb(LEG, 0.055 * side, swing_rad, hip, girth)
-    ankle = -np.tan(swing_rad) * (hip - LEG[0, 0])
-    foot = ellipsoid([ankle - 0.025, 0.055 * side, 0.022], [0.078, 0.028, 0.022], segments=16, rows=8)
+    ankle = -np.tan(swing_rad) * (hip - LEG.x[0])
+    along_z = ellipsoid(np.zeros(3), [0.022, 0.028, 0.078], segments=14, rows=10)
+    foot = shifted(tilted(along_z, -np.pi / 2), [ankle - 0.025, 0.055 * side, 0.022])
     return [limb, foot]
 
 
@@ -129,20 +123,20 @@ def _arm(side: float, swing_rad: float, girth: float) -> trimesh.Trimesh:
 
 
 def _limb(
-    profile: Array, y: float, swing_rad: float, pivot: float, girth: float, first_z: float | None = None
+    profile: PchipInterpolator, y: float, swing_rad: float, pivot: float, girth: float, first_z: float | None = None
 ) -> trimesh.Trimesh:
     """A limb of horizontal ellipses hung from a pivot height, its foot forward (-x) for a positive swing."""
-    low = profile[0, 0] if first_z is None else first_z
-    z = np.linspace(low, profile[-1, 0], 9)
-    radius = PchipInterpolator(profile[:, 0], profile[:, 1])(z) * girth
+    low = profile.x[0] if first_z is None else first_z
+    z = np.linspace(low, profile.x[-1], 7)
+    radius = profile(z) * girth
     center = np.stack([-np.tan(swing_rad) * (pivot - z), np.full_like(z, y)], axis=-1)
-    return loft(*_rounded(z, np.stack([radius / np.cos(swing_rad), radius], axis=-1), center, 20))
+    return loft(*_rounded(z, np.stack([radius / np.cos(swing_rad), radius], axis=-1), center, 16))
 
 
 def _rounded(z: Array, radii: Array, center: Array, segments: int) -> tuple[Array, Array, Array]:
-    """Rings, first and last point of a limb that ends in ellipsoidal caps of 0.7 times its radius."""
+    """Rings, first and last point of a limb that ends in ellipsoidal caps as high as its mean radius."""
     latitude = np.linspace(0.0, np.pi / 2, 5)[1:-1]
-    height = 0.7 * radii[[0, -1]].mean(axis=1)
+    height = radii[[0, -1]].mean(axis=1)
     below, above = z[0] - height[0] * np.sin(latitude[::-1]), z[-1] + height[1] * np.sin(latitude)
     shrink = np.cos(latitude)[:, None]
     rings = ellipse_rings(
@@ -154,6 +148,6 @@ def _rounded(z: Array, radii: Array, center: Array, segments: int) -> tuple[Arra
     return rings, np.append(center[0], z[0] - height[0]), np.append(center[-1], z[-1] + height[1])
 
 
-def _require_within(name: str, value: ArrayLike, low: float, high: float) -> None:
-    if not low <= float(np.asarray(value)) <= high:
+def _require_within(name: str, value: float, low: float, high: float) -> None:
+    if not low <= value <= high:
         raise ValueError(f"{name} must lie between {low} and {high}, got {value}")

@@ -1,0 +1,147 @@
+"""The named scenes as whole streets, and scenes from YAML files.
+
+A street runs along +x from the origin, its path about |y| < 1 m, and ends at a wall across it. What stands where is
+fixed; which bin, car or person it is, and by how much it is off its place, comes from the seed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scenes.obstacles import random_obstacle, wall
+from scenes.obstacles.person import random_person
+from scenes.placing import placed
+from scenes.schema import read_scene
+from scenes.settings import SETTINGS, ground_of
+from simulator.materials import Material
+from simulator.scene import Obstacle, Scene
+
+JITTER_M = 0.15
+JITTER_RAD = float(np.deg2rad(8.0))
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place in a street.
+
+    Attributes:
+        category: of what stands there.
+        at_m: (x, y) in the street.
+        yaw_rad: how it is turned; at 0 its front faces the oncoming walker.
+        speed_m_s: of a pedestrian, the way they face; 0 stands.
+    """
+
+    category: str
+    at_m: tuple[float, float]
+    yaw_rad: float = 0.0
+    speed_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class WallSpot:
+    """A wall in a street: the middle of its foot, length, height, turn (0 faces along x) and material."""
+
+    name: str
+    at_m: tuple[float, float]
+    length_m: float
+    height_m: float
+    yaw_rad: float
+    material: str
+
+
+LENGTHWISE = float(np.pi / 2)
+
+WALLS: dict[str, tuple[WallSpot, ...]] = {
+    "supermarket": (
+        WallSpot("shop-front", (12.0, 7.0), 20.0, 4.0, LENGTHWISE, "painted-brick"),
+        WallSpot("shop-window", (12.0, 6.8), 6.0, 2.5, LENGTHWISE, "glass"),
+        WallSpot("end-wall", (24.0, 0.0), 12.0, 3.0, 0.0, "concrete"),
+    ),
+    "campus": (
+        WallSpot("library", (8.0, 5.0), 16.0, 4.0, LENGTHWISE, "brick"),
+        WallSpot("gym", (17.0, -6.0), 12.0, 4.0, LENGTHWISE, "concrete"),
+        WallSpot("dormitory", (24.0, 1.0), 14.0, 4.0, 0.0, "brick"),
+    ),
+}
+
+SPOTS: dict[str, tuple[Spot, ...]] = {
+    "supermarket": (
+        Spot("dustbin", (4.0, 1.3)),
+        Spot("dustbin", (13.5, -1.6)),
+        Spot("dustbin", (19.0, 4.4), LENGTHWISE),
+        Spot("sign", (7.0, -0.9)),
+        Spot("sign", (10.5, 1.2)),
+        Spot("car", (3.5, -5.5), LENGTHWISE),
+        Spot("car", (7.0, -5.5), LENGTHWISE),
+        Spot("car", (16.5, -5.5), -LENGTHWISE),
+        Spot("pedestrian", (9.0, 4.0), 2.0),
+        Spot("pedestrian", (16.0, 0.7), 0.0, 1.1),
+        Spot("clutter", (6.0, 3.4)),
+        Spot("clutter", (20.5, -1.5)),
+    ),
+    "campus": (
+        Spot("dustbin", (5.0, 1.2)),
+        Spot("dustbin", (15.0, -1.4)),
+        Spot("sign", (19.5, 1.5)),
+        Spot("car", (4.0, -5.0), LENGTHWISE),
+        Spot("car", (7.5, -5.0), LENGTHWISE),
+        Spot("pedestrian", (8.0, 0.9), 0.0, 1.2),
+        Spot("pedestrian", (11.0, -1.0), np.pi, 1.0),
+        Spot("pedestrian", (13.0, 2.4), 2.5),
+        Spot("pedestrian", (13.6, 3.0), -0.8),
+        Spot("pedestrian", (17.5, -0.8), 0.1, 1.3),
+        Spot("pedestrian", (21.0, -3.0), LENGTHWISE, 0.9),
+        Spot("clutter", (2.5, 3.0)),
+        Spot("clutter", (10.0, 3.4)),
+        Spot("clutter", (12.0, -2.8)),
+    ),
+}
+
+
+def list_scenes() -> list[str]:
+    """Names that `load_scene` and `make_approach` know."""
+    return sorted(SPOTS)
+
+
+def load_scene(name_or_yaml: str | Path, seed: int = 0) -> Scene:
+    """A named scene, or that of a YAML file (see `scenes.schema`).
+
+    Args:
+        name_or_yaml: one of `list_scenes()`, or the path of a file that ends in .yaml or .yml.
+        seed: which of the many streets of that name; a file has only one.
+
+    Raises:
+        ValueError: an unknown scene, or a file that does not fit the schema.
+        FileNotFoundError: there is no such file.
+    """
+    if Path(name_or_yaml).suffix in (".yaml", ".yml"):
+        return read_scene(name_or_yaml)
+    name = str(name_or_yaml)
+    if name not in SPOTS:
+        raise ValueError(f"scene must be one of {list_scenes()} or a .yaml file, got '{name}'")
+    walls = [_wall(spot) for spot in WALLS[name]]
+    streams = np.random.SeedSequence(seed).spawn(len(SPOTS[name]))
+    things = [
+        _thing(spot, number, np.random.default_rng(stream))
+        for number, (spot, stream) in enumerate(zip(SPOTS[name], streams, strict=True), start=1)
+    ]
+    return Scene((ground_of(SETTINGS[name]), *walls, *things), name=name)
+
+
+def _wall(spot: WallSpot) -> Obstacle:
+    mesh = wall(spot.length_m, spot.height_m, 0.25)
+    obstacle = Obstacle(mesh, Material.named(spot.material), spot.name, category="wall")
+    return placed(obstacle, spot.at_m, spot.yaw_rad)
+
+
+def _thing(spot: Spot, number: int, rng: np.random.Generator) -> Obstacle:
+    name = f"{spot.category}-{number}"
+    at = np.array(spot.at_m) + rng.uniform(-JITTER_M, JITTER_M, 2)
+    yaw = spot.yaw_rad + rng.uniform(-JITTER_RAD, JITTER_RAD)
+    if spot.category != "pedestrian":
+        return placed(random_obstacle(spot.category, rng, name), at, yaw)
+    facing = -np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    return placed(random_person(rng, name, walking=spot.speed_m_s > 0.0), at, yaw, spot.speed_m_s * facing)

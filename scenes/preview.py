@@ -1,0 +1,168 @@
+"""Pictures of scenes, approaches and obstacles, to judge by eye what the numbers are about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from scenes.approaches import Approach
+from scenes.swept import Body
+from simulator.pose import Walk
+from simulator.scene import Obstacle, Scene
+
+COLORS = {
+    "wall": "#a0522d",
+    "dustbin": "#2e7d32",
+    "car": "#1f5fa8",
+    "sign": "#c62828",
+    "pedestrian": "#8e44ad",
+    "clutter": "#8d8d3d",
+}
+OTHER = "#777777"
+LIGHT = np.array([-0.5, -0.6, 0.75]) / np.linalg.norm([-0.5, -0.6, 0.75])
+
+
+def preview_scene(
+    scene: Scene,
+    path: str | Path,
+    walk: Walk | None = None,
+    target: str | None = None,
+    window_m: tuple[float, float, float, float] | None = None,
+) -> Path:
+    """Top view of a scene as a PNG, with the walked path, the swept body and the target if given.
+
+    Args:
+        scene: its obstacles are drawn where they are at time 0, with an arrow of one second of motion.
+        path: file to write.
+        walk: path to draw.
+        target: name of the obstacle to frame.
+        window_m: (x low, x high, y low, y high); None fits the obstacles other than the ground.
+
+    Returns:
+        The path.
+    """
+    figure = Figure(figsize=(10, 6.5), layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_facecolor("#f1efe9")
+    for obstacle in scene.obstacles:
+        if obstacle.category != "ground":
+            _draw_plan(axes, obstacle, framed=obstacle.name == target)
+    if walk is not None:
+        _draw_walk(axes, walk)
+    left, right, bottom, top = _window(scene, walk) if window_m is None else window_m
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x / m", ylabel="y / m", title=scene.name)
+    axes.grid(color="white", linewidth=0.8)
+    axes.set_axisbelow(True)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+    return Path(path)
+
+
+def preview_approach(approach: Approach, path: str | Path) -> Path:
+    """Top view of an approach as a PNG, its window 3 m around the walk and the middle of the target."""
+    walk, target = approach.walk, approach.scene.obstacle(approach.target)
+    place = walk.pose(np.linspace(0.0, walk.duration_s, 50)).position_m[:, :2]
+    middle = target.mesh.bounds[:, :2].mean(axis=0)[None]
+    (left, bottom), (right, top) = (f(np.concatenate([place, middle]), axis=0) for f in (np.min, np.max))
+    return preview_scene(approach.scene, path, walk, target.name, (left - 3.0, right + 3.0, bottom - 3.0, top + 3.0))
+
+
+def contact_sheet(meshes: Mapping[str, trimesh.Trimesh], path: str | Path, columns: int = 5) -> Path:
+    """Shaded pictures of meshes, each scaled to its cell, as a PNG."""
+    rows = -(-len(meshes) // columns)
+    figure = Figure(figsize=(3.2 * columns, 3.2 * rows), layout="constrained")
+    for number, (name, mesh) in enumerate(meshes.items(), start=1):
+        axes: Any = figure.add_subplot(rows, columns, number, projection="3d")
+        _draw_solid(axes, mesh)
+        axes.set_title(f"{name}\n{len(mesh.faces)} triangles", fontsize=9)
+    figure.savefig(path, dpi=90, metadata={"Software": None})
+    return Path(path)
+
+
+def _draw_plan(axes: Axes, obstacle: Obstacle, framed: bool) -> None:
+    """All triangles from above, highest last, lighter the higher they face up."""
+    mesh, color = obstacle.mesh, COLORS.get(obstacle.category, OTHER)
+    upward = np.flatnonzero(mesh.face_normals[:, 2] > 1e-6)
+    order = upward[np.argsort(mesh.triangles_center[upward, 2])]
+    outlines = list(mesh.triangles[order][:, :, :2])
+    shades = _shaded(mesh.face_normals[order], color)
+    axes.add_collection(PolyCollection(outlines, facecolors=shades, edgecolors="face"))
+    center = mesh.bounds[:, :2].mean(axis=0)
+    if obstacle.moves:
+        axes.annotate(
+            "",
+            center + obstacle.velocity_m_s[:2],
+            center,
+            arrowprops={"arrowstyle": "->", "color": color, "lw": 1.6},
+            annotation_clip=True,
+        )
+    (x, y), (right, top) = mesh.bounds[:, :2]
+    if framed:
+        axes.plot([x, right, right, x, x], [y, y, top, top, y], color="black", linewidth=1.2, linestyle="--")
+    axes.annotate(
+        obstacle.name,
+        (center[0], top),
+        (0, 3),
+        textcoords="offset points",
+        ha="center",
+        fontsize=8,
+        annotation_clip=True,
+    )
+
+
+def _draw_walk(axes: Axes, walk: Walk) -> None:
+    """The phone's path, the body swept along it, the body at the start and the end."""
+    time = np.linspace(0.0, walk.duration_s, 200)
+    pose = walk.pose(time)
+    body, heading = Body(), pose.body_heading_rad()
+    stadiums = [_stadium(core, body.half_width_m) for core in body.core(pose.position_m, heading)]
+    axes.add_collection(PolyCollection(stadiums, facecolors="#f5d76e", edgecolors="none"))
+    axes.add_collection(PolyCollection([stadiums[0], stadiums[-1]], facecolors="none", edgecolors="#7f6000"))
+    axes.plot(*pose.position_m[:, :2].T, color="#7f6000", linewidth=1.4)
+    axes.plot(*pose.position_m[0, :2], "o", color="#7f6000", markersize=4)
+
+
+def _stadium(core_m: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
+    """(50, 2) outline of all points within a radius of a segment (2, 2)."""
+    along = core_m[0] - core_m[1]
+    turn = np.arctan2(along[1], along[0]) + np.linspace(-np.pi / 2, np.pi / 2, 25)
+    arc = radius_m * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return np.concatenate([core_m[0] + arc, core_m[1] - arc])
+
+
+def _draw_solid(axes: Any, mesh: trimesh.Trimesh) -> None:
+    """The faces turned towards the viewer, who stands at the front left above."""
+    azimuth, elevation = np.deg2rad(-125.0), np.deg2rad(22.0)
+    viewer = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    seen = mesh.face_normals @ viewer > 0.0
+    colors = _shaded(mesh.face_normals[seen], "#b0b7c3")
+    axes.add_collection3d(Poly3DCollection(mesh.triangles[seen], facecolors=colors, edgecolors=colors, linewidths=0.2))
+    low, high = mesh.bounds
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(np.maximum(high - low, 0.05), zoom=0.9)
+    axes.view_init(elev=np.rad2deg(elevation), azim=np.rad2deg(azimuth))
+    axes.set_axis_off()
+
+
+def _shaded(normals: NDArray[np.float64], color: str) -> NDArray[np.float64]:
+    """(F, 3) colours under a lamp from the front left above."""
+    base = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    light = 0.45 + 0.55 * np.clip(normals @ LIGHT, 0.0, 1.0)
+    return np.clip(base * light[:, None] * 1.25, 0.0, 1.0)
+
+
+def _window(scene: Scene, walk: Walk | None) -> tuple[float, float, float, float]:
+    corners = [obstacle.mesh.bounds[:, :2] for obstacle in scene.obstacles if obstacle.category != "ground"]
+    if walk is not None:
+        corners.append(walk.pose([0.0, walk.duration_s]).position_m[:, :2])
+    points = np.concatenate(corners) if corners else np.array([[-5.0, -5.0], [5.0, 5.0]])
+    (left, bottom), (right, top) = points.min(axis=0) - 1.0, points.max(axis=0) + 1.0
+    return left, right, bottom, top
