@@ -30,6 +30,7 @@ def path_difference(
     separation_m: float,
     margin_m: float,
     body_distance_m: float,
+    least_amplitude: NDArray[np.float64],
     cos_pitch: float = 1.0,
     gated: bool = True,
     whole_detour: bool = True,
@@ -43,6 +44,7 @@ def path_difference(
         separation_m: L, between the microphones.
         margin_m: how far u may lie outside [-L, L].
         body_distance_m: from microphone 1 to the walker's body; NaN where unknown: nothing is deducted.
+        least_amplitude: (n,) height below which a peak cannot be the candidate: a sidelobe of something else.
         cos_pitch: cosine of the phone's pitch.
         gated: False takes the strongest peak up to the body's detour and always deducts (section 3.5 as printed).
         whole_detour: False deducts the distance to the body once (section 3.5 as printed).
@@ -50,7 +52,8 @@ def path_difference(
     gap = path2_m - path1_m[:, None]
     reach = separation_m + margin_m
     detour = 0.0 if np.isnan(body_distance_m) else 2.0 * body_distance_m
-    straight, by_body = np.abs(gap) <= reach, (gap >= -reach) & (gap <= reach + detour)
+    loud = amplitude2 >= least_amplitude[:, None]
+    straight, by_body = loud & (np.abs(gap) <= reach), loud & (gap >= -reach) & (gap <= reach + detour)
     own, own_height = _strongest(gap, straight, amplitude2)
     late, late_height = _strongest(gap, by_body, amplitude2)
     deduct = ~np.isnan(late) & (np.isnan(own) | (not gated)) & (detour > 0.0)

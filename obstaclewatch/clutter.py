@@ -119,6 +119,8 @@ def fitted_speed(
     tolerance_m: float,
 ) -> NDArray[np.float64]:
     """(n,) least-squares speed through each peak (n,) and its partners along a trial speed (n,)."""
+    if past_m.shape[1] == 0:
+        return speed_m_s
     offset = past_m - (range_m[:, None] + speed_m_s[:, None] * age_s)[..., None]
     filled = np.where(np.isnan(offset), np.inf, offset)
     nearest = np.take_along_axis(filled, np.argmin(np.abs(filled), axis=-1)[..., None], axis=-1)[..., 0]

@@ -105,7 +105,8 @@ class EchoPipeline:
         self._separation_m = phone.mic_separation_m
         self._speaker_m = phone.speaker_to_mic_m
         axis = (phone.mics_m[0] - phone.mics_m[1]) / self._separation_m
-        self._speaker_ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
+        ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
+        self._speaker_cosine = ahead_m / self._speaker_m[0] if self._speaker_m[0] > 0.0 else 0.0
         self._filter = MatchedFilter(beep, reach_s, reverse=not errata.correlate_once)
         self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
         self._history = PeakHistory(settings.history_s)
@@ -128,7 +129,9 @@ class EchoPipeline:
         snr = 2.0 * (echoes.amplitude / noise) ** 2
         path1_m = self._path_m(echoes, start_s[0])
         identical = np.array_equal(block[0], block[1])
-        difference = _unheard(len(echoes)) if identical else self._difference(profile, path1_m, start_s[1])
+        difference = (
+            _unheard(len(echoes)) if identical else self._difference(profile, path1_m, echoes.amplitude, start_s[1])
+        )
         range_m, range2_m = self._ranges(path1_m, difference.u_m)
         bearing_rad, clamped = self._bearing(range_m, range2_m)
         size = self._size(profile, echoes, start_s[0], range_m, speed)
@@ -202,7 +205,9 @@ class EchoPipeline:
             return motion
         return Motion(np.zeros(len(range_m), bool), motion.closing, motion.closing_speed_m_s, motion.judged)
 
-    def _difference(self, profile: EchoProfile, path1_m: NDArray[np.float64], start_s: float) -> PathDifference:
+    def _difference(
+        self, profile: EchoProfile, path1_m: NDArray[np.float64], amplitude1: NDArray[np.float64], start_s: float
+    ) -> PathDifference:
         """u of the candidates from microphone 1's peaks, freed of the walker's body."""
         settings, noise = self.settings, noise_amplitude(profile.magnitude[1, profile.position(0.0) :])
         least = noise * 10.0 ** (settings.second_mic_snr_db / 20.0) / np.sqrt(2.0)
@@ -216,6 +221,7 @@ class EchoPipeline:
             echoes2.amplitude,
             separation_m=self._separation_m,
             margin_m=settings.gate_margin_m,
+            least_amplitude=amplitude1 * 10.0 ** (settings.second_mic_level_db / 20.0),
             cos_pitch=self._cos_pitch,
             gated=settings.errata.gated_second_mic,
             whole_detour=settings.errata.whole_detour,
@@ -240,10 +246,10 @@ class EchoPipeline:
         errata = self.settings.errata
         if not errata.one_way_range:
             return path1_m, path1_m + u_m
-        toward = np.nan_to_num(np.clip(u_m / self._separation_m, -1.0, 1.0), nan=1.0)
-        baseline_m = float(self._speaker_m[0])
-        cosine = self._speaker_ahead_m * toward / baseline_m if baseline_m > 0.0 else toward
-        range_m = one_way_range(path1_m, baseline_m, cosine)
+        range_m = path1_m / 2.0
+        for _ in range(2):  # the triangle needs the bearing and the bearing the range: the second round moves < 0.1 mm
+            toward = np.nan_to_num(cone_cosine(range_m, range_m + u_m, self._separation_m).clip(-1.0, 1.0), nan=1.0)
+            range_m = one_way_range(path1_m, float(self._speaker_m[0]), self._speaker_cosine * toward)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
 
     def _bearing(

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.echoes import refine_peaks
+from obstaclewatch.echoes import TINY, refine_peaks
 from obstaclewatch.matched_filter import MatchedFilter
 
-SPEEDS_M_S = np.arange(0.0, 4.01, 0.5)
+SPEEDS_M_S = np.arange(0.0, 4.01, 0.2)
 """Closing speeds of the width table. Doppler stretches the paper's pulse: its half width at half height grows from
-257 us at rest to 278 us at 1.3 m/s, which unremoved reads as 15 cm of radius at 3 m."""
+259 us at rest to 280 us at 1.3 m/s, which unremoved reads as 15 cm of radius at 3 m."""
+THREE_POINTS = np.array([[-2], [-1], [0]])
 
 
 @dataclass(frozen=True)
@@ -85,21 +86,29 @@ def trailing_widths(
         (n,) whether the side rises again: a crest merged with the next one.
     """
     count = int(reach_s * rate_hz)
-    first = np.ceil(position).astype(np.intp)
+    first = np.floor(position).astype(np.intp)
     index = np.minimum(first[:, None] + np.arange(count), len(magnitude) - 1)
     side = magnitude[index]
     target = level * height
     below = side < target[:, None]
     falls = below.any(axis=1)
-    crossing = np.maximum(np.argmax(below, axis=1), 1)
-    rises = np.diff(side, axis=1) > 0.0
-    merged = rises.any(axis=1) & (np.argmax(rises, axis=1) + 1 < crossing)
-    row = np.arange(len(position))
-    before, after = np.log(np.maximum(side[row, crossing - 1], 1e-300)), np.log(np.maximum(side[row, crossing], 1e-300))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = (before - np.log(target)) / (before - after)
-    width = (first + crossing - 1 + fraction - position) / rate_hz
-    return np.where(falls & ~merged, width, np.nan), merged
+    crossing = np.argmax(below, axis=1)
+    rises = np.diff(side[:, 1:], axis=1) > 0.0
+    merged = rises.any(axis=1) & (np.argmax(rises, axis=1) + 2 < crossing)
+    readable = falls & ~merged
+    width = np.full(len(position), np.nan)
+    row, crossed = np.flatnonzero(readable), crossing[readable]
+    three = np.log(np.maximum(magnitude[first[row] + crossed + THREE_POINTS], TINY))
+    width[row] = (first[row] + crossed + _inverse_parabola(three, np.log(target[row])) - position[row]) / rate_hz
+    return width, merged
+
+
+def _inverse_parabola(height: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) where falling heights (3, n) at samples -2, -1, 0 pass a target: position as a parabola of height."""
+    early, middle, late = height
+    weight_early = (target - middle) * (target - late) / ((early - middle) * (early - late))
+    weight_middle = (target - early) * (target - late) / ((middle - early) * (middle - late))
+    return -2.0 * weight_early - weight_middle
 
 
 def _peak_of(

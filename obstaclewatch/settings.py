@@ -40,6 +40,8 @@ class PaperSettings:
         gate_margin_m: how far path 2 - path 1 may lie outside +-L before it is another echo; 3 cm is three standard
             deviations at 20 dB.
         second_mic_snr_db: least SNR of a peak at microphone 1.
+        second_mic_level_db: least level of a candidate at microphone 1 relative to microphone 0. The rear microphone
+            is 8-10 dB weaker to the front; what is 30 dB weaker is a sidelobe.
         direct_delay_s: calibrated delay of the direct peak at microphone 0 after emission; None takes the air path
             speaker_to_mic_m[0] / c. Where sound through the case dominates, measure it (`measured_direct_delay_s`).
         errata: which formulas to correct.
@@ -70,6 +72,7 @@ class PaperSettings:
     body_distance_m: tuple[float, float] = (0.1, 0.8)
     gate_margin_m: float = 0.03
     second_mic_snr_db: float = 12.0
+    second_mic_level_db: float = -30.0
     direct_delay_s: float | None = None
     errata: Errata = field(default_factory=Errata)
 

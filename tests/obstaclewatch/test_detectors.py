@@ -1,0 +1,299 @@
+"""The paper's detector end to end, on points at known places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from obstaclewatch import DistanceOnlyDetector, Errata, Flag, NoBeepError, PaperDetector, PaperSettings, PhoneGeometry
+
+from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, recording, true_range
+
+STANDING = PaperSettings(reject_static=False)
+L = PHONE.mic_separation_m
+GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
+
+
+def _standing(points, settings=STANDING, **options):
+    return PaperDetector(BEEP, PHONE, settings).process(record(points, **options))
+
+
+def _bearing(point):
+    return np.arctan2(point.aside_m, point.ahead_m - 0.0705)
+
+
+@pytest.mark.parametrize("ahead_m", [0.7, 1.5, 3.0, 5.0, 6.8])
+@pytest.mark.parametrize("aside_m", [0.0, 0.4, 1.2])
+def test_range_and_bearing_of_a_point(ahead_m, aside_m):
+    """Without noise: 0.1 mm and, from cos within 1e-3 of its edge, 2 degrees at 0 and better elsewhere."""
+    point = Point(ahead_m, aside_m)
+    found = _standing([point])
+    if np.hypot(ahead_m, aside_m) > 7.0:
+        return
+    assert len(found) == 1
+    assert found.range_m[0] == pytest.approx(true_range(point, 0.0, 0.0), abs=2e-4)
+    assert found.range2_m[0] == pytest.approx(true_range(point, 0.0, 0.0, mic=1), abs=3e-4)
+    assert found.bearing_rad[0] == pytest.approx(_bearing(point), abs=np.radians(2.0 if aside_m == 0.0 else 0.5))
+
+
+@pytest.mark.parametrize("snr_db", [20.0, 30.0, 40.0])
+def test_range_and_u_reach_the_cramer_rao_bound(snr_db):
+    """200 noises; 1.3 x the bound is five standard errors of the estimated deviation, and finds a lost estimator."""
+    point = Point(2.0, 1.8)
+    clean, level = record([point]), noise_for(snr_db, point.gain)
+    rng = np.random.default_rng(8)
+    detector = PaperDetector(BEEP, PHONE, replace(STANDING, second_mic_snr_db=6.0))
+    ranges, differences, claims, snrs = [], [], [], []
+    for _ in range(200):
+        found = detector.process(clean + FULL_SCALE * level * rng.standard_normal(clean.shape))
+        near = np.flatnonzero(np.abs(found.range_m - true_range(point, 0.0, 0.0)) < 0.06)
+        assert len(near) == 1
+        ranges.append(found.range_m[near[0]])
+        differences.append(found.range2_m[near[0]] - found.range_m[near[0]])
+        claims.append(found.range_std_m[near[0]])
+        snrs.append(found.snr_db[near[0]])
+    bound = 3.9e-3 * 10.0 ** ((20.0 - snr_db) / 20.0)
+    assert np.mean(snrs) == pytest.approx(snr_db, abs=1.0)
+    assert np.mean(claims) == pytest.approx(bound, rel=0.15)
+    assert np.std(ranges) < 1.3 * bound
+    assert np.nanstd(differences) < 1.3 * bound * 2.0 * np.sqrt(2.0)
+    assert np.isfinite(differences).mean() > 0.95
+    assert abs(np.mean(ranges) - true_range(point, 0.0, 0.0)) < 0.3 * bound + 2e-4
+
+
+@pytest.mark.parametrize("speed", [1.0, 1.3, 1.6])
+def test_walking_reads_the_range_ahead_of_time(speed):
+    """Range-Doppler coupling: R at the beep's centre as it is hit, less speed x 0.205 s; the stretch of the chirp by
+    2 v / c adds the third order, 2 mm."""
+    wall = Point(4.0)
+    found = _standing([wall], speed_m_s=speed)
+    assert len(found) == 1
+    centre = 0.025 + true_range(wall, speed, 0.03) / C
+    bias = found.range_m[0] - true_range(wall, speed, centre)
+    assert bias == pytest.approx(-speed * BEEP.range_doppler_s, abs=4e-3)
+
+
+def test_static_echoes_go_and_the_obstacle_stays():
+    """Ground under a gait, a wall alongside, and an obstacle ahead."""
+    points = [GROUND, Point(2.0, gain=0.1, carried=True), Point(5.0, gain=0.06)]
+    detections = list(PaperDetector(BEEP, PHONE).stream(recording(points, beeps=20, speed_m_s=1.3, noise=0.02)))
+    assert len(detections) == 20
+    assert all(Flag.UNCONFIRMED in Flag(int(detections[0].flags[0])) for _ in range(1))
+    settled = detections[7:]
+    assert all(len(found) >= 1 for found in settled)
+    nearest = np.array([found.range_m[np.isfinite(found.closing_speed_m_s)][0] for found in settled])
+    expected = [true_range(points[2], 1.3, found.time_s + 0.025 + 0.01) - 1.3 * 0.205 for found in settled]
+    assert nearest == pytest.approx(expected, abs=0.03)
+    assert np.mean([len(found) for found in settled]) < 1.3
+    speeds = [found.closing_speed_m_s[np.isfinite(found.closing_speed_m_s)][0] for found in settled]
+    assert speeds == pytest.approx([1.3] * len(speeds), abs=0.06)
+
+
+def test_collision_course_alerts_and_passing_by_does_not():
+    """At 30 dB and more the vote tells 0 from 1.2 m of miss; the distance alone does not."""
+    options = {"beeps": 30, "speed_m_s": 1.4, "noise": 0.02}
+    ahead = recording([GROUND, Point(5.0, 0.0, gain=0.1)], **options)
+    aside = recording([GROUND, Point(5.0, 1.2, gain=0.1)], **options)
+    paper, baseline = PaperDetector(BEEP, PHONE), DistanceOnlyDetector(BEEP, PHONE)
+    alerts = [decision for decision in paper.run(ahead) if decision.alert]
+    assert len(alerts) >= 1
+    assert 2.0 < alerts[0].range_m <= 3.0
+    assert alerts[0].time_to_collision_s == pytest.approx(alerts[0].range_m / 1.4, rel=0.1)
+    assert not any(decision.alert for decision in paper.run(aside))
+    assert any(decision.alert for decision in baseline.run(aside))
+    first = next(decision for decision in baseline.run(ahead) if decision.alert)
+    assert 3.0 < first.range_m <= 4.0
+
+
+def test_standing_in_front_of_a_wall_is_no_collision():
+    decisions = PaperDetector(BEEP, PHONE).run(recording([Point(2.0)], beeps=20))
+    assert len(decisions) == 20
+    assert not any(decision.alert for decision in decisions)
+
+
+def test_streaming_equals_batch_bit_for_bit():
+    samples = recording([GROUND, Point(4.0, 0.2, gain=0.06)], beeps=14, speed_m_s=1.3, noise=0.05)
+    detector = PaperDetector(BEEP, PHONE)
+    streamed = list(detector.stream(samples))
+    repeated = detector.run(samples)
+    detector.reset()
+    blocks = samples.samples.reshape(2, -1, BEEP.period_samples)
+    by_hand = [detector.process(blocks[:, k], k * BEEP.period_samples / BEEP.sample_rate_hz) for k in range(14)]
+    assert len(streamed) == 14
+    for one, two, three in zip(streamed, repeated, by_hand, strict=True):
+        assert np.array_equal(one.range_m, three.range_m)
+        assert np.array_equal(one.bearing_rad, three.bearing_rad, equal_nan=True)
+        assert np.array_equal(one.radius_m, three.radius_m, equal_nan=True)
+        assert repr(one.decision) == repr(two) == repr(three.decision)
+
+
+def test_body_detour_is_deducted():
+    """The obstacle reaches microphone 1 only by way of a plane body 0.3 m behind it, seen in the direct sound too."""
+    body = 0.3
+    mics = PHONE.mics_m[:, 1]
+    image = np.hypot(3.0 - (mics[1] - 2.0 * body), 0.5) - np.hypot(3.0 - mics[1], 0.5)
+    obstacle = Point(3.0, 0.5, gain=0.1, detour_m=(0.0, image))
+    reflected = Point(mics[1] - body, gain=0.5)
+    found = _standing([obstacle, reflected])
+    flagged = np.flatnonzero(found.flags & Flag.BODY_DEDUCTED)
+    assert len(flagged) == 1
+    assert found.range_m[flagged[0]] == pytest.approx(true_range(obstacle, 0.0, 0.0), abs=2e-3)
+    assert found.bearing_rad[flagged[0]] == pytest.approx(_bearing(obstacle), abs=np.radians(3.0))
+
+
+def test_identical_channels_fall_back_to_range_only():
+    samples = record([Point(4.5, 1.5)], beeps=25, speed_m_s=1.4, noise=0.02)
+    samples[1] = samples[0]
+    detector = PaperDetector(BEEP, PHONE)
+    blocks = samples.reshape(2, -1, BEEP.period_samples)
+    detections = [detector.process(blocks[:, k]) for k in range(25)]
+    assert all(Flag.IDENTICAL_CHANNELS in found.beep_flags for found in detections)
+    heard = [found for found in detections if len(found)]
+    assert len(heard) > 15
+    assert all(np.isnan(found.bearing_rad).all() and np.isfinite(found.range_m).all() for found in heard)
+    assert all((found.flags & Flag.IDENTICAL_CHANNELS).all() for found in heard)
+    assert any(found.decision.alert for found in detections)
+
+
+def test_a_deaf_second_microphone_gives_no_bearing():
+    samples = record([Point(3.0)], noise=0.01)
+    samples[1] = 0.0
+    found = PaperDetector(BEEP, PHONE, STANDING).process(samples)
+    assert len(found) >= 1
+    assert np.isnan(found.bearing_rad).all()
+    assert (found.flags & Flag.NO_SECOND_MIC).all()
+    assert not found.collides.any()
+
+
+def test_silence_is_a_beep_not_heard():
+    found = PaperDetector(BEEP, PHONE).process(np.zeros((2, BEEP.period_samples)))
+    assert len(found) == 0
+    assert Flag.NO_BEEP in found.beep_flags
+    assert not found.decision.alert
+
+
+def test_at_most_five_candidates_nearest_first():
+    found = _standing([Point(1.0 + 0.7 * k, gain=0.1) for k in range(8)])
+    assert len(found) == 5
+    assert (np.diff(found.range_m) > 0.0).all()
+    assert found.range_m[0] == pytest.approx(1.0 - 0.0705, abs=1e-3)
+
+
+def test_radius_of_points_and_of_wide_echoes():
+    """A point reads as a radius near 0; a tail of echoes 7 mm farther, half as strong, reads as wider."""
+    point = _standing([Point(3.0)]).radius_m
+    wide = _standing([Point(3.0), Point(3.02, gain=0.05), Point(3.04, gain=0.05)]).radius_m
+    assert len(point) == len(wide) == 1
+    assert point[0] < 0.05
+    assert 0.15 < wide[0] < 1.0
+
+
+def test_bad_input_is_one_clear_error():
+    detector = PaperDetector(BEEP, PHONE)
+    with pytest.raises(ValueError, match=r"192000.0 Hz, got 44100.0 Hz"):
+        detector.run(replace(recording([]), sample_rate_hz=44_100.0))
+    with pytest.raises(ValueError, match="two channels"):
+        detector.process(np.zeros(BEEP.period_samples))
+    with pytest.raises(ValueError, match="17280"):
+        detector.process(np.zeros((2, 100)))
+    with pytest.raises(ValueError, match="sound_speed_m_s must be positive, got -1"):
+        PaperDetector(BEEP, PHONE, sound_speed_m_s=-1.0)
+    with pytest.raises(ValueError, match="pitch_rad"):
+        PaperDetector(BEEP, PHONE, pitch_rad=np.pi / 2)
+    with pytest.raises(ValueError, match="votes_needed"):
+        PaperSettings(votes_needed=10)
+    with pytest.raises(ValueError, match="one beep period"):
+        PaperDetector(BEEP, PHONE, PaperSettings(far_m=20.0))
+    with pytest.raises(NoBeepError):
+        detector.run(recording([], direct=(0.0, 0.0)))
+
+
+def test_pitch_known_to_the_detector_corrects_the_bearing():
+    """A phone pitched by 40 degrees, seen from above, is shorter: the obstacle at 30 degrees reads cos 30 cos 40.
+    The flat stand-in lacks the height L sin 40, which Eq. 2 expects: 0.9 % of the cosine, 1.3 degrees."""
+    pitch = np.radians(40.0)
+    short = PhoneGeometry("pitched", PHONE.speaker_m * np.cos(pitch), PHONE.mics_m * np.cos(pitch))
+    samples = record([Point(3.0, 1.7)], phone=short)
+    expected = np.arctan2(1.7, 3.0 - short.mics_m[0, 1])
+    known = PaperDetector(BEEP, PHONE, STANDING, pitch_rad=pitch).process(samples)
+    unknown = PaperDetector(BEEP, PHONE, STANDING).process(samples)
+    assert len(known) == len(unknown) == 1
+    assert known.bearing_rad[0] == pytest.approx(expected, abs=np.radians(1.5))
+    assert np.degrees(unknown.bearing_rad[0] - expected) > 10.0
+
+
+def _with(**errata):
+    return replace(STANDING, errata=Errata(**errata))
+
+
+OBSTACLE = Point(3.0, 1.0)
+TRUE = _standing([OBSTACLE])
+
+
+@pytest.mark.parametrize(
+    ("switch", "field", "printed"),
+    [
+        ("one_way_range", "range_m", lambda: TRUE.range_m + np.hypot(3.0 - 0.0405, 1.0)),
+        ("speaker_leg", "range2_m", lambda: TRUE.range_m + 0.5 * (TRUE.range2_m - TRUE.range_m)),
+        ("given_sound_speed", "range_m", lambda: TRUE.range_m * 340.0 / 343.0),
+    ],
+)
+def test_each_erratum_changes_what_it_should(switch, field, printed):
+    assert getattr(_standing([OBSTACLE], _with(**{switch: False})), field) == pytest.approx(printed(), abs=2e-3)
+
+
+def test_own_direct_peaks_shift_u():
+    """Erratum `shared_start`: microphone 1 lies 8.1 cm farther from the speaker than microphone 0."""
+    printed = _standing([OBSTACLE], _with(shared_start=False))
+    shift = (printed.range2_m - printed.range_m) - (TRUE.range2_m - TRUE.range_m)
+    assert len(printed) == 1
+    assert shift[0] == pytest.approx(-(0.111 - 0.03), abs=1e-3)
+    assert printed.range_m[0] < TRUE.range_m[0] - 5e-3
+
+
+def test_sound_speed_costs_7_6_degrees_straight_ahead():
+    """Erratum `given_sound_speed`: u = L x 340 / 343."""
+    printed = _standing([Point(3.0)], _with(given_sound_speed=False))
+    assert np.degrees(printed.bearing_rad[0]) == pytest.approx(7.6, abs=1.0)
+
+
+def test_printed_crest_width_of_a_point_is_most_of_a_metre():
+    """Erratum `pulse_width_removed`: DETECTOR's 0.8-1.0 m at 3 m, above the average of a quiet recording."""
+    printed = _standing([Point(3.0)], _with(pulse_width_removed=False), noise=0.02)
+    assert len(printed) >= 1
+    assert 0.6 < printed.radius_m[0] < 1.2
+    assert TRUE.radius_m[0] < 0.1
+
+
+def test_printed_rim_angle_never_collides():
+    """Erratum `rim_angle`: with Eq. 3 and 4 as printed nothing ever does."""
+    printed = PaperSettings(errata=Errata.as_printed())
+    samples = recording([Point(5.0, gain=0.1)], beeps=30, speed_m_s=1.4)
+    detections = list(PaperDetector(BEEP, PHONE, printed).stream(samples))
+    assert len(detections) == 30
+    assert not any(found.collides.any() for found in detections)
+
+
+def test_reversed_replica_loses_the_echo():
+    """Erratum `correlate_once`: nothing is compressed, so the direct sound smears over everything."""
+    found = PaperDetector(BEEP, PHONE, _with(correlate_once=False)).process(record([OBSTACLE]))
+    near = np.abs(found.range_m - TRUE.range_m[0]) < 0.02
+    assert not near.any()
+
+
+def test_walker_width_widens_the_course():
+    """Erratum `walker_width`: 0.15 m off the line of a thin pole is a hit for a body, a miss for a point."""
+    pole = Point(1.5, 0.15)
+    assert _standing([pole]).collides.all()
+    assert not _standing([pole], _with(walker_width=False)).collides.any()
+
+
+def test_fixed_windows_find_an_echo_several_times():
+    """Erratum `separated_peaks`: the skirts of a clean echo pass the threshold in the windows beside its own."""
+    ranges = np.linspace(3.0, 3.1, 12)
+    counts = [len(_standing([Point(ahead)], _with(separated_peaks=False))) for ahead in ranges]
+    assert min(counts) >= 1
+    assert max(counts) > 1
+    assert all(len(_standing([Point(ahead)])) == 1 for ahead in ranges)

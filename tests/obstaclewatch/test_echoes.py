@@ -1,0 +1,77 @@
+"""Thresholds, peak picking and interpolation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from obstaclewatch.echoes import (
+    mean_threshold,
+    noise_amplitude,
+    os_cfar_threshold,
+    refine_peaks,
+    separated_peaks,
+    windowed_peaks,
+)
+
+
+def _pulse(center, width=4.0, count=200):
+    return np.exp(-0.5 * ((np.arange(count) - center) / width) ** 2)
+
+
+@given(center=st.floats(20.0, 180.0), height=st.floats(1e-3, 1e3))
+@settings(max_examples=50, deadline=None)
+def test_a_gaussian_is_interpolated_exactly(center, height):
+    """Its logarithm is a parabola."""
+    envelope = height * _pulse(center)
+    position, peak = refine_peaks(envelope, np.array([np.argmax(envelope)]))
+    assert position[0] == pytest.approx(center, abs=1e-9)
+    assert peak[0] == pytest.approx(height, rel=1e-9)
+
+
+def test_edges_and_slopes_stay_where_they_are():
+    ramp = np.arange(1.0, 11.0)
+    position, height = refine_peaks(ramp, np.array([0, 5, 9]))
+    assert position.tolist() == [0.0, 5.0, 9.0]
+    assert height.tolist() == [1.0, 6.0, 10.0]
+
+
+def test_of_two_near_peaks_the_higher_stays():
+    envelope = _pulse(50.0) + 0.6 * _pulse(62.0) + 0.6 * _pulse(120.0)
+    assert separated_peaks(envelope, 0.1, 9).tolist() == [50, 62, 120]
+    assert separated_peaks(envelope, 0.1, 15).tolist() == [50, 120]
+    assert separated_peaks(envelope, 0.7, 9).tolist() == [50]
+
+
+def test_fixed_windows_split_a_peak_at_their_edge():
+    """Erratum `separated_peaks`: section 3.4's windows count one echo twice."""
+    envelope = _pulse(95.5)
+    assert len(windowed_peaks(envelope, 0.5, 96)) == 2
+    assert len(separated_peaks(envelope, 0.5, 9)) == 1
+
+
+def test_mean_threshold_is_the_average_times_lambda():
+    assert mean_threshold(np.array([1.0, 2.0, 3.0]), 2.5) == pytest.approx(5.0)
+
+
+def test_noise_amplitude_ignores_echoes():
+    """4,000 Rayleigh heights know their quartile to 2 %; an echo over a tenth of the range shifts it by 7 %."""
+    rng = np.random.default_rng(3)
+    noise = np.abs(rng.normal(size=4000) + 1j * rng.normal(size=4000))
+    assert noise_amplitude(noise) == pytest.approx(np.sqrt(2.0), rel=0.05)
+    noise[1000:1400] += 100.0
+    assert noise_amplitude(noise) == pytest.approx(np.sqrt(2.0), rel=0.12)
+
+
+def test_os_cfar_follows_the_clutter_and_keeps_the_echo():
+    rng = np.random.default_rng(4)
+    envelope = np.abs(rng.normal(size=1000) + 1j * rng.normal(size=1000))
+    envelope[:500] *= 20.0
+    envelope[800] = 30.0
+    threshold = os_cfar_threshold(envelope, 4.0, 90)
+    assert threshold.shape == envelope.shape
+    assert np.sum(envelope > threshold) < 5
+    assert envelope[800] > threshold[800]
+    assert envelope[800] < mean_threshold(envelope, 3.0)

@@ -1,0 +1,34 @@
+"""The detector stands alone: numpy and scipy only, and nothing of simulator, scenes or benchmarks."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import obstaclewatch
+
+
+def test_import_pulls_in_nothing_else():
+    script = "import sys, json, obstaclewatch;print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
+    root = Path(obstaclewatch.__file__).parents[1]
+    loaded = json.loads(
+        subprocess.run([sys.executable, "-c", script], cwd=root, capture_output=True, check=True).stdout
+    )
+    assert "scipy" in loaded
+    assert not {"simulator", "scenes", "benchmarks", "soundfile", "trimesh", "numba", "matplotlib"} & set(loaded)
+
+
+def test_audio_is_reached_on_demand():
+    from obstaclewatch.audio import read_recording
+
+    assert obstaclewatch.read_recording is read_recording
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = obstaclewatch.nonsense
+
+
+def test_everything_exported_exists():
+    assert all(getattr(obstaclewatch, name) is not None for name in obstaclewatch.__all__)

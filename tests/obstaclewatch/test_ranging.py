@@ -1,0 +1,58 @@
+"""Paths to ranges, and the direct sound that starts the clock."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.ranging import direct_sound, measured_direct_delay_s, nearest_body_path, one_way_range
+
+from .synthetic import BEEP, PHONE, C, Point, record
+
+FILTER = MatchedFilter(BEEP, 0.043)
+
+
+@given(range_m=st.floats(0.3, 100.0), baseline_m=st.floats(0.0, 0.2), angle=st.floats(0.0, np.pi))
+@settings(max_examples=50, deadline=None)
+def test_the_triangle_is_solved_exactly(range_m, baseline_m, angle):
+    speaker_leg = np.sqrt(range_m**2 + baseline_m**2 - 2.0 * range_m * baseline_m * np.cos(angle))
+    solved = one_way_range(range_m + speaker_leg, baseline_m, np.cos(angle))
+    assert float(solved) == pytest.approx(range_m, rel=1e-9)
+
+
+def test_without_a_baseline_it_is_half_the_path():
+    assert one_way_range([2.0, 5.0], 0.0).tolist() == [1.0, 2.5]
+
+
+def test_a_path_shorter_than_the_baseline_has_no_range():
+    assert np.isnan(one_way_range(0.05, 0.1))
+
+
+def test_direct_sound_of_both_microphones():
+    direct = direct_sound(FILTER.compress(record([])))
+    assert direct.found
+    assert direct.delay_s == pytest.approx(PHONE.speaker_to_mic_m / C, abs=1e-7)
+    assert direct.amplitude[0] / direct.amplitude[1] == pytest.approx(10.0 / 4.0, rel=1e-3)
+
+
+def test_direct_sound_is_not_found_where_it_is_not():
+    shifted = np.roll(record([Point(3.0)]), 3000, axis=1)
+    assert not direct_sound(FILTER.compress(shifted)).found
+    assert not direct_sound(FILTER.compress(np.zeros((2, BEEP.period_samples)))).found
+    with pytest.raises(ValueError, match="direct sound"):
+        measured_direct_delay_s(shifted, BEEP)
+
+
+def test_direct_delay_can_be_measured():
+    assert measured_direct_delay_s(record([]), BEEP) == pytest.approx(0.03 / C, abs=1e-7)
+
+
+def test_body_path_is_the_strongest_peak_behind_the_direct_sound():
+    """A body 0.3 m behind the bottom microphone, on the line of a level phone."""
+    body = Point(-0.3705, gain=1.0)
+    path = nearest_body_path(FILTER.compress(record([body, Point(3.0)])), 0.0, (0.31, 1.7), C, 1e-4)
+    assert path == pytest.approx((0.3705 + 0.0405) + 0.3, abs=2e-3)
+    assert np.isnan(nearest_body_path(FILTER.compress(record([])), 0.0, (0.5, 1.7), C, 1e-3))
