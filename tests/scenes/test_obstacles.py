@@ -1,0 +1,173 @@
+"""Obstacle meshes: closed, outward, on the ground, smooth where the real thing is and sharp where it is not."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenes.obstacles import (
+    CATEGORIES,
+    a_frame,
+    bench,
+    bollard,
+    car,
+    donation_box,
+    dumpster,
+    ground,
+    lamp_post,
+    litter_bin,
+    person,
+    pole_sign,
+    random_obstacle,
+    tree,
+    walker_body,
+    wall,
+    wheeled_bin,
+)
+from scenes.solids import box, cylinder, ellipsoid, rounded_rectangle
+
+MESHES = {
+    "wall": wall,
+    "litter_bin": litter_bin,
+    "domed_bin": lambda: litter_bin(taper=0.15, dome_m=0.15),
+    "wheeled_bin": wheeled_bin,
+    "dumpster": dumpster,
+    "donation_box": donation_box,
+    "sedan": lambda: car("sedan"),
+    "suv": lambda: car("suv"),
+    "van": lambda: car("van"),
+    "round_sign": pole_sign,
+    "square_sign": lambda: pole_sign(shape="square"),
+    "a_frame": a_frame,
+    "person": person,
+    "standing_person": lambda: person(stride_rad=0.0),
+    "bollard": bollard,
+    "lamp_post": lamp_post,
+    "tree": tree,
+    "bench": bench,
+}
+SMOOTH = ["litter_bin", "domed_bin", "sedan", "suv", "van", "person", "standing_person", "bollard"]
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_every_part_is_closed_and_faces_outwards(name: str) -> None:
+    mesh = MESHES[name]()
+    parts = mesh.split(only_watertight=False)
+    assert len(parts) >= 1
+    for part in parts:
+        assert part.is_watertight
+        assert part.is_winding_consistent
+        assert part.volume > 0.0
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_stands_on_the_ground_over_the_origin(name: str) -> None:
+    low, high = MESHES[name]().bounds
+    assert low[2] == pytest.approx(0.0, abs=1e-12)
+    # Boughs, chutes, wheels and a stride reach out on one side; the origin stays well inside the footprint.
+    assert (low[:2] < 0.0).all()
+    assert (high[:2] > 0.0).all()
+    assert np.abs(low + high)[:2].max() < 0.4 * (high - low)[:2].max()
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_no_degenerate_triangles(name: str) -> None:
+    mesh = MESHES[name]()
+    assert mesh.area_faces.min() > 1e-7
+    assert len(mesh.faces) <= 4000
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_dihedral_angles_are_either_smooth_or_sharp(name: str) -> None:
+    """The simulator reads angles below 35 degrees as one smooth surface; nothing may lie near that boundary."""
+    angle = np.rad2deg(MESHES[name]().face_adjacency_angles)
+    smooth = angle[angle < 60.0]
+    assert len(smooth) > 100
+    assert smooth.max() < 34.0
+
+
+def test_bin_vertices_lie_on_the_true_cone() -> None:
+    mesh = litter_bin(radius_m=0.3, height_m=1.0, taper=0.2)
+    radius = np.hypot(*mesh.vertices[:, :2].T)
+    side = radius > 1e-9
+    assert side.sum() == 7 * 48
+    expected = 0.3 * (1.0 - 0.2 * (1.0 - mesh.vertices[side, 2]))
+    np.testing.assert_allclose(radius[side], expected, atol=1e-12)
+
+
+def test_dome_vertices_lie_on_the_true_ellipsoid() -> None:
+    mesh = litter_bin(radius_m=0.3, height_m=0.9, dome_m=0.12)
+    lid = mesh.vertices[mesh.vertices[:, 2] > 0.9]
+    assert len(lid) > 100
+    value = (lid[:, :2] ** 2).sum(axis=1) / 0.3**2 + ((lid[:, 2] - 0.9) / 0.12) ** 2
+    np.testing.assert_allclose(value, 1.0, atol=1e-12)
+
+
+def test_volumes_converge_to_the_smooth_bodies() -> None:
+    """An inscribed polygon of n sides has sin(2 pi / n) n / (2 pi) of the circle's area: 0.29 % less at 48."""
+    assert cylinder(0.25, 0.9).volume == pytest.approx(np.pi * 0.25**2 * 0.9, rel=0.003)
+    assert ellipsoid([0, 0, 0], [0.1, 0.2, 0.3], 96, 96).volume == pytest.approx(4 / 3 * np.pi * 0.006, rel=0.003)
+    assert box([1.0, 2.0, 3.0]).volume == pytest.approx(6.0, rel=1e-12)
+
+
+def test_a_rounded_rectangle_keeps_its_size_and_turns_once() -> None:
+    outline = rounded_rectangle([2.0, 1.0], 0.2, corner_segments=6, side_segments=3)
+    np.testing.assert_allclose(np.ptp(outline, axis=0), [2.0, 1.0], atol=1e-12)
+    ahead = np.roll(outline, -1, axis=0)
+    area = 0.5 * np.sum(outline[:, 0] * ahead[:, 1] - ahead[:, 0] * outline[:, 1])
+    assert area == pytest.approx(2.0 - (4.0 - np.pi) * 0.04, rel=0.002)
+
+
+@pytest.mark.parametrize("stature", [1.5, 1.75, 1.95])
+def test_a_person_has_human_measures(stature: float) -> None:
+    mesh = person(stature)
+    depth, breadth, height = mesh.extents
+    assert height == pytest.approx(stature, rel=1e-3)
+    assert 0.25 * stature < breadth < 0.36 * stature
+    assert depth < 0.5 * stature
+    # About 1 kg per litre: the overlapping parts hold 45-75 kg for 1.5-1.95 m, at 985 kg/m3 and without clothes.
+    assert 0.045 < mesh.volume < 0.13
+
+
+def test_the_walker_stands_behind_the_phone_and_off_the_ground() -> None:
+    body = walker_body(phone_distance_m=0.35, phone_height_m=1.3)
+    low, high = body.mesh.bounds
+    assert high[0] == pytest.approx(-0.35, abs=0.003)
+    assert low[2] > -1.3 + 0.03
+    assert high[2] == pytest.approx(1.75 - 1.3, abs=0.01)
+    assert abs(low[1] + high[1]) < 1e-9
+
+
+@pytest.mark.parametrize("category", sorted(CATEGORIES))
+def test_random_obstacles_vary_repeat_and_carry_their_category(category: str) -> None:
+    made = [random_obstacle(category, np.random.default_rng(seed), "thing") for seed in (1, 1, 2)]
+    expected = category
+    assert {obstacle.category for obstacle in made} == {expected}
+    np.testing.assert_array_equal(made[0].mesh.vertices, made[1].mesh.vertices)
+    assert made[0].mesh.vertices.shape != made[2].mesh.vertices.shape or not np.allclose(
+        made[0].mesh.vertices, made[2].mesh.vertices
+    )
+
+
+def test_the_ground_is_a_flat_patch_facing_up() -> None:
+    mesh = ground((20.0, 10.0))
+    assert isinstance(mesh, trimesh.Trimesh)
+    assert mesh.area == pytest.approx(200.0)
+    np.testing.assert_array_equal(mesh.face_normals, [[0.0, 0.0, 1.0]] * 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: wall(length_m=-1.0), "must be positive, got -1.0"),
+        (lambda: litter_bin(radius_m=0.0), "radius_m must be positive, got 0.0"),
+        (lambda: litter_bin(taper=1.0), "taper must be at least 0 and below 1, got 1.0"),
+        (lambda: car("tank"), "style must be one of"),
+        (lambda: pole_sign(center_height_m=0.2), "center_height_m must be above half the board"),
+        (lambda: person(stature_m=9.0), "stature_m must lie between 1.0 and 2.3, got 9.0"),
+        (lambda: walker_body(phone_distance_m=-0.1), "phone_distance_m must be positive, got -0.1"),
+        (lambda: random_obstacle("dragon", np.random.default_rng(0), "x"), "category must be one of"),
+    ],
+)
+def test_bad_measures_are_refused_by_name(make, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()

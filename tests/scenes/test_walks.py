@@ -1,0 +1,95 @@
+"""Gait walks: straight on average, periodic around it, smooth, and refused when they make no sense."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scenes.walks import Gait, GaitWalk
+from simulator.pose import StraightWalk
+
+
+def test_without_gait_it_is_a_straight_walk() -> None:
+    start, time = np.array([1.0, 2.0, 1.3]), np.linspace(0.0, 4.0, 9)
+    plain = StraightWalk(start, 0.4, 1.2, 4.0, pitch_rad=np.deg2rad(30.0)).pose(time)
+    gait = GaitWalk(start, 0.4, 1.2, 4.0, gait=Gait()).pose(time)
+    np.testing.assert_allclose(gait.position_m, plain.position_m, atol=1e-15)
+    np.testing.assert_allclose(gait.rotation.as_matrix(), plain.rotation.as_matrix(), atol=1e-15)
+    np.testing.assert_array_equal(gait.body_heading_rad(), plain.body_heading_rad())
+
+
+def test_standing_still_has_no_gait() -> None:
+    position = GaitWalk(np.array([0.0, 0.0, 1.3]), speed_m_s=0.0).pose(np.linspace(0.0, 4.0, 50)).position_m
+    np.testing.assert_array_equal(position, np.tile([0.0, 0.0, 1.3], (50, 1)))
+
+
+def test_cadence_follows_from_the_walk_ratio() -> None:
+    """At 62 m/min people take 98 steps a minute (Murakami and Otaka 2017)."""
+    assert Gait.at_speed(62.0 / 60.0).step_hz * 60.0 == pytest.approx(98.0, rel=0.002)
+    assert 1.6 < Gait.at_speed(1.2).step_hz < 2.0
+
+
+def test_bob_is_twice_as_fast_as_sway() -> None:
+    gait = Gait.at_speed(1.3)
+    walk = GaitWalk(np.array([0.0, 0.0, 1.3]), speed_m_s=1.3, duration_s=20.0)
+    time = np.arange(0.0, 8.0 / gait.step_hz, 0.001)
+    position = walk.pose(time).position_m
+    assert np.ptp(position[:, 2]) == pytest.approx(2.0 * gait.bob_m, rel=1e-3)
+    assert np.ptp(position[:, 1]) == pytest.approx(2.0 * gait.sway_m, rel=1e-3)
+    bob_hz, sway_hz = (_strongest_hz(position[:, axis], 0.001) for axis in (2, 1))
+    assert bob_hz == pytest.approx(gait.step_hz, rel=0.02)
+    assert sway_hz == pytest.approx(0.5 * gait.step_hz, rel=0.02)
+
+
+def test_the_body_is_fastest_when_lowest() -> None:
+    """Kinetic and potential energy are exchanged, as in an inverted pendulum."""
+    walk = GaitWalk(np.array([0.0, 0.0, 1.3]), speed_m_s=1.3)
+    time = np.linspace(0.0, 3.0, 3000)
+    position = walk.pose(time).position_m
+    speed, height = np.gradient(position[:, 0], time), position[:, 2] - 1.3
+    assert np.corrcoef(speed, height)[0, 1] < -0.999
+
+
+def test_the_top_edge_is_lifted_and_points_forwards() -> None:
+    walk = GaitWalk(np.zeros(3), heading_rad=0.7, pitch_rad=np.deg2rad(35.0), gait=Gait())
+    top = walk.pose([0.0]).rotation.apply([0.0, 1.0, 0.0])[0]
+    expected = [np.cos(0.7) * np.cos(np.deg2rad(35)), np.sin(0.7) * np.cos(np.deg2rad(35)), np.sin(np.deg2rad(35))]
+    np.testing.assert_allclose(top, expected, atol=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    speed=st.floats(0.3, 1.6), heading=st.floats(-3.0, 3.0), phase=st.floats(0.0, 12.0), at=st.floats(0.0, 5.0)
+)
+def test_never_far_from_the_mean_path_and_smooth(speed: float, heading: float, phase: float, at: float) -> None:
+    walk = GaitWalk(np.array([0.0, 0.0, 1.3]), heading, speed, 5.0, gait=Gait.at_speed(speed, phase))
+    time = at + np.array([-1e-4, 0.0, 1e-4])
+    position = walk.pose(time).position_m
+    mean = speed * time[:, None] * [np.cos(heading), np.sin(heading), 0.0] + [0.0, 0.0, 1.3]
+    assert np.linalg.norm(position - mean, axis=1).max() < 0.05
+    acceleration = (position[0] - 2.0 * position[1] + position[2]) / 1e-8
+    assert np.linalg.norm(acceleration) < 0.6 * 9.81
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed_m_s": -1.0}, "speed_m_s must not be negative, got -1.0"),
+        ({"duration_s": 0.0}, "duration_s must be positive, got 0.0"),
+        ({"start_m": np.array([0.0, np.nan, 1.0])}, "start_m must be three finite numbers"),
+        ({"heading_rad": np.inf}, "angles finite"),
+    ],
+)
+def test_senseless_walks_are_refused(change: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        GaitWalk(**({"start_m": np.zeros(3)} | change))
+
+
+def test_negative_amplitudes_are_refused() -> None:
+    with pytest.raises(ValueError, match="bob_m must not be negative"):
+        Gait(step_hz=1.8, bob_m=-0.01)
+
+
+def _strongest_hz(signal: np.ndarray, step_s: float) -> float:
+    spectrum = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)), 16 * len(signal)))
+    return float(np.fft.rfftfreq(16 * len(signal), step_s)[np.argmax(spectrum)])
