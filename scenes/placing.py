@@ -86,12 +86,20 @@ def half_breadth(body: Body, heading_rad: float, course_rad: float) -> tuple[flo
 
 
 def distance_along(obstacle: Obstacle, start_m: Array, lateral_m: Array, ahead: Array, distance_m: float) -> float:
-    """How far ahead to put an obstacle, already shifted sideways, for a given distance in plan from the start, m."""
+    """How far ahead to put an obstacle, already shifted sideways, for a given distance in plan from the start, m.
+
+    Raises:
+        ValueError: it is further away than that wherever it is put.
+    """
     slab = Slab.of(obstacle.mesh, 0.0, 3.0)
 
     def excess(along_m: float) -> float:
         point = start_m - lateral_m - along_m * ahead
         return slab.distance(np.stack([point, point])) - distance_m
 
-    reach = distance_m + float(np.abs(obstacle.mesh.bounds).sum())
-    return float(brentq(excess, 0.0, reach, xtol=1e-9))
+    reach = distance_m + float(np.linalg.norm(obstacle.mesh.bounds[:, :2], axis=1).max())
+    grid = np.arange(-reach, reach + 0.5, 0.5)  # it may lie askew, its near end far ahead of its middle
+    near = np.flatnonzero([excess(along) <= 0.0 for along in grid])
+    if len(near) == 0:
+        raise ValueError(f"distance_m must be above the offset of '{obstacle.name}' from the course, got {distance_m}")
+    return float(brentq(excess, grid[near[-1]], grid[near[-1] + 1], xtol=1e-9))

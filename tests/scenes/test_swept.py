@@ -54,16 +54,16 @@ def test_distances_agree_with_dense_samples(mesh) -> None:
     slab = Slab.of(mesh, 0.0, 1.8)
     rng = np.random.default_rng(4)
     triangles = mesh.triangles
-    weights = rng.dirichlet(np.full(3, 0.6), 400)  # thick near corners and edges, where the plan's outline lies
+    weights = rng.dirichlet(np.full(3, 0.6), 150)  # thick near corners and edges, where the plan's outline lies
     samples = np.einsum("wk,fkc->fwc", weights, triangles).reshape(-1, 3)
-    samples = samples[samples[:, 2] <= 1.8][:, :2]
-    for _ in range(5):
+    samples = np.unique(np.round(samples[samples[:, 2] <= 1.8][:, :2], 3), axis=0)
+    for _ in range(4):
         angle, reach = rng.uniform(-np.pi, np.pi), rng.uniform(3.0, 4.0)
         core = reach * np.array([np.cos(angle), np.sin(angle)]) + rng.uniform(-0.2, 0.2, (2, 2))
-        along = np.linspace(core[0], core[1], 30)
+        along = np.linspace(core[0], core[1], 20)
         expected = min(np.linalg.norm(samples - point, axis=1).min() for point in along)
         found = slab.distance(core)
-        assert found <= expected + 1e-9
+        assert found <= expected + 1e-3  # samples are rounded to 1 mm
         assert expected - found < 0.01
 
 
