@@ -76,7 +76,7 @@ class Slab:
         """The slab between two heights; no polygons if nothing of the mesh is there."""
         vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         corner, count, circle = _clip(vertices, np.ascontiguousarray(mesh.faces), low_m, high_m)
-        order = _neighbours_together(circle[:, :2])
+        order = np.argsort(_cells(circle), kind="stable")  # neighbours in plan follow each other
         order = order[count[order] > 0]
         circle = circle[order]
         return cls(corner[order], count[order], circle, _group(circle))
@@ -109,11 +109,18 @@ class Slab:
         return float(_closest_approach(cores, self.corner_m, self.count, self.circle_m, self.group_m))
 
 
-def _neighbours_together(place_m: Array) -> Index:
-    """Order in which places (P, 2) that share a cell of an 8 x 8 grid follow each other."""
-    low = place_m.min(axis=0)
-    cell = np.floor(7.999 * (place_m - low) / np.maximum(np.ptp(place_m, axis=0), 1e-12))
-    return np.argsort(8.0 * cell[:, 0] + cell[:, 1], kind="stable")
+@numba.njit(cache=True, nogil=True)
+def _cells(circle: Array) -> Index:
+    """(P,) cells, counted row by row, of an 8 x 8 grid over all centres."""
+    low, high = circle[0, :2].copy(), circle[0, :2].copy()
+    for p in range(len(circle)):
+        for i in range(2):
+            low[i], high[i] = min(low[i], circle[p, i]), max(high[i], circle[p, i])
+    size = np.maximum((high - low) / 7.999, 1e-12)
+    cell = np.empty(len(circle), dtype=np.int64)
+    for p in range(len(circle)):
+        cell[p] = 8 * int((circle[p, 0] - low[0]) / size[0]) + int((circle[p, 1] - low[1]) / size[1])
+    return cell
 
 
 @numba.njit(cache=True, nogil=True)
