@@ -81,7 +81,7 @@ def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
 def _complete(
     surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
 ) -> StationaryPoints:
-    point, normal, curvature = _geometry(*_arrays(surface), face, uv)
+    point, normal, curvature = _geometry(*_arrays(surface), surface.curvature, face, uv)
     side = np.sign(
         np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
     )
@@ -300,29 +300,25 @@ def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
 
 
 @numba.njit(cache=True)
-def _geometry(corner, normal, bulge, face, uv):
+def _geometry(corner, normal, bulge, corner_curvature, face, uv):
     """Position, unit normal and curvature tensor at facet coordinates."""
     count = len(face)
     point, unit, curvature = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3, 3))
     x, n = np.empty(3), np.empty(3)
-    tangent, turn = np.empty((2, 3)), np.empty((2, 3))
     for i in range(count):
-        c, m, b = corner[face[i]], normal[face[i]], bulge[face[i]]
+        t = face[i]
         eta, zeta = uv[i]
-        _surface_at(c, m, b, eta, zeta, x, n)
+        _surface_at(corner[t], normal[t], bulge[t], eta, zeta, x, n)
         point[i], unit[i] = x, n
-        raw = (1.0 - eta) * m[0] + (eta - zeta) * m[1] + zeta * m[2]
-        size = np.sqrt(_dot(raw, raw))
-        tangent[0] = (c[1] - c[0] - b[0]) + (b[2] - b[0] - b[1]) * zeta + 2.0 * b[0] * eta
-        tangent[1] = (c[2] - c[1] + b[0] - b[2]) + (b[2] - b[0] - b[1]) * eta + 2.0 * b[1] * zeta
-        turn[0], turn[1] = (m[1] - m[0]) / size, (m[2] - m[1]) / size
-        for a in range(2):  # derivative of the unit normal, and tangents at right angles to it
-            turn[a] -= n * _dot(turn[a], n)
-            tangent[a] -= n * _dot(tangent[a], n)
-        first = tangent @ tangent.T
-        second = tangent @ turn.T
-        second = 0.5 * (second + second.T)
-        det = first[0, 0] * first[1, 1] - first[0, 1] ** 2
-        inverse = np.array([[first[1, 1], -first[0, 1]], [-first[0, 1], first[0, 0]]]) / det
-        curvature[i] = tangent.T @ (inverse @ second @ inverse) @ tangent
+        weight = (1.0 - eta, eta - zeta, zeta)
+        for k in range(3):
+            turn = _turning(normal[t, k], n)
+            curvature[i] += weight[k] * (turn @ corner_curvature[t, k] @ turn.T)
     return point, unit, curvature
+
+
+@numba.njit(cache=True)
+def _turning(a, b):
+    """Rotation that takes unit vector a to b the shortest way: a tensor carried so keeps its principal curvatures."""
+    middle = a + b
+    return np.eye(3) - np.outer(middle, middle) / (1.0 + _dot(a, b)) + 2.0 * np.outer(b, a)

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from simulator.clusters import Clusters, clusters
 from simulator.scene import Obstacle
+from simulator.vertex_normals import vertex_geometry
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,6 +63,7 @@ class SmoothSurface:
         obstacle: index of the obstacle.
         corner_m: (T, 3, 3) corners of the facets.
         normal: (T, 3, 3) unit normals at the corners, shared across smooth edges, split at creases.
+        curvature: (T, 3, 3, 3) curvature tensors at the corners, dn = K dx, 1/m.
         bulge_m: (T, 3, 3) Nagata's edge vectors for edges 01, 12, 02.
         neighbor: (T, 3) facet across edges 01, 12, 20; -1 at a crease or border.
         sag_m: (T,) how far the rounded surface may stand off its facet.
@@ -73,6 +75,7 @@ class SmoothSurface:
     obstacle: int
     corner_m: Floats
     normal: Floats
+    curvature: Floats
     bulge_m: Floats
     neighbor: Ints
     sag_m: Floats
@@ -210,14 +213,14 @@ def _smooth_surface(
     mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints, obstacle: int, closed: bool
 ) -> SmoothSurface:
     """The curved facets with shared normals, rounded edges and neighbours."""
-    normals = _corner_normals(mesh, curved, smooth_edges)
     faces = np.flatnonzero(curved)
-    corner, normal = mesh.vertices[mesh.faces[faces]], normals[faces]
+    corner = mesh.vertices[mesh.faces[faces]]
+    normal, curvature = _corner_geometry(mesh, curved, smooth_edges)
     bulge = np.stack([_nagata(corner[:, a], corner[:, b], normal[:, a], normal[:, b]) for a, b in _EDGES], axis=1)
     center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
     sag = 0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1)
     return SmoothSurface(
-        obstacle=obstacle, corner_m=corner, normal=normal, bulge_m=bulge,
+        obstacle=obstacle, corner_m=corner, normal=normal, curvature=curvature, bulge_m=bulge,
         neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=sag, closed=closed,
         center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
         clusters=clusters(corner, normal, sag),
@@ -241,18 +244,31 @@ def _nagata(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
     return np.where((cosine > 1.0 - 1e-12)[:, None], 0.0, bulge)
 
 
-def _corner_normals(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> Floats:
-    """(T, 3, 3) angle-weighted mean of the facets round each corner that the creases leave together.
+def _corner_geometry(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> tuple[Floats, Floats]:
+    """(T, 3, 3) unit normals and (T, 3, 3, 3) curvature tensors at the corners of the T curved facets."""
+    faces = np.flatnonzero(curved)
+    every = _corner_groups(mesh, smooth_edges)
+    mean, panel = _mean_normals(mesh, curved, every)
+    label, group = np.unique(every[faces], return_inverse=True)
+    group = group.reshape(-1, 3)
+    point = np.zeros((len(label), 3))
+    point[group] = mesh.vertices[mesh.faces[faces]]
+    normal, curvature = vertex_geometry(point, group, mesh.face_normals[faces], mean[label], panel[label])
+    return normal[group], curvature[group]
+
+
+def _mean_normals(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], group: Ints) -> tuple[Floats, NDArray[np.bool_]]:
+    """(G, 3) angle-weighted mean normal of each group of corners, and (G,) whether a panel takes part.
 
     A panel's normal is its own: where a curve runs tangentially into a panel, the corner takes the panel's normal.
     """
-    count = len(mesh.faces)
-    group = _corner_groups(mesh, smooth_edges)
     weight = np.where(curved[:, None], mesh.face_angles, 1e6 * mesh.face_angles)
     total = np.zeros((group.max() + 1, 3))
     np.add.at(total, group.ravel(), (weight[:, :, None] * mesh.face_normals[:, None, :]).reshape(-1, 3))
     total /= np.linalg.norm(total, axis=1, keepdims=True)
-    return total[group].reshape(count, 3, 3)
+    panel = np.zeros(len(total), dtype=bool)
+    panel[group[~curved].ravel()] = True
+    return total, panel
 
 
 def _corner_groups(mesh: trimesh.Trimesh, smooth_edges: Ints) -> Ints:

@@ -1,6 +1,6 @@
 """Make cylinder_values.npz: exact echoes of endless rigid cylinders. Run from the repository root:
 
-    python -m tests.references.make_cylinder_values
+python -m tests.references.make_cylinder_values
 """
 
 from __future__ import annotations

@@ -33,19 +33,21 @@ def scattered(
     k = 2.0 * np.pi * np.asarray(frequency_hz, float) / speed_m_s
     r_s, r_r = np.linalg.norm(source, axis=-1), np.linalg.norm(receiver, axis=-1)
     cosine = np.sum(source * receiver, axis=-1) / (r_s * r_r)
-    orders = series_orders(k.max() * radius_m)
-    if orders > k.min() * min(r_s.min(), r_r.min()):
-        raise ValueError(f"points must be farther than {orders / k.min():.3f} m from the centre, got {r_s.min()}")
+    needed, nearest = series_orders(k * radius_m), min(r_s.min(), r_r.min())
+    if (needed > k * nearest).any():
+        raise ValueError(f"points must be farther than {(needed / k).max():.3f} m from the centre, got {nearest}")
+    orders = int(needed.max())
     reflection = reflection_coefficients(k * radius_m, orders)
+    reflection[np.arange(orders)[:, None] >= needed] = 0.0
     h_s, h_r = hankel(k * r_s[..., None], orders), hankel(k * r_r[..., None], orders)
     weight = 2.0 * np.arange(orders) + 1.0
     total = np.einsum("n,nf,n...f,n...f,n...->...f", weight, reflection, h_s, h_r, legendre(cosine, orders))
     return np.conj(-1j * k * total)
 
 
-def series_orders(argument: float) -> int:
-    """Orders after which j_n'/h_n' is below 1e-16: they fall as exp(-(4 sqrt 2 / 3) ((n - x) / x^{1/3})^{3/2})."""
-    return int(np.ceil(argument + 8.0 * argument ** (1.0 / 3.0) + 12.0))
+def series_orders(argument: Floats) -> NDArray[np.int64]:
+    """(F,) orders after which j_n'/h_n' is below 1e-16: they fall as exp(-(4 sqrt 2 / 3) ((n - x) / x^{1/3})^{3/2})."""
+    return np.ceil(argument + 8.0 * argument ** (1.0 / 3.0) + 12.0).astype(np.int64)
 
 
 def hankel_ratios(x: Floats, orders: int) -> Complexes:
