@@ -229,9 +229,7 @@ def _whole_line(
     """Integral of G e^{-jk u^2} over the whole line: Gauss-Hermite down the valleys, poles in closed form."""
     turn = np.exp(-0.25j * np.pi) / np.sqrt(center)
     for n in range(len(nodes)):
-        _without_poles(
-            -1j * nodes[n] ** 2 / center, nu, shortest, product, sine, half_sine2, delta, strength, near, g
-        )
+        _without_poles(-1j * nodes[n] ** 2 / center, nu, shortest, product, sine, half_sine2, delta, strength, near, g)
         for k in range(len(wavenumber)):
             weight = 2.0 * weights[n] * np.exp((1.0 - wavenumber[k] / center) * nodes[n] ** 2) * turn
             for j in range(3):
@@ -256,9 +254,7 @@ def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, cente
 
 
 @numba.njit(cache=True)
-def _to_end(
-    nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out
-):
+def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out):
     """Integral of G e^{-jk u^2} from 0 to U close to the apex: Gauss-Legendre, poles by an entire remainder."""
     for n in range(len(nodes)):
         u2 = (0.5 * excess * (1.0 + nodes[n])) ** 2

@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simulator.clusters import Clusters, clusters
+from simulator.rims import rims
 from simulator.scene import Obstacle
 from simulator.vertex_normals import vertex_geometry
 
@@ -88,15 +89,56 @@ class SmoothSurface:
         return len(self.corner_m)
 
 
-def reflectors_of(obstacle: Obstacle, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
-    """Planar patches of one obstacle, and its smooth surface if it has one."""
+@dataclass(frozen=True)
+class MeshReading:
+    """What each facet of an obstacle is: part of a plane, of a smooth surface, or of the rim of a thin plate.
+
+    Attributes:
+        mesh: cleaned copy, world frame.
+        closed: watertight and consistently wound: only the outside reflects.
+        patch: (T,) planar patch of each facet, -1 for smooth facets and rims.
+        smooth_edges: (A, 2) pairs of facets that meet below the crease angle.
+        curved: (T,) facets of the smooth surface.
+        rim: (T,) facets of the rims of thin plates, which neither mirror nor bend.
+        sheet_m: (T,) thickness of the thin plate whose face a facet is part of; 0 for all others.
+    """
+
+    mesh: trimesh.Trimesh
+    closed: bool
+    patch: Ints
+    smooth_edges: Ints
+    curved: NDArray[np.bool_]
+    rim: NDArray[np.bool_]
+    sheet_m: Floats
+
+
+def read_mesh(obstacle: Obstacle) -> MeshReading:
+    """Tell the facets of an obstacle apart."""
     mesh = _cleaned(obstacle.mesh)
     closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
     regions = _planar_regions(mesh)
     smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
     curved = _curved_faces(mesh, regions, smooth_edges)
-    patches = _patches(mesh, np.where(curved, -1, regions), index, closed)
-    surface = _smooth_surface(mesh, curved, smooth_edges, index, closed) if curved.any() else None
+    rim, sheet_m = np.zeros(len(curved), dtype=bool), np.zeros(len(curved))
+    if closed:
+        rim, thickness = rims(mesh, regions, *_planes(mesh, regions))
+        sheet_m = thickness[regions]
+    planar = ~(curved | rim)
+    patch = np.full(len(curved), -1)
+    patch[planar] = np.unique(regions[planar], return_inverse=True)[1]
+    return MeshReading(mesh, closed, patch, smooth_edges, curved & ~rim, rim, sheet_m)
+
+
+def reflectors_of(obstacle: Obstacle, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of one obstacle, and its smooth surface if it has one."""
+    return reflectors_in(read_mesh(obstacle), index)
+
+
+def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of a mesh already read, and its smooth surface if it has one."""
+    mesh, curved, closed = reading.mesh, reading.curved, reading.closed
+    patches = _patches(mesh, reading.patch, index, closed)
+    surface = _smooth_surface(mesh, curved, reading.smooth_edges, index, closed) if curved.any() else None
     return patches, surface
 
 
