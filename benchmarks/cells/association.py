@@ -1,0 +1,94 @@
+"""Which of a detector's candidates is the target: the one whose range is nearest to the true one, within a gate.
+
+Only the range decides. Bearing and radius take no part, so that their errors are not made small by the choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db")
+
+
+class DetectionLike(Protocol):
+    """What is read of one beep's detection: (K,) arrays over its candidates."""
+
+    @property
+    def index(self) -> int:
+        """Number of the beep, from 0."""
+
+    @property
+    def range_m(self) -> Array:
+        """(K,) range from microphone 0, m."""
+
+    @property
+    def range2_m(self) -> Array:
+        """(K,) range from microphone 1, m; NaN without one."""
+
+    @property
+    def bearing_rad(self) -> Array:
+        """(K,) walking angle; NaN without one."""
+
+    @property
+    def radius_m(self) -> Array:
+        """(K,) radius; NaN without one."""
+
+    @property
+    def snr_db(self) -> Array:
+        """(K,) peak over noise."""
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """What a detector said of the target, one row a beep; NaN where it said nothing.
+
+    Attributes:
+        range_m, range2_m, bearing_rad, radius_m, snr_db: (T,) of the associated candidate.
+        candidates: (T,) how many candidates the beep had.
+    """
+
+    range_m: Array
+    range2_m: Array
+    bearing_rad: Array
+    radius_m: Array
+    snr_db: Array
+    candidates: NDArray[np.int64]
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """(T,) whether a candidate was associated."""
+        return np.isfinite(self.range_m)
+
+
+def nearest_within(range_m: ArrayLike, true_range_m: float, gate_m: float) -> int | None:
+    """Index of the range nearest to the true one, None if none is within the gate. NaN ranges are never chosen."""
+    miss = np.abs(np.asarray(range_m, dtype=np.float64) - true_range_m)
+    if miss.size == 0 or np.isnan(miss).all():
+        return None
+    nearest = int(np.nanargmin(miss))
+    return nearest if miss[nearest] <= gate_m else None
+
+
+def associate(detections: Sequence[DetectionLike], true_range_m: Array, gate_m: float) -> Estimates:
+    """The target's row of every detection.
+
+    Args:
+        detections: T of them.
+        true_range_m: (T,) range of the target from microphone 0.
+        gate_m: greatest difference of ranges.
+    """
+    if len(detections) != len(true_range_m):
+        raise ValueError(f"true_range_m must have one value per detection, got {len(true_range_m)} for {len(detections)}")
+    table = np.full((len(COLUMNS), len(detections)), np.nan)
+    for row, (detection, truth) in enumerate(zip(detections, true_range_m, strict=True)):
+        chosen = nearest_within(detection.range_m, float(truth), gate_m)
+        if chosen is not None:
+            table[:, row] = [float(getattr(detection, name)[chosen]) for name in COLUMNS]
+    counts = np.array([np.isfinite(detection.range_m).sum() for detection in detections], dtype=np.int64)
+    return Estimates(*table, candidates=counts)

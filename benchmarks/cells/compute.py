@@ -1,0 +1,145 @@
+"""Simulate, detect, compare: the body of one cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from benchmarks.cells.association import Estimates, associate
+from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.outcome import distance_before, outcomes
+from benchmarks.cells.situation import Situation, situation
+from benchmarks.cells.spec import Cell
+from obstaclewatch import BeepDesign
+from obstaclewatch.recording import Recording
+from scenes import ground_truth
+from scenes.truth import GroundTruth
+from simulator import Fidelity, render_walk
+from simulator.pose import Walk
+
+
+LOW_M = 1.1
+"""An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
+
+
+def compute(cell: Cell) -> dict[str, Any]:
+    """All numbers of one cell, ready for JSON: "truth", "detectors" (one entry each) and "cost" (times, s).
+
+    Raises:
+        ValueError: the cell names something unknown or out of range.
+    """
+    begin = perf_counter()
+    setting = situation(cell)
+    beep = BeepDesign(**cell.beep.model_dump())
+    fidelity = Fidelity(**cell.fidelity)
+    recording = render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
+    simulated = perf_counter()
+    truths = _truths(cell, setting, beep, recording)
+    found = {name: _judged(cell, name, setting, beep, recording, truths) for name in cell.detectors}
+    cost = {
+        "simulate_s": simulated - begin,
+        "detect_s": {name: entry.pop("detect_s") for name, entry in found.items()},
+        "recording_s": recording.duration_s,
+        "total_s": perf_counter() - begin,
+    }
+    return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost}
+
+
+def _truths(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:
+    """Ground truth of every target at the instants at which the beeps' centres meet it."""
+    starts = beep.period_s * np.arange(math.floor(recording.duration_s / beep.period_s + 1e-9))
+    middles = starts + 0.5 * beep.duration_s
+
+    def ask(target: str, time_s: np.ndarray) -> GroundTruth:
+        width = cell.scoring.half_width_m
+        return ground_truth(setting.scene, setting.walk, setting.phone, time_s, target=target, half_width_m=width)
+
+    # The way to the target takes range / c; one correction leaves less than 0.1 mm at walking speed.
+    speed = setting.scene.air.sound_speed_m_s
+    return [ask(name, middles + ask(name, middles).range_m / speed) for name in setting.targets]
+
+
+def _judged(
+    cell: Cell, name: str, setting: Situation, beep: BeepDesign, recording: Recording, truths: Sequence[GroundTruth]
+) -> dict[str, Any]:
+    """One detector on the recording: its first alert, the outcome, and its estimates of every target."""
+    detector = detector_for(cell, name, setting, beep)
+    begin = perf_counter()
+    detections = list(detector.stream(recording))
+    detect_s = perf_counter() - begin
+    alert = _first_alert(detections)
+    entry = {**alert, **_alert_scores(cell, alert, setting.walk, truths[0]), "detect_s": detect_s}
+    entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
+    return entry
+
+
+def _first_alert(detections: Sequence[Any]) -> dict[str, Any]:
+    for detection in detections:
+        if detection.decision.alert:
+            decision = detection.decision
+            return {"alert": True, "alert_time_s": decision.time_s, "alert_range_m": decision.range_m}
+    return {"alert": False, "alert_time_s": math.nan, "alert_range_m": math.nan}
+
+
+def _alert_scores(cell: Cell, alert: Mapping[str, Any], walk: Walk, truth: GroundTruth) -> dict[str, Any]:
+    distance = distance_before(_progress_m(walk, alert["alert_time_s"]), _progress_m(walk, truth.contact_time_s))
+    judged = outcomes(alert["alert"], distance, truth.collides, truth.line_collides, cell.scoring)
+    lead_s = float(np.subtract(truth.contact_time_s, alert["alert_time_s"]))
+    return {"alert_distance_m": distance, "alert_lead_s": lead_s, **judged}
+
+
+def _progress_m(walk: Walk, time_s: float) -> float:
+    """How far the phone has come along its heading; NaN at NaN."""
+    if math.isnan(time_s):
+        return math.nan
+    pose = walk.pose([0.0, time_s])
+    heading = pose.body_heading_rad()[0]
+    step = pose.position_m[1] - pose.position_m[0]
+    return float(step[0] * np.cos(heading) + step[1] * np.sin(heading))
+
+
+def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> dict[str, Any]:
+    """Columns over the beeps with the target in range: truth beside estimates."""
+    # Emission times are the detector's own; to the nearest period they count the beeps, also where it began late.
+    index = np.rint([detection.time_s / cell.beep.period_s for detection in detections]).astype(np.int64)
+    kept = (index >= 0) & (index < len(truth.time_s))
+    rows = index[kept]
+    heard = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
+    low = truth.nearest_point_m[:, 2] < LOW_M
+    path_m = np.where(low[:, None], truth.mic_ground_range_m, truth.mic_range_m)
+    estimates: Estimates = associate(heard, path_m[rows, 0], cell.scoring.gate_m)
+    inside = (truth.range_m[rows] <= cell.scoring.max_range_m) & ~(truth.time_s[rows] > truth.contact_time_s)
+    columns = {
+        "beep": rows,
+        "time_s": truth.time_s[rows],
+        "true_range_m": path_m[rows, 0],
+        "true_range2_m": path_m[rows, 1],
+        "low": low[rows],
+        "true_bearing_rad": truth.bearing_rad[rows],
+        "true_radius_m": truth.radius_m[rows],
+        "range_m": estimates.range_m,
+        "range2_m": estimates.range2_m,
+        "bearing_rad": estimates.bearing_rad,
+        "radius_m": estimates.radius_m,
+        "snr_db": estimates.snr_db,
+        "candidates": estimates.candidates,
+    }
+    return {name: column[inside].tolist() for name, column in columns.items()}
+
+
+def _truth_entry(setting: Situation, truths: Sequence[GroundTruth]) -> dict[str, Any]:
+    truth = truths[0]
+    return {
+        "targets": list(setting.targets),
+        "collides": bool(truth.collides),
+        "line_collides": bool(truth.line_collides),
+        "contact_time_s": float(truth.contact_time_s),
+        "miss_distance_m": float(truth.miss_distance_m),
+        "clearance_m": float(truth.clearance_m),
+        "radius_m": float(truth.radius_m[0]),
+        "duration_s": float(setting.walk.duration_s),
+    }

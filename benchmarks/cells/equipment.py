@@ -1,0 +1,52 @@
+"""The detector as it comes with a phone: told what a phone knows of itself, and no more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+import obstaclewatch
+from benchmarks.cells.situation import Situation
+from benchmarks.cells.spec import BeepSetting, Cell
+from obstaclewatch import BeepDesign
+from obstaclewatch.ranging import measured_direct_delay_s
+from obstaclewatch.settings import PaperSettings
+from simulator import Phone, Scene, StraightWalk, render_walk
+from simulator.pose import Walk
+
+
+def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) -> Any:
+    """A detector of that name for the cell's phone.
+
+    Raises:
+        ValueError: obstaclewatch has no such detector, or a setting is unknown or out of range.
+    """
+    if not hasattr(obstaclewatch, name):
+        raise ValueError(f"detectors must be classes of obstaclewatch, got '{name}'")
+    delay = {"direct_delay_s": direct_delay_s(cell.phone, cell.beep)} if cell.knowledge.direct_delay else {}
+    try:
+        settings = PaperSettings(**(delay | cell.settings))
+    except TypeError as error:
+        raise ValueError(f"settings must be those of PaperSettings: {error}") from error
+    pitch = mean_pitch_rad(setting.walk) if cell.knowledge.pitch else None
+    return getattr(obstaclewatch, name)(beep, setting.phone.geometry, settings=settings, pitch_rad=pitch)
+
+
+@lru_cache(maxsize=32)
+def direct_delay_s(phone_name: str, beep: BeepSetting) -> float:
+    """Delay of the direct peak at microphone 0 after emission: the phone alone in free space, without noise."""
+    phone = replace(Phone.named(phone_name), noise_spl_db=-np.inf)
+    design = BeepDesign(**beep.model_dump())
+    still = StraightWalk(np.zeros(3), heading_rad=0.0, speed_m_s=0.0, duration_s=design.period_s)
+    recording = render_walk(Scene(()), phone, still, design)
+    return measured_direct_delay_s(recording.samples, design)
+
+
+def mean_pitch_rad(walk: Walk) -> float:
+    """Mean lift of the phone's top edge over a walk."""
+    pose = walk.pose(np.linspace(0.0, walk.duration_s, 101))
+    edge = pose.to_world([0.0, 1.0, 0.0]) - pose.to_world([0.0, 0.0, 0.0])
+    return float(np.arcsin(np.clip(edge[:, 2], -1.0, 1.0)).mean())

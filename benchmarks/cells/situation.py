@@ -1,0 +1,54 @@
+"""What a cell simulates: a scene, a walk through it, a phone, and the obstacle that the cell is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from benchmarks.cells.spec import Cell
+from obstaclewatch.settings import PaperSettings
+from simulator.phone import Phone
+from simulator.pose import Walk
+from simulator.scene import Scene
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Everything that is rendered and judged.
+
+    Attributes:
+        scene, walk, phone: what is rendered.
+        targets: names of the obstacles whose estimates are judged.
+        pitch_rad: mean lift of the phone's top edge, as its inertial sensor would tell the detector.
+        settings: the detectors' constants.
+    """
+
+    scene: Scene
+    walk: Walk
+    phone: Phone
+    targets: tuple[str, ...]
+    pitch_rad: float
+    settings: PaperSettings = field(default_factory=PaperSettings)
+
+
+def situation(cell: Cell) -> Situation:
+    """Build what the cell asks for.
+
+    Raises:
+        ValueError: an unknown scene, category or phone.
+    """
+    if cell.kind == "standing":
+        from benchmarks.cells.standing import standing_situation
+
+        return standing_situation(cell)
+    from scenes import make_approach
+
+    approach = make_approach(
+        scene_name=cell.scene,
+        category=cell.category,
+        index=cell.index,
+        phone_name=cell.phone,
+        seed=cell.seed,
+        collision=cell.collision,
+        **cell.approach,
+    )
+    return Situation(approach.scene, approach.walk, approach.phone, (approach.target,), approach.walk.pitch_rad)

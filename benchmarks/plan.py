@@ -1,0 +1,100 @@
+"""From a suite and a tier to the list of its cells."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from benchmarks.cells.spec import Cell
+from benchmarks.suite import Group, Standing, Suite
+
+
+def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
+    """The cells of a tier, in a fixed order.
+
+    A smaller tier holds the first walks of every stratum (scene x category, or category x distance), so its cells
+    are also cells of the larger tiers and every stratum is present. Collision and non-collision walks, and the
+    phones, alternate within a stratum. With `limit`, the cells kept are taken evenly over the whole list.
+
+    Raises:
+        ValueError: an unknown tier, a limit below 1, or a plan without a cell.
+    """
+    if limit is not None and limit < 1:
+        raise ValueError(f"limit must be at least 1, got {limit}")
+    chosen = suite.tier(tier)
+    cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
+    if suite.standing is not None:
+        cells += _standing(suite, suite.standing, chosen.size)
+    if not cells:
+        raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
+    return _thinned(cells, limit)
+
+
+def plan_digest(cells: Sequence[Cell], fingerprint: str) -> str:
+    """SHA-256 over the cells of a plan, hexadecimal."""
+    return hashlib.sha256("\n".join(cell.digest(fingerprint) for cell in cells).encode()).hexdigest()
+
+
+def cell_seed(suite: Suite, stratum: str, index: int) -> int:
+    """The seed of one walk: its own stream of the suite's seed, apart for the splits dev and test."""
+    key = int.from_bytes(hashlib.sha256(f"{suite.split}/{stratum}".encode()).digest()[:4], "big")
+    return int(np.random.SeedSequence(suite.seed, spawn_key=(key, index)).generate_state(1, np.uint32)[0])
+
+
+def is_collision(index: int, fraction: float) -> bool:
+    """Whether the walk of that number is on a collision course: `fraction` of any run of walks, evenly spread."""
+    return int(np.floor((index + 1) * fraction + 1e-9)) > int(np.floor(index * fraction + 1e-9))
+
+
+def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[Cell]:
+    for category, count in group.counts.items():
+        for index in range(size(count)):
+            yield Cell(
+                kind="approach",
+                scene=group.scene,
+                category=category,
+                index=index,
+                # Every second walk is a collision by default, so the phones change every two.
+                phone=group.phones[(index // 2) % len(group.phones)],
+                seed=cell_seed(suite, f"{group.scene}/{category}", index),
+                collision=is_collision(index, suite.collision_fraction),
+                approach=group.approach,
+                beep=suite.beep,
+                fidelity=suite.fidelity,
+                knowledge=suite.knowledge,
+                settings=suite.settings,
+                detectors=suite.detectors,
+                scoring=suite.scoring,
+            )
+
+
+def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> list[Cell]:
+    return [
+        Cell(
+            kind="standing",
+            scene="standing",
+            category=category,
+            index=index,
+            phone=standing.phones[index % len(standing.phones)],
+            seed=cell_seed(suite, f"standing/{category}/{range_m:g}", index),
+            collision=False,
+            range_m=range_m,
+            beep=suite.beep,
+            fidelity=suite.fidelity,
+            knowledge=suite.knowledge,
+            settings=suite.settings | {"reject_static": False},
+            detectors=("PaperDetector",),
+            scoring=suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
+        )
+        for category, count in standing.counts.items()
+        for range_m in standing.range_m
+        for index in range(size(count))
+    ]
+
+
+def _thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
+    if limit is None or limit >= len(cells):
+        return cells
+    return [cells[k] for k in np.linspace(0, len(cells) - 1, limit).round().astype(int)]

@@ -1,0 +1,170 @@
+"""A suite: what is run, on which scenes and phones, and how it is scored. One YAML file a user can copy and change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from benchmarks.cells.spec import BeepSetting, Knowledge, Scoring
+
+Count = Annotated[int, Field(ge=0)]
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Group(_Strict):
+    """Walks towards obstacles of one scene: how many for each category, with which phones in turn."""
+
+    scene: str
+    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    counts: dict[str, Count]
+    approach: dict[str, Any] = {}
+
+
+class Standing(_Strict):
+    """Standing measurements: how many for each category and distance, and how near a candidate must be to count.
+
+    Static peaks are kept there: a standing walker has no others.
+    """
+
+    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    counts: dict[str, Count]
+    range_m: tuple[Annotated[float, Field(gt=0.0)], ...] = (1.5, 3.0, 5.0)
+    gate_m: Annotated[float, Field(gt=0.0)] = 0.2
+
+
+class Tier(_Strict):
+    """A stratified subset: this share of each stratum's walks, but not fewer than `at_least` where it has as many."""
+
+    fraction: Fraction
+    at_least: Count = 0
+
+    def size(self, count: int) -> int:
+        """Walks kept of a stratum of `count`."""
+        return min(count, max(self.at_least, round(self.fraction * count)))
+
+
+class Suite(_Strict):
+    """A whole suite, validated.
+
+    `collision_fraction` is the share of walks that are on a collision course; `split` chooses which seeds are used,
+    so that what a detector is tuned on ("dev") is never what is reported ("test").
+    """
+
+    name: str
+    title: str
+    reproduces: str = ""
+    seed: Annotated[int, Field(ge=0)]
+    split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
+    collision_fraction: Fraction = 0.5
+    groups: tuple[Group, ...]
+    standing: Standing | None = None
+    tiers: dict[str, Tier]
+    detectors: Annotated[tuple[str, ...], Field(min_length=1)]
+    beep: BeepSetting = BeepSetting()
+    fidelity: dict[str, Any] = {}
+    knowledge: Knowledge = Knowledge()
+    settings: dict[str, Any] = {}
+    scoring: Scoring = Scoring()
+
+    @field_validator("detectors")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        unknown = [name for name in names if not name.endswith("Detector")]
+        if unknown:
+            raise ValueError(f"detectors must be class names of obstaclewatch that end in 'Detector', got {unknown}")
+        return names
+
+    @model_validator(mode="after")
+    def _something_to_do(self) -> Suite:
+        if not self.groups and self.standing is None:
+            raise ValueError("a suite must have groups or standing measurements")
+        return self
+
+    def tier(self, name: str) -> Tier:
+        """The tier of that name.
+
+        Raises:
+            ValueError: there is none; the message lists those there are.
+        """
+        if name not in self.tiers:
+            raise ValueError(f"tier must be one of {sorted(self.tiers)}, got {name!r}")
+        return self.tiers[name]
+
+
+def list_suites() -> list[str]:
+    """Names of the suites that come with the package."""
+    folder = resources.files("benchmarks") / "suites"
+    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+
+
+def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None = None) -> Suite:
+    """A suite by name, or from a YAML file, with `--set`-like settings applied.
+
+    Args:
+        name_or_path: one of `list_suites()`, or a path that ends in .yaml or .yml.
+        settings: "dotted.key=value" each; the value is read as YAML.
+        seed: replaces the suite's seed.
+
+    Raises:
+        ValueError: an unknown name, a missing file, text that is not YAML, or a value that breaks the schema.
+    """
+    data = _read(name_or_path)
+    for setting in settings:
+        _apply(data, setting)
+    if seed is not None:
+        data["seed"] = seed
+    try:
+        return Suite.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(f"suite '{name_or_path}': {_first_error(error)}") from error
+
+
+def _read(name_or_path: str) -> dict[str, Any]:
+    if name_or_path.endswith((".yaml", ".yml")):
+        path = Path(name_or_path)
+        if not path.is_file():
+            raise ValueError(f"suite file must exist, got '{name_or_path}'")
+        text = path.read_text(encoding="utf-8")
+    elif name_or_path in list_suites():
+        text = (resources.files("benchmarks") / "suites" / f"{name_or_path}.yaml").read_text(encoding="utf-8")
+    else:
+        raise ValueError(f"suite must be one of {list_suites()} or a .yaml file, got '{name_or_path}'")
+    return _mapping(text, name_or_path)
+
+
+def _mapping(text: str, source: str) -> dict[str, Any]:
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"suite '{source}' must be YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(data, dict):
+        raise ValueError(f"suite '{source}' must be a YAML mapping, got {type(data).__name__}")
+    return data
+
+
+def _apply(data: dict[str, Any], setting: str) -> None:
+    key, found, value = setting.partition("=")
+    if not found or not key:
+        raise ValueError(f"a setting must read dotted.key=value, got '{setting}'")
+    *parents, last = key.split(".")
+    node: Any = data
+    for parent in parents:
+        node = node.setdefault(parent, {})
+        if not isinstance(node, dict):
+            raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
+    node[last] = yaml.safe_load(value)
+
+
+def _first_error(error: ValidationError) -> str:
+    first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
+    where = ".".join(str(part) for part in first["loc"]) or "the suite"
+    return f"{where}: {first['msg']}, got {first['input']!r}" if first["type"] != "missing" else f"{where} is missing"
