@@ -12,6 +12,8 @@ from obstaclewatch.matched_filter import EchoProfile
 
 NEIGHBOURS = np.array([[-1], [0], [1]])
 TINY = np.finfo(np.float64).tiny
+SIDELOBE = 10.0 ** (-44.0 / 20.0)
+"""Highest sidelobe of a compressed Hann chirp, -46.7 dB, and some more."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ def os_cfar_threshold(
         quantile: which order statistic of the window; an echo fills less than the rest of it.
     """
     return factor * ndimage.percentile_filter(magnitude, 100.0 * quantile, size=2 * half_width + 1, mode="nearest")
+
+
+def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
+    """(n,) height that the sidelobes of stronger echoes within `half_width` samples may reach."""
+    return SIDELOBE * ndimage.maximum_filter1d(magnitude, 2 * half_width + 1, mode="nearest")
 
 
 def noise_amplitude(magnitude: NDArray[np.float64]) -> float:

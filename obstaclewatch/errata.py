@@ -33,6 +33,8 @@ class Errata:
         walker_width: Eq. 4 lets a point walk. Corrected: D1 sin(bearing) <= radius + half the walker's width.
         separated_peaks: section 3.4 picks peaks in fixed windows of 0.5 ms, which splits one at a window's edge in
             two. Corrected: local maxima with a minimum separation.
+        local_threshold: section 3.4's average x lambda follows the strongest clutter, wherever it stands.
+            Corrected: a multiple of a local order statistic (OS-CFAR), which follows the floor over range.
     """
 
     correlate_once: bool = True
@@ -47,6 +49,7 @@ class Errata:
     gated_second_mic: bool = True
     walker_width: bool = True
     separated_peaks: bool = True
+    local_threshold: bool = True
 
     @classmethod
     def as_printed(cls) -> Errata:

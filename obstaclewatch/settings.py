@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
@@ -17,10 +16,11 @@ class PaperSettings:
     Attributes:
         near_m, far_m: one-way ranges listened to. Far: 7 m (section 3.4). Near: below 0.3 m the direct sound and
             the hand mask everything.
-        threshold: "mean", the paper's average x lambda (section 3.4), or "os-cfar", which follows the local clutter.
-        threshold_factor: lambda of section 3.4, which the paper does not print. At 3, noise alone passes once in
-            1,200 independent cells.
-        cfar_factor: multiple of the local order statistic for "os-cfar".
+        threshold_factor: lambda of section 3.4, which the paper does not print, for the threshold as printed. At 3,
+            noise alone passes once in 1,200 independent cells.
+        cfar_factor: multiple of the local 60 % quantile, for the corrected threshold. At 3, noise alone passes once in
+            3,800 independent cells.
+        floor_db: least threshold, relative to the direct sound; matters only where there is no noise.
         peak_window_s: 0.5 ms, the paper's window, also the least distance between two peaks.
         max_candidates: the five nearest peaks (section 3.4).
         reject_static: drop peaks that stay at the same delay while walking (section 3.4). Switch off to measure
@@ -52,9 +52,9 @@ class PaperSettings:
 
     near_m: float = 0.3
     far_m: float = 7.0
-    threshold: Literal["mean", "os-cfar"] = "mean"
     threshold_factor: float = 3.0
-    cfar_factor: float = 4.0
+    cfar_factor: float = 3.0
+    floor_db: float = -85.0
     peak_window_s: float = 0.5e-3
     max_candidates: int = 5
     reject_static: bool = True
@@ -79,8 +79,6 @@ class PaperSettings:
     def __post_init__(self) -> None:
         if not 0.0 < self.near_m < self.far_m < np.inf:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
-        if self.threshold not in ("mean", "os-cfar"):
-            raise ValueError(f"threshold must be 'mean' or 'os-cfar', got {self.threshold!r}")
         if not 1 <= self.votes_needed <= self.votes_of:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
         if self.max_candidates < 1:
