@@ -111,13 +111,17 @@ def _frame(gap, normal, frame):
 
 @numba.njit(cache=True)
 def _rows(gap, held):
-    """Weighted columns of the quadric (without the slopes if the normal is held) and weighted heights."""
+    """Weighted columns of the quadric (without the slopes if the normal is held) and weighted heights.
+
+    Weights fall as the heights grow, so that the nearest decide where no quadric fits.
+    """
     first = 0 if held else 2
     count = len(gap)
     basis, height = np.empty((count, first + 6)), np.empty(count)
     for i in range(count):
         x, y, z = gap[i, 0], gap[i, 1], gap[i, 2]
-        weight = 1.0 / (x * x + y * y + z * z)  # as the heights, so that the nearest decide where no quadric fits
+        square = x * x + y * y + z * z
+        weight = 1.0 / square if square > 0.0 else 0.0  # nothing to learn from the same vertex across a crease
         if first == 2:
             basis[i, 0], basis[i, 1] = x, y
         basis[i, first] = 0.5 * x * x
