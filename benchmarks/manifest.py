@@ -1,43 +1,49 @@
-"""What made a run: command, source, versions, machine."""
+"""What made a run: command, plan, source, versions, machine."""
 
 from __future__ import annotations
 
 import os
 import platform
 import subprocess
-import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.spec import Cell
+from benchmarks.suite import Suite
 
 PACKAGES = ("numpy", "scipy", "numba", "trimesh", "embreex", "joblib", "matplotlib", "pydantic", "soundfile")
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def manifest(plan_digest: str, fingerprint: str, seed: int, cells: int, jobs: int, executor: str) -> dict[str, Any]:
-    """Provenance of a run, ready for JSON. Versions not installed and an unknown revision are null."""
+def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]) -> dict[str, Any]:
+    """Provenance of a run, ready for JSON. A revision or version that cannot be told is null.
+
+    `plan` lists the digests of the run's cells in order.
+    """
+    source = source_fingerprint()
+    revision, status = _git("rev-parse", "HEAD"), _git("status", "--porcelain")
     return {
-        "argv": ["obstaclewatch", *sys.argv[1:]],
-        "plan": plan_digest,
-        "source": fingerprint,
-        "seed": seed,
-        "cells": cells,
-        "executor": executor,
-        "jobs": jobs,
-        "git": git_state(),
+        "argv": ["obstaclewatch", *argv],
+        "suite": suite.name,
+        "title": suite.title,
+        "tier": tier,
+        "split": suite.split,
+        "seed": suite.seed,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "source": source,
+        "git_revision": revision,
+        "git_dirty": None if status is None else bool(status),
         "python": platform.python_version(),
         "platform": platform.platform(),
-        "cpu": _cpu_model(),
+        "cpu": _cpu(),
         "cpus": os.cpu_count(),
         "versions": {name: _version(name) for name in PACKAGES},
+        "plan": [cell.digest(source) for cell in cells],
     }
-
-
-def git_state() -> dict[str, Any]:
-    """Revision of the source and whether it was changed since; nulls outside a repository."""
-    revision = _git("rev-parse", "HEAD")
-    status = _git("status", "--porcelain")
-    return {"revision": revision, "dirty": None if status is None else bool(status)}
 
 
 def _git(*arguments: str) -> str | None:
@@ -55,9 +61,7 @@ def _version(package: str) -> str | None:
         return None
 
 
-def _cpu_model() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
+def _cpu() -> str:
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())

@@ -1,58 +1,48 @@
-"""A run on disk: one atomic file per cell, found again by the cell's digest."""
+"""A run on disk: one atomic file per cell, named after the cell's digest, and what it cost beside it."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 
-@dataclass(frozen=True)
-class Store:
-    """The folder of one run, results/<suite>/<run>/."""
-
-    folder: Path
-
-    def cell_path(self, digest: str) -> Path:
-        """Where the cell of that digest is kept: cells/ab/<digest>.json."""
-        return self.folder / "cells" / digest[:2] / f"{digest}.json"
-
-    def read_cell(self, digest: str) -> dict[str, Any] | None:
-        """The record of a cell; None if it was not computed yet."""
-        path = self.cell_path(digest)
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-
-    def write_cell(self, record: dict[str, Any]) -> None:
-        """Keep the record of a cell; it appears whole or not at all."""
-        write_json(self.cell_path(record["digest"]), record, indent=None)
-
-    def done(self, digests: Iterable[str]) -> set[str]:
-        """Digests of the cells that were computed and did not fail."""
-        records = ((digest, self.read_cell(digest)) for digest in digests)
-        return {digest for digest, record in records if record is not None and record["status"] == "ok"}
-
-    def read_json(self, name: str) -> dict[str, Any]:
-        """A file of the run, such as "manifest.json".
-
-        Raises:
-            ValueError: there is none: the folder is not a run, or the run did not get that far.
-        """
-        path = self.folder / name
-        if not path.is_file():
-            raise ValueError(f"a run must hold {name}, got none in '{self.folder}'")
-        return json.loads(path.read_text(encoding="utf-8"))
+def cell_path(run: Path, digest: str) -> Path:
+    """Where the record of a cell is kept: cells/ab/<digest>.json."""
+    return run / "cells" / digest[:2] / f"{digest}.json"
 
 
-def write_json(path: Path, value: Any, indent: int | None = 2) -> None:
-    """Write JSON without NaN, whole or not at all."""
-    write_text(path, json.dumps(value, indent=indent, allow_nan=False) + "\n")
+def cost_path(run: Path, digest: str) -> Path:
+    """Where times and memory of a cell are kept: costs/ab/<digest>.json. They differ from run to run."""
+    return run / "costs" / digest[:2] / f"{digest}.json"
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
+def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
+    """The record of a cell; None if it was not computed yet.
+
+    Raises:
+        ValueError: the file is damaged, or holds another cell.
+    """
+    if not path.is_file():
+        return None
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise ValueError(f"'{path}' must be JSON: {error}; delete it to compute the cell again") from error
+    if record.get("digest") != digest:
+        raise ValueError(f"'{path}' must hold cell {digest}, got {record.get('digest')}")
+    return record
+
+
+def to_json(value: Any) -> str:
+    """Text of nested numbers; what is not finite becomes null, which JSON has instead of NaN."""
+    return json.dumps(_nulled(value), indent=1, allow_nan=False) + "\n"
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write a text file and its folders; it appears whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
@@ -63,3 +53,11 @@ def write_text(path: Path, text: str) -> None:
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _nulled(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _nulled(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_nulled(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
