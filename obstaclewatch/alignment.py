@@ -10,8 +10,8 @@ from obstaclewatch.echoes import refine_peaks
 from obstaclewatch.matched_filter import MatchedFilter
 
 LEAST_LIKENESS = 0.5
-"""Share of the band's energy that a beep must explain while it sounds. Noise alone reaches 0.05, a beep over direct
-sound and echoes 0.95 and more."""
+"""Share of the band's energy that a beep must explain while it sounds. White noise reached 0.04 in 200 trials; rendered
+walks reach 0.89 and more, their phone's response and all echoes included."""
 
 
 class NoBeepError(ValueError):

@@ -59,7 +59,7 @@ def on_course(
     An unknown radius (NaN) counts as 0, an unknown bearing as no collision. What lies behind cannot be met.
     """
     miss_m = range_m * np.sin(bearing_rad)
-    return (miss_m <= np.nan_to_num(radius_m) + half_width_m) & (bearing_rad < np.pi / 2)
+    return (miss_m <= np.where(np.isnan(radius_m), 0.0, radius_m) + half_width_m) & (bearing_rad < np.pi / 2)
 
 
 def on_course_printed(bearing_rad: NDArray[np.float64], collision_angle_rad: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -12,7 +12,8 @@ from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.collision import CollisionVote, Decision, decide, on_course, on_course_printed
 from obstaclewatch.detection import Detection, Flag
-from obstaclewatch.pipeline import EchoPipeline, Measurement
+from obstaclewatch.measurement import Measurement
+from obstaclewatch.pipeline import EchoPipeline
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.settings import PaperSettings
 

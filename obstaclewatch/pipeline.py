@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -30,6 +29,7 @@ from obstaclewatch.echoes import (
     windowed_peaks,
 )
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.measurement import Measurement, nothing_measured
 from obstaclewatch.pulse import pulse_shape
 from obstaclewatch.ranging import DirectSound, direct_sound, nearest_body_path, one_way_range
 from obstaclewatch.recording import PhoneGeometry
@@ -42,33 +42,8 @@ CFAR_HALF_WIDTH_S = 4e-3
 """Reference window of the OS-CFAR on either side: ten times the pulse."""
 SIDELOBE_HALF_WIDTH_S = 2e-3
 """How far sidelobes reach at that height: at rest they are 95 dB down after 1 ms, at 1.3 m/s 113 dB after 3 ms."""
-PEAK_RISE = 0.7
+SEPARATION_SHARE = 0.7
 """Least separation of two peaks as a share of the 0.5 ms window: 0.35 ms, the pulse's -3 dB width."""
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """What one beep says about n candidates, nearest first. Fields as in `Detection`.
-
-    Attributes:
-        start_s: emission, relative to the block's first sample.
-        collision_angle_rad: (n,) delta of section 3.6.
-    """
-
-    start_s: float
-    range_m: NDArray[np.float64]
-    range2_m: NDArray[np.float64]
-    bearing_rad: NDArray[np.float64]
-    collision_angle_rad: NDArray[np.float64]
-    radius_m: NDArray[np.float64]
-    level_db: NDArray[np.float64]
-    snr_db: NDArray[np.float64]
-    closing_speed_m_s: NDArray[np.float64]
-    range_std_m: NDArray[np.float64]
-    bearing_std_rad: NDArray[np.float64]
-    may_vote: NDArray[np.bool_]
-    flags: NDArray[np.int_]
-    beep_flags: Flag
 
 
 class EchoPipeline:
@@ -123,18 +98,22 @@ class EchoPipeline:
         profile = self._filter.compress(block)
         direct = direct_sound(profile)
         if not direct.found:
-            return _nothing(Flag.NO_BEEP)
+            return nothing_measured(Flag.NO_BEEP)
         start_s = self._start_s(direct)
+        identical = np.array_equal(block[0], block[1])
+        beep_flags = Flag.IDENTICAL_CHANNELS if identical else Flag.NONE
         echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
         motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
         nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
+        if len(nearest) == 0:
+            return nothing_measured(beep_flags, float(start_s[0]))
         echoes, speed = echoes[nearest], motion.closing_speed_m_s[nearest]
         snr = 2.0 * (echoes.amplitude / noise) ** 2
         path1_m = self._path_m(echoes, start_s[0])
-        identical = np.array_equal(block[0], block[1])
-        difference = (
-            _unheard(len(echoes)) if identical else self._difference(profile, path1_m, echoes.amplitude, start_s[1])
-        )
+        if identical:
+            difference = _unheard(len(echoes))
+        else:
+            difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
         range_m, range2_m = self._ranges(path1_m, difference.u_m)
         bearing_rad, clamped = self._bearing(range_m, range2_m)
         size = self._size(profile, echoes, start_s[0], range_m, speed)
@@ -153,7 +132,7 @@ class EchoPipeline:
             bearing_std_rad=bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch),
             may_vote=motion.closing[nearest] | (not self.settings.reject_static),
             flags=_flags(clamped, difference, size.merged, motion.judged or not self.settings.reject_static, identical),
-            beep_flags=Flag.IDENTICAL_CHANNELS if identical else Flag.NONE,
+            beep_flags=beep_flags,
         )
 
     def _direct_delay_s(self, phone: PhoneGeometry) -> float:
@@ -180,7 +159,7 @@ class EchoPipeline:
         window = round(settings.peak_window_s * profile.rate_hz)
         threshold = self._threshold(heard, profile.rate_hz, direct)
         if settings.errata.separated_peaks:
-            peaks = separated_peaks(heard, threshold, round(PEAK_RISE * window))
+            peaks = separated_peaks(heard, threshold, round(SEPARATION_SHARE * window))
         else:
             peaks = windowed_peaks(heard, threshold, window)
         return echoes_at(profile, 0, peaks + first), noise_amplitude(heard)
@@ -254,7 +233,8 @@ class EchoPipeline:
             return path1_m, path1_m + u_m
         range_m = path1_m / 2.0
         for _ in range(2):  # the triangle needs the bearing and the bearing the range: the second round moves < 0.1 mm
-            toward = np.nan_to_num(cone_cosine(range_m, range_m + u_m, self._separation_m).clip(-1.0, 1.0), nan=1.0)
+            toward = cone_cosine(range_m, range_m + u_m, self._separation_m)
+            toward = np.where(np.isnan(toward), 1.0, np.minimum(np.maximum(toward, -1.0), 1.0))
             range_m = one_way_range(path1_m, float(self._speaker_m[0]), self._speaker_cosine * toward)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
 
@@ -302,8 +282,3 @@ def _flags(
 
 def _unheard(count: int) -> PathDifference:
     return PathDifference(np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool))
-
-
-def _nothing(flag: Flag) -> Measurement:
-    none, no = np.empty(0), np.empty(0, dtype=bool)
-    return Measurement(0.0, none, none, none, none, none, none, none, none, none, none, no, np.empty(0, int), flag)

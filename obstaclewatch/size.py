@@ -70,7 +70,7 @@ def rim_excess(
     """
     position = (echoes.delay_s - profile.start_s) * profile.rate_hz
     width, merged = trailing_widths(profile.magnitude[0], position, echoes.amplitude, profile.rate_hz, pulse.level)
-    own = pulse.trailing_width_s(np.nan_to_num(closing_speed_m_s))
+    own = pulse.trailing_width_s(np.where(np.isnan(closing_speed_m_s), 0.0, closing_speed_m_s))
     return 0.5 * sound_speed_m_s * (width - own), merged
 
 
