@@ -60,7 +60,7 @@ def measured_direct_delay_s(block: NDArray[np.floating], beep: BeepDesign) -> fl
     Raises:
         ValueError: the block has another shape, or no direct peak near its start.
     """
-    direct = direct_sound(MatchedFilter(beep, beep.gap_s).compress(block))
+    direct = direct_sound(MatchedFilter(beep, beep.gap_s or beep.period_s).compress(block))
     if not direct.found:
         raise ValueError(f"the direct sound must be the strongest peak within {DIRECT_SEARCH_S * 1e3} ms of the start")
     return float(direct.delay_s[0])
