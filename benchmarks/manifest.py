@@ -1,8 +1,7 @@
-"""What made a run: command, plan, source, versions, machine."""
+"""How a run came about: what was asked, with which source, on which machine."""
 
 from __future__ import annotations
 
-import os
 import platform
 import subprocess
 from collections.abc import Sequence
@@ -11,57 +10,58 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.fingerprint import ROOT, source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.plan import plan_digest
 from benchmarks.suite import Suite
 
-PACKAGES = ("numpy", "scipy", "numba", "trimesh", "embreex", "joblib", "matplotlib", "pydantic", "soundfile")
-ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("numpy", "scipy", "trimesh", "embreex", "numba", "soundfile", "joblib", "pydantic", "matplotlib")
 
 
 def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]) -> dict[str, Any]:
-    """Provenance of a run, ready for JSON. A revision or version that cannot be told is null.
-
-    `plan` lists the digests of the run's cells in order.
-    """
-    source = source_fingerprint()
-    revision, status = _git("rev-parse", "HEAD"), _git("status", "--porcelain")
+    """Everything needed to say what a run measured and to repeat it; null where it cannot be known."""
+    fingerprint = source_fingerprint()
+    status = _git("status", "--porcelain", "--untracked-files=no")
     return {
-        "argv": ["obstaclewatch", *argv],
+        "argv": list(argv),
         "suite": suite.name,
         "title": suite.title,
         "tier": tier,
-        "split": suite.split,
         "seed": suite.seed,
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "source": source,
-        "git_revision": revision,
+        "split": suite.split,
+        "detectors": list(suite.detectors),
+        "fidelity": suite.fidelity,
+        "plan_sha256": plan_digest(cells, fingerprint),
+        "source_sha256": fingerprint,
+        "plan": [cell.digest(fingerprint) for cell in cells],
+        "git_revision": _git("rev-parse", "HEAD"),
         "git_dirty": None if status is None else bool(status),
-        "python": platform.python_version(),
-        "platform": platform.platform(),
+        "versions": {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES},
+        "platform": f"{platform.system()} {platform.machine()}",
         "cpu": _cpu(),
-        "cpus": os.cpu_count(),
-        "versions": {name: _version(name) for name in PACKAGES},
-        "plan": [cell.digest(source) for cell in cells],
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 
 
 def _git(*arguments: str) -> str | None:
     try:
-        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, timeout=10, check=False)
-    except (OSError, subprocess.TimeoutExpired):
+        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
         return None
-    return done.stdout.strip() if done.returncode == 0 else None
+    return done.stdout.strip()
 
 
-def _version(package: str) -> str | None:
+def _version(name: str) -> str | None:
     try:
-        return version(package)
+        return version(name)
     except PackageNotFoundError:
         return None
 
 
 def _cpu() -> str:
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{len(models)} x {models[0]}" if models else platform.machine()

@@ -1,63 +1,69 @@
-"""A run on disk: one atomic file per cell, named after the cell's digest, and what it cost beside it."""
+"""Cells on disk: one file each, named by content, written whole or not at all.
+
+A cell's file holds only what its inputs decide, so it is the same byte for byte whoever computes it; what it cost
+lies beside it in a file of its own.
+"""
 
 from __future__ import annotations
 
 import json
 import math
 import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
 
 def cell_path(run: Path, digest: str) -> Path:
-    """Where the record of a cell is kept: cells/ab/<digest>.json."""
+    """Where a cell lies: cells/ab/abcdef....json."""
     return run / "cells" / digest[:2] / f"{digest}.json"
 
 
 def cost_path(run: Path, digest: str) -> Path:
-    """Where times and memory of a cell are kept: costs/ab/<digest>.json. They differ from run to run."""
+    """Where its cost lies."""
     return run / "costs" / digest[:2] / f"{digest}.json"
 
 
-def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
-    """The record of a cell; None if it was not computed yet.
+def write_atomically(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all, also after a crash.
 
     Raises:
-        ValueError: the file is damaged, or holds another cell.
+        OSError: the folder cannot be written; nothing is left behind.
     """
-    if not path.is_file():
-        return None
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        raise ValueError(f"'{path}' must be JSON: {error}; delete it to compute the cell again") from error
-    if record.get("digest") != digest:
-        raise ValueError(f"'{path}' must hold cell {digest}, got {record.get('digest')}")
-    return record
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
 
 
 def to_json(value: Any) -> str:
-    """Text of nested numbers; what is not finite becomes null, which JSON has instead of NaN."""
-    return json.dumps(_nulled(value), indent=1, allow_nan=False) + "\n"
+    """JSON with sorted keys; NaN, which JSON lacks, is null."""
+    return json.dumps(_nan_to_none(value), sort_keys=True, indent=1, allow_nan=False) + "\n"
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file and its folders; it appears whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
+    """A stored cell, or None where there is none, or only a damaged one, which is then to be computed again."""
     try:
-        with partial.open("w", encoding="utf-8", newline="") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, json.JSONDecodeError, UnicodeDecodeError):
+        return None
+    if not isinstance(record, dict) or record.get("digest") != digest or record.get("status") not in ("ok", "failed"):
+        return None
+    return record
 
 
-def _nulled(value: Any) -> Any:
+def _nan_to_none(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _nulled(item) for key, item in value.items()}
+        return {key: _nan_to_none(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_nulled(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return [_nan_to_none(item) for item in value]
+    return value

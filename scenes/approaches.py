@@ -25,7 +25,6 @@ from scenes.swept import Body
 from scenes.truth import contact, passing_time
 from scenes.walks import Gait, GaitWalk
 from simulator.phone import Phone
-from simulator.pose import Walk
 from simulator.scene import Obstacle, Scene
 
 Array = NDArray[np.float64]
@@ -66,7 +65,7 @@ class Approach:
     seed: int
     scene: Scene
     target: str
-    walk: Walk
+    walk: GaitWalk
     phone: Phone
 
 

@@ -23,7 +23,7 @@ NOT_IN_THE_WAY = ("ground",)
 """Categories that cannot be collided with."""
 
 TRACK_STEP_S = 0.010
-"""Spacing at which a walk is followed for contact, straight between two samples: gait departs from that by about 20 um."""
+"""Spacing at which a walk is followed for contact, straight between two samples: gait departs by some 20 um."""
 
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
@@ -41,6 +41,7 @@ class GroundTruth:
         mic_range_m: (T, 2) distance from each microphone to the same nearest point (the paper's D1 and D2).
         ground_range_m: (T,) distance from that middle to the obstacle's nearest point to the spot on the ground right
             below: where an upright obstacle and hard ground form a corner that echoes.
+        mic_ground_range_m: (T, 2) from each microphone to that same foot of the obstacle.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
@@ -60,6 +61,7 @@ class GroundTruth:
     range_m: Array
     mic_range_m: Array
     ground_range_m: Array
+    mic_ground_range_m: Array
     bearing_rad: Array
     signed_bearing_rad: Array
     radius_m: Array
@@ -111,7 +113,8 @@ def ground_truth(
     point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
     heading = pose.body_heading_rad()
     signed = _signed_bearing(point - _middle(pose, phone), heading)
-    grounds = np.stack([_ground_range(obstacle, pose, phone, times) for obstacle in asked])
+    foot = np.stack([_foot(obstacle, pose, phone, times) for obstacle in asked])[choice, np.arange(len(times))]
+    mics = pose.to_world(phone.geometry.mics_m)
     worn = Body(half_width_m) if body is None else body
     radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
     contacts = [contact(obstacle, walk, worn) for obstacle in asked]
@@ -121,8 +124,9 @@ def ground_truth(
         obstacle=np.array([obstacle.name for obstacle in asked])[choice],
         nearest_point_m=point,
         range_m=np.linalg.norm(point - _middle(pose, phone), axis=1),
-        mic_range_m=np.linalg.norm(point[:, None] - pose.to_world(phone.geometry.mics_m), axis=2),
-        ground_range_m=grounds[choice, np.arange(len(times))],
+        mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
+        ground_range_m=np.linalg.norm(foot - _middle(pose, phone), axis=1),
+        mic_ground_range_m=np.linalg.norm(foot[:, None] - mics, axis=2),
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
         radius_m=radii[choice, np.arange(len(times))],
@@ -207,11 +211,11 @@ def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> tup
     return point + drift, distance
 
 
-def _ground_range(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
-    middle = _middle(pose, phone)
+def _foot(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
+    """(T, 3) nearest points of the obstacle to the spot on the ground right below the phone."""
     drift = time_s[:, None] * obstacle.velocity_m_s
-    foot, _ = nearest_points(obstacle.mesh, middle * [1.0, 1.0, 0.0] - drift)
-    return np.linalg.norm(foot + drift - middle, axis=1)
+    foot, _ = nearest_points(obstacle.mesh, _middle(pose, phone) * [1.0, 1.0, 0.0] - drift)
+    return foot + drift
 
 
 def _signed_bearing(offset_m: Array, heading_rad: Array) -> Array:

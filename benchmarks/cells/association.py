@@ -84,11 +84,13 @@ def associate(detections: Sequence[DetectionLike], true_range_m: Array, gate_m: 
         gate_m: greatest difference of ranges.
     """
     if len(detections) != len(true_range_m):
-        raise ValueError(f"true_range_m must have one value per detection, got {len(true_range_m)} for {len(detections)}")
+        raise ValueError(
+            f"true_range_m must have one value per detection, got {len(true_range_m)} for {len(detections)}"
+        )
     table = np.full((len(COLUMNS), len(detections)), np.nan)
     for row, (detection, truth) in enumerate(zip(detections, true_range_m, strict=True)):
         chosen = nearest_within(detection.range_m, float(truth), gate_m)
         if chosen is not None:
             table[:, row] = [float(getattr(detection, name)[chosen]) for name in COLUMNS]
     counts = np.array([np.isfinite(detection.range_m).sum() for detection in detections], dtype=np.int64)
-    return Estimates(*table, candidates=counts)
+    return Estimates(**dict(zip(COLUMNS, table, strict=True)), candidates=counts)

@@ -21,7 +21,6 @@ from scenes.truth import GroundTruth
 from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
-
 LOW_M = 1.1
 """An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
 

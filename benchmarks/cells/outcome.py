@@ -31,7 +31,9 @@ def outcome_paper(alert: bool, alert_distance_m: float, collides: bool, within_m
     return "TP" if alert and 0.0 < alert_distance_m <= within_m else "FN"
 
 
-def outcomes(alert: bool, alert_distance_m: float, collides: bool, line_collides: bool, rules: Scoring) -> dict[str, str]:
+def outcomes(
+    alert: bool, alert_distance_m: float, collides: bool, line_collides: bool, rules: Scoring
+) -> dict[str, str]:
     """All three: ours, the paper's rule for the alert, and the paper's rule for the collision (the phone's line)."""
     # A walk that the body does not survive but the line does has no contact by the looser rule: an alert is false.
     by_line = line_collides and collides

@@ -42,7 +42,6 @@ class Knowledge(BaseModel):
     direct_delay: bool = True
 
 
-
 class Scoring(BaseModel):
     """The rules by which alerts and estimates are judged.
 

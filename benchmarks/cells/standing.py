@@ -32,10 +32,14 @@ def standing_situation(cell: Cell) -> Situation:
     turned = placed(drawn, (0.0, 0.0), float(rng.uniform(-0.1, 0.1)), velocity_m_s=(0.0, 0.0, 0.0))
     front = float(np.asarray(turned.mesh.vertices)[:, 0].min())
     target = placed(turned, (cell.range_m - front, float(rng.uniform(-0.1, 0.1))))
-    side = placed(Obstacle(wall(6.0, 3.0), Material.named("concrete"), "side wall", category="wall"), (3.0, SIDE_WALL_M), np.pi / 2)
+    side = placed(
+        Obstacle(wall(6.0, 3.0), Material.named("concrete"), "side wall", category="wall"),
+        (3.0, SIDE_WALL_M),
+        np.pi / 2,
+    )
     floor = Obstacle(ground(), Material.named("asphalt"), "ground", category="ground")
     pitch = float(rng.normal(np.deg2rad(30.0), np.deg2rad(4.0)))
-    walk = GaitWalk((0.0, 0.0, PHONE_HEIGHT_M), speed_m_s=0.0, duration_s=BEEPS * cell.beep_period_s, pitch_rad=pitch)
+    walk = GaitWalk(np.array([0.0, 0.0, PHONE_HEIGHT_M]), speed_m_s=0.0, duration_s=BEEPS * cell.beep_period_s, pitch_rad=pitch)
     phone = Phone.named(cell.phone).held_by(walker_body(phone_height_m=PHONE_HEIGHT_M))
     scene = Scene([floor, target, side], name="standing")
     return Situation(scene, walk, phone, ("target",), pitch, PaperSettings(reject_static=False))

@@ -1,0 +1,69 @@
+"""The command line `obstaclewatch`. Commands are imported when called, so `--help` answers at once."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+COMMANDS = {
+    "run": "Run a suite: simulate, detect, score, draw, report. Resumes what is there.",
+    "status": "Say how far a run is.",
+    "figures": "Draw a run's figures again from its stored results.",
+    "report": "Write a run's report again from its stored results.",
+    "ls": "List suites, scenes, phones or figures.",
+    "validate": "Check a suite file.",
+    "simulate": "Render what a phone records on a walk, to a WAV or FLAC file.",
+    "detect": "Run a detector on a stereo WAV or FLAC file.",
+    "scene": "Draw a scene or an approach.",
+}
+
+USAGE = 2
+
+
+class LazyGroup(click.Group):
+    """A group whose commands live in modules of their own, imported on demand."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All names, in the order of use."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return one command."""
+        if cmd_name not in COMMANDS:
+            return None
+        return getattr(importlib.import_module(f"benchmarks.commands.{cmd_name}"), cmd_name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list of commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="obstaclewatch")
+def cli() -> None:
+    """Test bench for phone sonar: scenes, echoes, detectors, scores.
+
+    Exit codes: 0 good; 2 usage or input; 3 failed or missing cells; 4 nothing measured; 130 interrupted, resumable.
+    """
+
+
+def main() -> None:
+    """Entry point: what is wrong with the input becomes one line on stderr and exit code 2."""
+    try:
+        cli(standalone_mode=False)
+    except click.exceptions.Abort:
+        click.echo("interrupted; the same command goes on where it stopped", err=True)
+        sys.exit(130)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (ValueError, FileNotFoundError, IsADirectoryError) as error:
+        click.echo(f"obstaclewatch: {' '.join(str(error).split())}", err=True)
+        sys.exit(USAGE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""`obstaclewatch ls`: what there is to name."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command()
+@click.argument("what", type=click.Choice(["suites", "scenes", "phones", "figures"]))
+def ls(what: str) -> None:
+    """List the names of suites, scenes, phones or figures."""
+    for name in _names(what):
+        click.echo(name)
+
+
+def _names(what: str) -> list[str]:
+    if what == "suites":
+        from benchmarks.suite import list_suites
+
+        return list_suites()
+    if what == "scenes":
+        from scenes import list_scenes
+
+        return list_scenes()
+    if what == "phones":
+        from simulator.phone_presets import list_phones
+
+        return list(list_phones())
+    from benchmarks.figures import FIGURES
+
+    return list(FIGURES)

@@ -1,0 +1,106 @@
+"""`obstaclewatch run`: a suite from plan to report."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+import yaml
+
+from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.spec import Cell
+from benchmarks.figures import draw_figures
+from benchmarks.manifest import manifest
+from benchmarks.plan import plan_cells, plan_digest
+from benchmarks.report import write_report
+from benchmarks.results import load_run, write_results_csv
+from benchmarks.runner import run_cells
+from benchmarks.scores import summary
+from benchmarks.store import to_json, write_atomically
+from benchmarks.suite import Suite, load_suite
+from benchmarks.verdict import verdict_lines
+
+INCOMPLETE, NOTHING_MEASURED = 3, 4
+
+
+@click.command()
+@click.argument("suite")
+@click.option("--tier", default="ci", show_default=True, help="smoke, ci or full")
+@click.option("-j", "--jobs", default=1, show_default=True, help="worker processes")
+@click.option("--seed", type=int, help="replaces the suite's seed")
+@click.option("--split", type=click.Choice(["dev", "test"]), help="which seeds: dev to tune, test to report")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
+@click.option("--limit", type=int, help="so many cells at most, spread evenly")
+@click.option("--only", metavar="LABEL", help="one cell alone, e.g. supermarket/dustbin/17")
+@click.option("-n", "--dry-run", is_flag=True, help="print the plan and stop")
+@click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
+def run(
+    suite: str, tier: str, jobs: int, seed: int | None, split: str | None, settings: tuple[str, ...],
+    limit: int | None, only: str | None, dry_run: bool, out: Path,
+) -> None:  # fmt: skip
+    """Run SUITE (a name or a YAML file) and leave a run folder with results, figures and report.
+
+    The folder's name follows from the plan and the version of the source, so the same command resumes what is
+    missing and never mixes results of another plan or version.
+    """
+    chosen = load_suite(suite, [*settings, *([f"split={split}"] if split else [])], seed)
+    cells = _only(plan_cells(chosen, tier, limit), only)
+    if dry_run:
+        _print_plan(chosen, tier, cells)
+        return
+    if jobs < 1:
+        raise ValueError(f"jobs must be at least 1, got {jobs}")
+    folder = _prepared(out, chosen, tier, cells)
+    click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
+    records = run_cells(folder, cells, jobs)
+    finish(folder)
+    failed = [record for record in records if record["status"] == "failed"]
+    for record in failed[:5]:
+        click.echo(f"failed: {record['label']}: {record['error'].strip().splitlines()[-1]}", err=True)
+    if len(failed) == len(cells):
+        sys.exit(NOTHING_MEASURED)
+    if failed or len(records) < len(cells):
+        click.echo(f"{len(failed)} of {len(cells)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
+        sys.exit(INCOMPLETE)
+
+
+def finish(folder: Path) -> None:
+    """Tables, summary, figures and report of what is stored, and the verdict on standard output."""
+    data = load_run(folder)
+    if not data.ok:
+        return
+    write_results_csv(data)
+    found = summary(data)
+    write_atomically(folder / "summary.json", to_json(found))
+    draw_figures(data)
+    report = write_report(data)
+    click.echo("\n".join(verdict_lines(found)))
+    click.echo(f"report: {report}")
+
+
+def _only(cells: list[Cell], label: str | None) -> list[Cell]:
+    if label is None:
+        return cells
+    kept = [cell for cell in cells if cell.label == label]
+    if not kept:
+        raise ValueError(f"--only must name a cell of the plan such as '{cells[0].label}', got '{label}'")
+    return kept
+
+
+def _print_plan(suite: Suite, tier: str, cells: list[Cell]) -> None:
+    click.echo(f"suite '{suite.name}', tier {tier}: {len(cells)} cells")
+    for name in sorted({(cell.kind, cell.scene, cell.category) for cell in cells}):
+        count = sum((cell.kind, cell.scene, cell.category) == name for cell in cells)
+        click.echo(f"  {' '.join(name)}: {count}")
+
+
+def _prepared(out: Path, suite: Suite, tier: str, cells: list[Cell]) -> Path:
+    """The run's folder with manifest and resolved suite; an existing manifest of the same plan is kept."""
+    digest = plan_digest(cells, source_fingerprint())
+    folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
+    if not (folder / "manifest.json").is_file():
+        resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
+        write_atomically(folder / "config.resolved.yaml", resolved)
+        write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, sys.argv[1:])))
+    return folder
