@@ -21,12 +21,14 @@ class Candidates:
 
     Attributes:
         pose, mic, order: (C,).
-        sequence: (C, N) reflectors met, -1 padded; patch indices, then `patches + surface`.
+        sequence: (C, N) reflectors met, -1 padded; patches, then smooth surfaces, then sharp edges.
         points_m: (C, N + 2, 3) source, reflection points, receiver (repeated to the end of the row).
         normal: (C, N, 3) unit normals on the incident side.
         curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
         lift_m: (C, N) how far the true surface may stand off its mesh there.
         face, uv: (C,), (C, 2) place on the smooth surface; -1 without one.
+        edge: (C,) sharp edge, -1 without one.
+        part: (C,) edges.APEX, START or END of that edge.
     """
 
     pose: Ints
@@ -39,6 +41,8 @@ class Candidates:
     lift_m: Floats
     face: Ints
     uv: Floats
+    edge: Ints
+    part: Ints
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -56,7 +60,7 @@ def joined(parts: list[Candidates]) -> Candidates:
     """All parts, sorted by pose, microphone, order and sequence: the order in which they are summed."""
     whole = Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
     keys = tuple(whole.sequence.T[::-1]) + (whole.order, whole.mic, whole.pose)
-    return whole[np.lexsort((whole.face, *keys))]
+    return whole[np.lexsort((whole.part, whole.face, *keys))]
 
 
 def direct(tracing: Tracing, width: int) -> Candidates:
@@ -96,6 +100,7 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
     return Candidates(
         pose, mic, order, sequence, points, np.zeros((count, width, 3)), np.zeros((count, width, 3, 3)),
         np.zeros((count, width)), np.full(count, -1), np.zeros((count, 2)),
+        np.full(count, -1), np.zeros(count, dtype=np.int64),
     )  # fmt: skip
 
 

@@ -165,6 +165,26 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
     return out * (-sign / (4.0 * view.open_angle_rad))[:, None, None]
 
 
+def strength_bound(view: EdgeView, part: Ints, wavenumber: float) -> Floats:
+    """(R,) estimate from above of a contribution: the leading term for high frequencies.
+
+    Near a zone boundary it exceeds the true strength; beside the apex an end is taken as the whole line.
+    """
+    poles = _poles(view, wavenumber)
+    excess = np.abs(view.excess(part))
+    product, shortest = view.source_radius_m * view.receiver_radius_m, view.apex_path_m
+    rise = excess**2 * (excess**2 + 2.0 * shortest) / (4.0 * product)
+    sinh2 = np.sinh(np.pi / view.open_angle_rad * np.arcsinh(np.sqrt(rise))) ** 2
+    dip = np.maximum(sinh2[:, None] + poles.half_sine2, 1e-30)
+    density = np.abs(poles.sine / dip).sum(axis=1) / np.sqrt(product * (excess**2 + 2.0 * shortest) * (1.0 + rise))
+    width = np.where(part == APEX, np.sqrt(np.pi / wavenumber), 0.0)
+    with np.errstate(divide="ignore"):
+        end = np.minimum(np.sqrt(np.pi / wavenumber), 0.5 / (wavenumber * excess))
+    bound = np.where(part == APEX, width, end) * density / (4.0 * view.open_angle_rad)
+    on_border = np.abs(poles.strength).sum(axis=1) * np.pi / (4.0 * view.open_angle_rad)
+    return np.where(poles.half_sine2.min(axis=1) == 0.0, np.maximum(bound, on_border), bound)
+
+
 def _check(view: EdgeView, wavenumber: Floats) -> None:
     for radius in (view.source_radius_m, view.receiver_radius_m):
         if not (radius > 0.0).all():

@@ -7,29 +7,70 @@ from numpy.typing import NDArray
 
 from simulator.air import Air
 from simulator.candidates import Candidates
+from simulator.diffracted import views_of
+from simulator.edges import APEX, END, FACE_0, FACE_N, EdgeView, edge_terms
 from simulator.phone import Phone
 from simulator.pose import Pose
 from simulator.spreading import spreading
-from simulator.world import World
+from simulator.world import Tracing, World
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def path_gain(world: World, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
+def path_gain(
+    tracing: Tracing, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats
+) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase."""
-    amplitude = spreading(found.points_m, found.normal, found.curvature, found.order)
+    amplitude = spreading(found.points_m, found.normal, found.curvature, found.order)[:, None]
+    amplitude = np.repeat(amplitude, len(frequency_hz), axis=1)
+    over = np.flatnonzero(found.edge >= 0)
+    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
-    gain = amplitude[:, None] * 10.0 ** (-absorption_db / 20.0)
-    return gain * surface_reflection(world, found, frequency_hz) * directivity(phone, pose, found)[:, None]
+    gain = amplitude * 10.0 ** (-absorption_db / 20.0)
+    return gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, pose, found)[:, None]
+
+
+def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
+    """(C, K) strength of diffraction, spreading included, of paths that all have an edge.
+
+    The integral is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
+    the material, at the angle of the mirror path where there is one (Luebbers, IEEE Trans. Antennas Propag. 32 (1984)
+    70-76): so the sum stays continuous where a mirror path ends. An approximation elsewhere.
+    """
+    if len(found) == 0:
+        return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
+    wedges, view = views_of(tracing, found)
+    terms = edge_terms(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
+        cosine = _mirror_cosine(view, found.part, first)
+        for index in np.unique(wedges.obstacle):
+            rows = np.flatnonzero(wedges.obstacle == index)
+            material = tracing.world.obstacles[index].material
+            terms[rows, group] *= material.reflection(frequency_hz, cosine[rows, None])
+    return terms.sum(axis=1)
+
+
+def _mirror_cosine(view: EdgeView, part: NDArray[np.int64], face_angle_rad: Floats | float) -> Floats:
+    """(R,) cosine of incidence on a face, the same from both ends: that of the mirror path where its zone ends."""
+    height = np.where(part == APEX, view.apex_height_m, np.where(part == END, view.length_m, 0.0))
+    rise = np.ones(len(view))
+    for radius, angle, along in (
+        (view.source_radius_m, view.source_angle_rad, view.source_height_m),
+        (view.receiver_radius_m, view.receiver_angle_rad, view.receiver_height_m),
+    ):
+        rise *= np.abs(np.sin(angle - face_angle_rad)) * radius / np.hypot(radius, height - along)
+    return np.minimum(np.sqrt(rise), 1.0)
 
 
 def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) product of the reflection factors of the materials met."""
-    owner = np.concatenate([world.patches.obstacle, [s.obstacle for s in world.surfaces]]).astype(np.int64)
+    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met."""
+    owner = world.owner
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     for k in range(found.sequence.shape[1]):
-        met = np.where(found.sequence[:, k] >= 0, owner[found.sequence[:, k]] if len(owner) else -1, -1)
+        mirrors = (found.sequence[:, k] >= 0) & (found.sequence[:, k] < world.first_wedge)
+        met = np.full(len(found), -1)
+        met[mirrors] = owner[found.sequence[mirrors, k]]
         arriving = found.points_m[:, k + 1] - found.points_m[:, k]
         cosine = np.abs(np.sum(arriving * found.normal[:, k], axis=1)) / np.maximum(
             np.linalg.norm(arriving, axis=1), 1e-300

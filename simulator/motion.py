@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from simulator import curved
 from simulator.candidates import Candidates
+from simulator.diffracted import edge_points, edge_slot, placed, seen
+from simulator.edges import APEX, END, START
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.pose import Walk
 from simulator.specular import mirrored
@@ -88,7 +90,7 @@ def motion_within(
     delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s)
     fit = np.linalg.inv(chebyshev.chebvander(node, degree))
     delay = delay.reshape(degree + 1, -1)
-    at_centre = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order)) * found.length_m
+    at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
     strength = amplitude.reshape(degree + 1, -1) * delay * speed_m_s / at_centre
     return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
 
@@ -111,7 +113,20 @@ def _retarded(
         source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
         delay = moment.length_m() / speed_m_s
-    return delay, np.abs(spreading(moment.points_m, moment.normal, moment.curvature, found.order))
+    return delay, _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
+
+
+def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
+    """(R,) spreading of each path; an edge's own strength is held, and its spreading alone follows the motion."""
+    amplitude = np.abs(spreading(points_m, normal, curvature, found.order))
+    over = np.flatnonzero(found.edge >= 0)
+    at = edge_slot(tracing, found[over])
+    legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
+    before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
+    after = legs.sum(axis=1) - before
+    apex = 1.0 / np.sqrt(before * after * (before + after))
+    amplitude[over] = np.where(found.part[over] == APEX, apex, 1.0 / (before * after))
+    return amplitude
 
 
 def _on_walk(walk: Walk, point_m: Floats, time_s: Floats, origin_m: Floats) -> Floats:
@@ -126,7 +141,8 @@ def _solved(
 ) -> Moment:
     """Exact reflection points with every reflector where it is when struck."""
     width = found.sequence.shape[1]
-    place = np.where(found.face >= 0, np.argmax(found.sequence >= len(tracing.world.patches), axis=1), found.order)
+    turns = (found.face >= 0) | (found.edge >= 0)
+    place = np.where(turns, np.argmax(found.sequence >= len(tracing.world.patches), axis=1), found.order)
     normal, offset = _planes(tracing, found, struck_s)
     early = [(k, place > k) for k in range(width)]
     late = [(k, (place < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
@@ -135,8 +151,9 @@ def _solved(
     points[:, 0] = source
     moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
     _reflect_smoothly(tracing, found, place, lit[-1], heard[0], struck_s, moment)
+    _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
     every, here = np.arange(len(points)), np.minimum(place, width - 1) + 1
-    turning = np.where((found.face >= 0)[:, None], points[every, here], receiver)
+    turning = np.where(turns[:, None], points[every, here], receiver)
     _cross(points, lit, normal, offset, turning, early[::-1])
     _cross(points, heard, normal, offset, turning, late[::-1])
     return moment
@@ -167,6 +184,22 @@ def _reflect_smoothly(
         moment.normal[rows, at] = turned(hit.normal, frame[:, 3])
         moment.curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
         moment.face[rows], moment.uv[rows] = hit.face, hit.uv
+
+
+def _follow_edges(
+    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, heard: Floats, struck_s: Floats, moment: Moment
+) -> None:
+    """Apex and ends of all edges where the edges are when struck; an apex may drift off its edge within a beep."""
+    rows = np.flatnonzero(found.edge >= 0)
+    at, edge = place[rows], found.edge[rows]
+    frame = tracing.frames.of(tracing.world.wedges.obstacle[edge], found.pose[rows], struck_s[rows, at])
+    wedges = placed(tracing, edge, frame)
+    view = seen(wedges, lit[rows], heard[rows])
+    point = np.zeros((len(rows), 3))
+    for part in (APEX, START, END):
+        chosen = found.part[rows] == part
+        point[chosen] = edge_points(wedges[chosen], view[chosen], part)
+    moment.points_m[rows, at + 1] = point
 
 
 def _cross(

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from simulator import band
 from simulator.candidates import Candidates, direct, joined, planar
-from simulator.fidelity import Fidelity
+from simulator.diffracted import diffracted, edge_slot, lifts
+from simulator.fidelity import MECHANISMS, Fidelity
 from simulator.frames import Carrier, into_rest
 from simulator.gains import path_gain
 from simulator.mixed import mixed
@@ -29,7 +30,8 @@ SAME_IMAGE_M = 1e-7
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
 
 NOT_MODELLED = (
-    "diffraction at edges and corners",
+    "creases between planar and smooth surfaces, and concave creases that are no corner of mirrors",
+    "two diffractions in one path, or one with a curved reflection",
     "surfaces that are neither plane nor smooth (Kirchhoff)",
     "two curved reflections in one path",
 )
@@ -81,7 +83,7 @@ def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: 
 def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> tuple[Paths, Candidates]:
     """The paths that pass every mask, and their geometry about the world's origin."""
     rejected: dict[str, int] = {}
-    found = _candidates(tracing, fidelity, rejected)
+    found = _candidates(tracing, fidelity, scene.air.sound_speed_m_s, rejected)
     masks = {
         "too long": found.length_m <= 2.0 * fidelity.max_range_m,
         "twin on a shared border": _first_of_twins(tracing, found),
@@ -94,16 +96,20 @@ def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> 
         kept &= mask
     found = found[kept]
     nodes_hz = band.nodes_hz(fidelity.band_points)
-    gain = path_gain(tracing.world, phone, tracing.pose, scene.air, found, nodes_hz)
-    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, rejected), found
+    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, nodes_hz)
+    left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
+    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, rejected, left_out), found
 
 
-def _candidates(tracing: Tracing, fidelity: Fidelity, rejected: dict[str, int]) -> Candidates:
+def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, rejected: dict[str, int]) -> Candidates:
     order, limit = fidelity.max_order, 2.0 * fidelity.max_range_m
     parts = [direct(tracing, max(order, 1))]
     if order > 0:
         parts.append(planar(tracing, order, limit, rejected))
         parts += [mixed(tracing, i, order, limit, rejected) for i in range(len(tracing.world.surfaces))]
+    if order > 0 and len(tracing.world.wedges):
+        floor = 10.0 ** (fidelity.edge_floor_db / 20.0)
+        parts.append(diffracted(tracing, order, limit, floor, 2.0 * np.pi * REFERENCE_HZ / speed_m_s, rejected))
     return joined(parts)
 
 
@@ -113,7 +119,7 @@ def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit[found.face < 0] = 0
-    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit])
+    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part])
     _, first = np.unique(columns, axis=0, return_index=True)
     mask = np.zeros(len(found), dtype=bool)
     mask[first] = True
@@ -154,7 +160,12 @@ def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     lifted = found.points_m.copy()
     inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
     lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
-    return lifted[:, :-1], lifted[:, 1:]
+    start, end = lifted[:, :-1].copy(), lifted[:, 1:]
+    over = np.flatnonzero(found.edge >= 0)
+    at, (arriving, leaving) = edge_slot(tracing, found[over]), lifts(tracing, found[over])
+    end[over, at] += OFFSET * extent * arriving
+    start[over, at + 1] += OFFSET * extent * leaving
+    return start, end
 
 
 def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
@@ -170,6 +181,7 @@ def _paths(
     gain: NDArray[np.complex128],
     speed_m_s: float,
     rejected: dict[str, int],
+    left_out: tuple[str, ...],
 ) -> Paths:
     paths = Paths(
         delay_s=found.length_m / speed_m_s,
@@ -178,20 +190,21 @@ def _paths(
         kind=_kinds(found),
         obstacle=_names(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
-        phone=phone, poses=len(tracing.pose), rejected=rejected, left_out=NOT_MODELLED,
+        phone=phone, poses=len(tracing.pose), rejected=rejected, left_out=left_out,
     )  # fmt: skip
     return paths
 
 
 def _kinds(found: Candidates) -> NDArray[np.str_]:
-    """(C,) "direct", "specular", "curved", or "mixed" for a curved reflection among mirrors."""
-    smooth = np.where(found.order == 1, "curved", "mixed")
-    return np.where(found.order == 0, "direct", np.where(found.face >= 0, smooth, "specular"))
+    """(C,) "direct", "specular", "curved", "edge", or "mixed" for a curved surface or an edge among mirrors."""
+    alone = np.where(found.edge >= 0, "edge", "curved")
+    turning = np.where(found.order == 1, alone, "mixed")
+    return np.where(found.order == 0, "direct", np.where((found.face >= 0) | (found.edge >= 0), turning, "specular"))
 
 
 def _names(world: World, found: Candidates) -> NDArray[np.str_]:
     """(C,) obstacles met, joined by " > "."""
-    owner = np.concatenate([world.patches.obstacle, [s.obstacle for s in world.surfaces]]).astype(np.int64)
+    owner = world.owner
     if not len(found):
         return np.zeros(0, dtype="<U1")
     met = np.where(found.sequence >= 0, owner[found.sequence] if len(owner) else -1, -1)

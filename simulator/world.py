@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import specular
+from simulator.contacts import exposed
 from simulator.frames import Carrier, Frames
 from simulator.phone import Phone
 from simulator.pose import Pose
-from simulator.reflectors import PlanarPatches, SmoothSurface, merge_patches, reflectors_of
+from simulator.reflectors import PlanarPatches, SmoothSurface, merge_patches, read_mesh, reflectors_in
 from simulator.scene import Obstacle, Scene
 from simulator.visibility import Blocker, blocker
+from simulator.wedges import Wedges, merge_wedges, no_wedges, wedges_of
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +30,7 @@ class World:
         patches: planar patches of all obstacles.
         follows: (P, P) whether one patch may follow another.
         surfaces: smooth surfaces of all obstacles.
+        wedges: sharp edges of all obstacles.
         blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
     """
 
@@ -36,7 +39,19 @@ class World:
     patches: PlanarPatches
     follows: NDArray[np.bool_]
     surfaces: tuple[SmoothSurface, ...]
+    wedges: Wedges
     blockers: tuple[Blocker, ...]
+
+    @property
+    def first_wedge(self) -> int:
+        """Where the edges begin among the reflectors: after the patches and the surfaces."""
+        return len(self.patches) + len(self.surfaces)
+
+    @property
+    def owner(self) -> NDArray[np.int64]:
+        """(R,) obstacle of every reflector: patches, surfaces, edges."""
+        surfaces = np.array([s.obstacle for s in self.surfaces], dtype=np.int64)
+        return np.concatenate([self.patches.obstacle, surfaces, self.wedges.obstacle]).astype(np.int64)
 
 
 @dataclass(frozen=True)
@@ -72,13 +87,17 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     obstacles = tuple(scene.obstacles) + body
     shifts = [origin_m if o is not phone.body else np.zeros(3) for o in obstacles]
     moves = np.array([o.moves or o is phone.body for o in obstacles], dtype=bool)
-    found = [reflectors_of(_shifted(o, s), i) for i, (o, s) in enumerate(zip(obstacles, shifts, strict=True))]
+    readings = [read_mesh(_shifted(o, s)) for o, s in zip(obstacles, shifts, strict=True)]
+    found = [reflectors_in(reading, i) for i, reading in enumerate(readings)]
     patches = merge_patches([planar for planar, _ in found] if "specular" in mechanisms else [])
     surfaces = tuple(s for _, s in found if s is not None and "curved" in mechanisms)
-    return World(
-        obstacles, origin_m, patches, specular.facing(patches, moves), surfaces,
-        _blockers(obstacles, shifts, moves),
-    )  # fmt: skip
+    blockers = _blockers(obstacles, shifts, moves)
+    wedges = no_wedges()
+    if "edges" in mechanisms:
+        first = np.cumsum([0] + [len(planar) for planar, _ in found])
+        every = merge_wedges([wedges_of(reading, i, int(first[i])) for i, reading in enumerate(readings)])
+        wedges = exposed(every, blockers, np.array([o is phone.body for o in obstacles], dtype=bool))
+    return World(obstacles, origin_m, patches, specular.facing(patches, moves), surfaces, wedges, blockers)
 
 
 def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:

@@ -11,6 +11,7 @@ from simulator.render import sum_envelopes, to_rate, trace_walk
 
 C = 343.0
 BEEP = BeepDesign()
+MIRRORS = Fidelity(mechanisms=("specular", "curved"))
 
 
 def _retarded(walk, phone, mic, mirror_x, mirror_speed, time):
@@ -37,7 +38,7 @@ def _retarded(walk, phone, mic, mirror_x, mirror_speed, time):
 def test_wall_echo_while_walking(box, phone, speed, heading, mic):
     walk = StraightWalk([0.0, 0.0, 1.3], heading, speed, 6 * BEEP.period_s, pitch_rad=0.5)
     scene = Scene([box((0.2, 12.0, 4.0), (3.1, 0.0, 1.5), "wall")], Air.lossless(C))
-    paths, motion, count = trace_walk(scene, phone, walk, BEEP, Fidelity())
+    paths, motion, count = trace_walk(scene, phone, walk, BEEP, MIRRORS)
     echo = paths.order == 1
     assert echo.sum() == 2 * count
     heard = to_rate(sum_envelopes(paths[echo], motion[echo], BEEP, count), phone, BEEP, count * BEEP.period_samples)
@@ -53,7 +54,7 @@ def test_closing_on_a_wall_stretches_time_by_the_doppler_factor(box):
     phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.0, 1e-4], [0.0, 0.0, -1e-4]])
     walk = StraightWalk([0.0, 0.0, 1.5], 0.0, 1.5, 4 * BEEP.period_s)
     scene = Scene([box((0.2, 12.0, 4.0), (3.1, 0.0, 1.5), "wall")], Air.lossless(C))
-    paths, motion, _ = trace_walk(scene, phone, walk, BEEP, Fidelity())
+    paths, motion, _ = trace_walk(scene, phone, walk, BEEP, MIRRORS)
     echo = motion[paths.order == 1]
     assert len(echo.middle_s) == 8
     slope = 1.0 - echo.delay_s[:, 1] / echo.half_width_s
@@ -63,7 +64,7 @@ def test_closing_on_a_wall_stretches_time_by_the_doppler_factor(box):
 def test_receding_wall_is_followed(box, phone):
     walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 1.2, 5 * BEEP.period_s)
     wall = box((0.2, 12.0, 4.0), (3.1, 0.0, 1.5), "wall", velocity_m_s=[0.7, 0.0, 0.0])
-    paths, motion, count = trace_walk(Scene([wall], Air.lossless(C)), phone, walk, BEEP, Fidelity())
+    paths, motion, count = trace_walk(Scene([wall], Air.lossless(C)), phone, walk, BEEP, MIRRORS)
     echo = paths.order == 1
     assert echo.sum() == 2 * count
     heard = to_rate(sum_envelopes(paths[echo], motion[echo], BEEP, count), phone, BEEP, count * BEEP.period_samples)

@@ -14,13 +14,14 @@ from scipy.spatial.transform import Rotation
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 
 C = 343.0
+MIRRORS = Fidelity(mechanisms=("specular", "curved"))
 SAMPLE_S = 1.0 / 192_000.0
 
 
 def test_wall_three_metres_ahead_gives_the_hand_computed_delays(box, phone):
     # level phone at the origin, top edge forwards: speaker at x = 0.05, microphones at 0.07 and -0.07, wall at 3
     scene = Scene([box((0.2, 8.0, 4.0), (3.1, 0.0, 0.0), "wall")], Air.lossless(C))
-    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)))
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), MIRRORS)
     echo = paths[paths.order == 1]
     np.testing.assert_array_equal(echo.mic, [0, 1])
     np.testing.assert_allclose(echo.delay_s, np.array([2.95 + 2.93, 2.95 + 3.07]) / C, atol=1e-3 * SAMPLE_S)
@@ -31,7 +32,7 @@ def test_wall_three_metres_ahead_gives_the_hand_computed_delays(box, phone):
 
 def test_transfer_function_is_the_sum_of_images(box, phone):
     scene = Scene([box((0.2, 8.0, 4.0), (3.1, 0.0, 0.0), "wall")], Air.lossless(C))
-    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)))
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), MIRRORS)
     f = np.array([18_000.0, 20_500.0, 23_000.0])
     expected = [
         sum(np.exp(-2j * np.pi * f * length / C) / length for length in lengths)
@@ -45,7 +46,7 @@ def test_one_wall_of_many_triangles_gives_one_echo(phone):
     for _ in range(4):
         mesh = mesh.subdivide()
     paths = trace_paths(
-        Scene([Obstacle(mesh, Material.rigid(), "wall")]), phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0))
+        Scene([Obstacle(mesh, Material.rigid(), "wall")]), phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), MIRRORS
     )
     assert (paths.order == 1).sum() == 2
 
@@ -54,7 +55,8 @@ def test_source_and_microphones_at_equal_height_meet_the_corner_once(box):
     phone = Phone.ideal([0.0, 0.0, 0.0], [[0.05, 0.0, 0.0], [-0.05, 0.0, 0.0]])
     wall = box((0.2, 8.0, 3.0), (3.1, 0.0, 1.5), "wall")
     ground = box((30.0, 30.0, 0.2), (0.0, 0.0, -0.1), "ground")
-    paths = trace_paths(Scene([wall, ground], Air.lossless(C)), phone, Pose([0.0, 0.0, 1.3], held_rotation(0.0)))
+    pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0))
+    paths = trace_paths(Scene([wall, ground], Air.lossless(C)), phone, pose, MIRRORS)
     corner = paths[paths.order == 2]
     assert len(corner) == 2  # one a microphone, not one an order of reflection
     np.testing.assert_allclose(corner.delay_s * C, np.sqrt(6.0**2 + 2.6**2 + 0.05**2), rtol=1e-12)
@@ -63,7 +65,8 @@ def test_source_and_microphones_at_equal_height_meet_the_corner_once(box):
 def test_wall_behind_a_wall_is_hidden_and_counted(box, phone):
     near = box((0.2, 8.0, 4.0), (2.1, 0.0, 0.0), "near")
     far = box((0.2, 8.0, 4.0), (4.1, 0.0, 0.0), "far")
-    paths = trace_paths(Scene([near, far]), phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), Fidelity(max_order=1))
+    once = Fidelity(max_order=1, mechanisms=("specular",))
+    paths = trace_paths(Scene([near, far]), phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), once)
     assert set(paths.obstacle[paths.order == 1]) == {"near"}
     assert paths.rejected["hidden"] == 2
     assert "hidden: 2" in paths.explain()
@@ -193,8 +196,9 @@ def test_paths_are_those_of_an_exhaustive_search(seed, box):
     source, receiver = np.array([0.0, 0.03, 0.61]), np.array([-0.1, -0.02, 0.57])
     phone = Phone.ideal(source, [receiver, receiver + [0.0, 0.3, 0.1]])
     paths = trace_paths(
-        Scene(obstacles, Air.lossless(1.0)), phone, Pose([0.0, 0.0, 0.0], Rotation.identity()), Fidelity(max_order=3)
-    )
+        Scene(obstacles, Air.lossless(1.0)), phone, Pose([0.0, 0.0, 0.0], Rotation.identity()),
+        Fidelity(max_order=3, mechanisms=("specular",)),
+    )  # fmt: skip
     ours = np.sort(paths.delay_s[(paths.mic == 0) & (paths.order > 0)])
     expected = _exhaustive(normals, offsets, inside, blocked, source, receiver, 3, 14.0)
     assert len(expected) >= 3

@@ -1,0 +1,193 @@
+"""Paths over one sharp edge with mirrors before and after it.
+
+As for curved surfaces, a mirror only moves the point that the edge sees: the apex is found between the images of
+speaker and microphone, and the mirrors' crossings afterwards from both sides. Every edge gives up to three rows: its
+apex, if that lies on it, and its two ends.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import specular
+from simulator.candidates import Candidates, candidates, count_missed, joined, with_plane_normals
+from simulator.edge_images import EdgeImages, images_of
+from simulator.edges import APEX, END, START, EdgeView, strength_bound
+from simulator.frames import out_of_rest, turned
+from simulator.visibility import COINCIDENT_M
+from simulator.wedges import Wedges
+from simulator.world import Tracing
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
+
+
+def diffracted(
+    tracing: Tracing, max_order: int, limit_m: float, floor: float, wavenumber: float, rejected: dict[str, int]
+) -> Candidates:
+    """Apex and ends of every edge, with mirrors before and after, up to `max_order` in all.
+
+    Args:
+        limit_m: longest path.
+        floor: gain below which a contribution is left out, by an upper bound at `wavenumber`.
+        rejected: counts of what is turned away, by reason.
+    """
+    lit = images_of(tracing, tracing.source_m, max_order - 1, limit_m)
+    parts = []
+    for mic in range(2):
+        heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        before, after = _pairs(lit, heard, max_order, len(tracing.world.wedges))
+        parts += [
+            _rows(tracing, mic, before, after, part, max_order, limit_m, floor, wavenumber, rejected)
+            for part in (APEX, START, END)
+        ]
+    return joined(parts)
+
+
+def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
+    """(R,) edges in frames (R, 4) of their obstacles, world coordinates."""
+    rest = tracing.world.wedges[wedge]
+    return Wedges(
+        out_of_rest(rest.start_m, frame), out_of_rest(rest.end_m, frame), turned(rest.inwards, frame[:, 3]),
+        turned(rest.normal, frame[:, 3]), rest.open_angle_rad, rest.patch, rest.obstacle, rest.sheet_m,
+        rest.radiates,
+    )  # fmt: skip
+
+
+def at_poses(tracing: Tracing, wedge: Ints, pose: Ints) -> Wedges:
+    """(R,) edges where they stand at poses (R,)."""
+    return placed(tracing, wedge, tracing.placed[pose, tracing.world.wedges.obstacle[wedge]])
+
+
+def seen(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> EdgeView:
+    """Cylindrical coordinates of sources and receivers (R, 3) about edges; angles beyond the open side lie inside."""
+    coordinates = [_cylindrical(wedges, point) for point in (source_m, receiver_m)]
+    return EdgeView(*coordinates[0], *coordinates[1], wedges.length_m, wedges.open_angle_rad)
+
+
+def _cylindrical(wedges: Wedges, point_m: Floats) -> tuple[Floats, Floats, Floats]:
+    """(R,) distance from the edge's line, angle from face 0 over its normal, height above the start."""
+    along = (wedges.end_m - wedges.start_m) / wedges.length_m[:, None]
+    offset = point_m - wedges.start_m
+    x, y = np.sum(offset * wedges.inwards, axis=1), np.sum(offset * wedges.normal, axis=1)
+    angle = np.mod(np.arctan2(y, x), 2.0 * np.pi)
+    angle = np.where(2.0 * np.pi - angle < ON_FACE_RAD, 0.0, angle)
+    beyond = angle - wedges.open_angle_rad
+    angle = np.where((beyond > 0.0) & (beyond < ON_FACE_RAD), wedges.open_angle_rad, angle)
+    return np.hypot(x, y), angle, np.sum(offset * along, axis=1)
+
+
+def _outside(wedges: Wedges, view: EdgeView) -> NDArray[np.bool_]:
+    """(R,) whether source and receiver see the edge: in its open angle, and on this side of a thin plate."""
+    turn = view.open_angle_rad
+    rise = view.source_radius_m * np.sin(view.source_angle_rad)
+    rise = rise + view.receiver_radius_m * np.sin(view.receiver_angle_rad)
+    apart = np.minimum(view.source_radius_m, view.receiver_radius_m) > COINCIDENT_M
+    return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + wedges.sheet_m > 0.0) & apart
+
+
+def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: int) -> tuple[EdgeImages, EdgeImages]:
+    """Every image of the speaker with every image of the microphone at the same pose and edge, within the order."""
+    key, other = lit.pose * wedges + lit.wedge, heard.pose * wedges + heard.wedge
+    first = np.searchsorted(other, key, "left")
+    count = np.searchsorted(other, key, "right") - first
+    left = np.repeat(np.arange(len(key)), count)
+    right = first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+    keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    return lit[left[keep]], heard[right[keep]]
+
+
+def _rows(
+    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, part: int, width: int, limit_m: float,
+    floor: float, wavenumber: float, rejected: dict[str, int],
+) -> Candidates:  # fmt: skip
+    """Candidates of one part of the edges whose mirrors are crossed inside their patches."""
+    wedges = at_poses(tracing, before.wedge, before.pose)
+    view = seen(wedges, before.point_m, after.point_m)
+    there = _outside(wedges, view)
+    there &= np.isin(part, (START, END)) <= wedges.radiates[:, max(part - 1, 0)]
+    rows = np.flatnonzero(there)
+    rows = rows[view[rows].has(part)]
+    which = np.full(len(rows), part)
+    heard = (view[rows].path_m(which) <= limit_m) & (strength_bound(view[rows], which, wavenumber) >= floor)
+    rejected["faint edge"] = rejected.get("faint edge", 0) + int((~heard).sum())
+    rows = rows[heard]
+    point = edge_points(wedges[rows], view[rows], part)
+    return _unfolded(tracing, mic, before[rows], after[rows], point, part, width, rejected)
+
+
+def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
+    """(R, 3) apex or end."""
+    if part != APEX:
+        return wedges.start_m if part == START else wedges.end_m
+    share = view.apex_height_m / view.length_m
+    return wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
+
+
+def _unfolded(
+    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: int, width: int,
+    rejected: dict[str, int],
+) -> Candidates:  # fmt: skip
+    """Candidates over given points of edges, with the crossings of their mirrors on both sides."""
+    world, pose = tracing.world, before.pose
+    code_before, hits_before = _crossings(tracing, tracing.source_m[pose], point, before)
+    code_after, hits_after = _crossings(tracing, tracing.mics_m[pose, mic], point, after)
+    code = np.maximum(code_before, code_after)
+    count_missed(rejected, int((code == specular.BEHIND).sum()), int((code == specular.OUTSIDE).sum()))
+    ok = np.flatnonzero(code == specular.REACHED)
+    sequence, hits = np.full((len(ok), width), -1), np.zeros((len(ok), width, 3))
+    each, place = np.arange(len(ok)), before.order[ok]
+    for k in range(width - 1):
+        early = np.flatnonzero(place > k)
+        sequence[early, k], hits[early, k] = before.sequence[ok[early], k], hits_before[ok[early], k]
+        late = np.flatnonzero(after.order[ok] > k)
+        slot = place[late] + after.order[ok[late]] - k  # mirrors behind the edge are met in reverse
+        sequence[late, slot], hits[late, slot] = after.sequence[ok[late], k], hits_after[ok[late], k]
+    sequence[each, place], hits[each, place] = world.first_wedge + before.wedge[ok], point[ok]
+    found = with_plane_normals(tracing, candidates(tracing, pose[ok], np.full(len(ok), mic), sequence, hits))
+    found.edge[:], found.part[:] = before.wedge[ok], part
+    legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
+    return found[np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M]
+
+
+def _crossings(tracing: Tracing, start_m: Floats, target_m: Floats, images: EdgeImages) -> tuple[Ints, Floats]:
+    return specular.crossings(
+        np.ascontiguousarray(start_m), np.ascontiguousarray(target_m), tracing.placed, images.pose, images.order,
+        images.sequence, *specular.arrays(tracing.world.patches),
+    )  # type: ignore[call-arg]  # fmt: skip
+
+
+def edge_slot(tracing: Tracing, found: Candidates) -> Ints:
+    """(C,) place of the edge in the sequence of reflectors; meaningless for paths without one."""
+    return np.argmax(found.sequence >= tracing.world.first_wedge, axis=1).astype(np.int64)
+
+
+def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
+    """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
+    every, at = np.arange(len(found)), edge_slot(tracing, found) + 1
+    wedges = at_poses(tracing, found.edge, found.pose)
+    legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
+    reached = np.cumsum(legs, axis=1)[every, at - 1]
+    point = found.points_m[every, at]
+    ends = []
+    for beside, length, leg in ((at - 1, reached, at - 1), (at + 1, legs.sum(axis=1) - reached, at)):
+        ray = (found.points_m[every, beside] - point) / legs[every, leg][:, None]
+        ends.append(point + length[:, None] * ray)
+    return wedges, seen(wedges, *ends)
+
+
+def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+    """(C, 3) unit vectors by which the arriving and the leaving leg stand clear of the edge's own faces."""
+    wedges, view = views_of(tracing, found)
+    return tuple(_clear_of_faces(wedges, angle) for angle in (view.source_angle_rad, view.receiver_angle_rad))  # type: ignore[return-value]
+
+
+def _clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
+    """Direction off the edge nearest to a leg's own that is square to the faces or steeper."""
+    turn = wedges.open_angle_rad
+    margin = np.minimum(0.5 * np.pi, 0.5 * turn)
+    angle = np.clip(angle_rad, margin, turn - margin)[:, None]
+    return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
