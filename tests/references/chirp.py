@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -48,6 +49,7 @@ def difference(ours: ArrayLike, reference: ArrayLike, delay_s: float) -> Differe
     return Difference(20.0 * np.log10(level_a / level_b), (time_a - time_b) * RATE_HZ, float(inner / norms))
 
 
+@cache
 def beep_power() -> Floats:
     """(G,) power spectrum of the Hann chirp at the grid, sum 1; 99.99 % of the beep's energy lies inside."""
     t = (np.arange(round(BEEP_S * RATE_HZ)) + 0.5) / RATE_HZ

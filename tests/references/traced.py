@@ -13,7 +13,7 @@ from simulator import Air, Fidelity, Material, Obstacle, Paths, Phone, Pose, Sce
 from tests.references import chirp
 
 SPEED_M_S = 343.0
-CURVED = Fidelity(max_order=1, mechanisms=("curved",))
+CURVED = Fidelity(max_order=1, max_range_m=7.5, mechanisms=("curved",))
 
 
 def echoes(mesh: trimesh.Trimesh, speaker_m: NDArray, mics_m: NDArray, fidelity: Fidelity = CURVED) -> list[Paths]:
