@@ -1,0 +1,131 @@
+"""Suites and the cells they plan."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.cells.spec import Cell
+from benchmarks.plan import cell_seed, is_collision, plan_cells, plan_digest
+from benchmarks.suite import list_suites, load_suite
+from scenes import DATA_COLLECTION
+
+
+def walks(tier: str) -> list[Cell]:
+    return [cell for cell in plan_cells(load_suite("paper"), tier) if cell.kind == "approach"]
+
+
+def test_full_paper_suite_is_the_paper_s_data_collection() -> None:
+    counts = Counter((cell.scene, cell.category) for cell in walks("full"))
+    assert sum(counts.values()) == 1299
+    assert sum(n for (scene, _), n in counts.items() if scene == "supermarket") == 821
+    collected = {(scene, name): n for scene, study in DATA_COLLECTION.items() for name, n in study.cases.items()}
+    assert counts == collected
+
+
+def test_phones_are_those_of_the_scene_and_take_turns() -> None:
+    for scene, study in DATA_COLLECTION.items():
+        counts = Counter(cell.phone for cell in walks("full") if cell.scene == scene)
+        assert set(counts) == set(study.phones)
+        assert max(counts.values()) - min(counts.values()) <= 2 * len(study.cases)
+
+
+@pytest.mark.parametrize("tier", ["smoke", "ci", "full"])
+def test_every_tier_keeps_every_stratum_with_and_without_collision(tier: str) -> None:
+    strata = {(cell.scene, cell.category, cell.collision) for cell in walks(tier)}
+    assert strata == {(cell.scene, cell.category, cell.collision) for cell in walks("full")}
+
+
+def test_half_of_the_walks_are_collisions() -> None:
+    for tier in ("smoke", "ci", "full"):
+        chosen = walks(tier)
+        assert abs(sum(cell.collision for cell in chosen) - len(chosen) / 2) <= len(DATA_COLLECTION) * 5 / 2
+
+
+def test_smaller_tiers_are_parts_of_larger_ones() -> None:
+    digests = [{cell.digest("v") for cell in plan_cells(load_suite("paper"), t)} for t in ("smoke", "ci", "full")]
+    assert digests[0]
+    assert digests[0] < digests[1] < digests[2]
+
+
+def test_cells_are_all_different() -> None:
+    cells = plan_cells(load_suite("paper"), "full")
+    assert len({cell.digest("v") for cell in cells}) == len({cell.label for cell in cells}) == len(cells)
+
+
+@given(fraction=st.floats(0.0, 1.0), count=st.integers(1, 400))
+@settings(max_examples=60)
+def test_collisions_are_spread_evenly(fraction: float, count: int) -> None:
+    assert abs(sum(is_collision(k, fraction) for k in range(count)) - fraction * count) <= 1.0
+
+
+def test_splits_and_seeds_do_not_share_walks() -> None:
+    test = load_suite("paper")
+    others = [load_suite("paper", ["split=dev"]), load_suite("paper", seed=7)]
+    used = {cell_seed(test, "s/wall", k) for k in range(50)}
+    assert len(used) == 50
+    for other in others:
+        assert not used & {cell_seed(other, "s/wall", k) for k in range(50)}
+
+
+def test_what_is_measured_and_by_which_source_names_a_cell() -> None:
+    cells = plan_cells(load_suite("paper"), "smoke")
+    changed = plan_cells(load_suite("paper", ["scoring.alert_margin_m=0.5"]), "smoke")
+    assert plan_digest(cells, "v") == plan_digest(cells, "v")
+    assert plan_digest(cells, "v") != plan_digest(cells, "w")
+    assert plan_digest(cells, "v") != plan_digest(changed, "v")
+
+
+def test_limit_takes_evenly_from_first_to_last() -> None:
+    whole = plan_cells(load_suite("paper"), "ci")
+    few = plan_cells(load_suite("paper"), "ci", limit=7)
+    assert len(few) == 7
+    assert (few[0], few[-1]) == (whole[0], whole[-1])
+
+
+def test_a_stored_cell_can_be_read_back() -> None:
+    for cell in plan_cells(load_suite("ranging"), "smoke"):
+        assert Cell.model_validate_json(cell.model_dump_json()) == cell
+
+
+@pytest.mark.parametrize("name", list_suites())
+def test_shipped_suites_plan_cells_at_every_tier(name: str) -> None:
+    suite = load_suite(name)
+    assert {"smoke", "ci", "full"} <= set(suite.tiers)
+    for tier in suite.tiers:
+        assert plan_cells(suite, tier)
+
+
+@pytest.mark.parametrize(
+    ("settings_", "message"),
+    [
+        (["nonsense"], "dotted.key=value, got 'nonsense'"),
+        (["colour=red"], "colour"),
+        (["collision_fraction=1.5"], "collision_fraction: .* got 1.5"),
+        (["scoring.gate_m=-1"], "scoring.gate_m: .* got -1"),
+        (["split=train"], "split"),
+        (["detectors=[Nothing]"], "Nothing"),
+    ],
+)
+def test_bad_settings_are_one_clear_error(settings_: list[str], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        load_suite("paper", settings_)
+
+
+def test_unknown_names_and_broken_files_say_what_there_is(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"suite must be one of .*paper.*got 'papers'"):
+        load_suite("papers")
+    with pytest.raises(ValueError, match="must exist"):
+        load_suite(str(tmp_path / "none.yaml"))
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("a: [1", encoding="utf-8")
+    with pytest.raises(ValueError, match="must be YAML"):
+        load_suite(str(broken))
+    with pytest.raises(ValueError, match=r"tier must be one of .*smoke.* got 'tiny'"):
+        plan_cells(load_suite("paper"), "tiny")
+    with pytest.raises(ValueError, match="limit must be at least 1, got 0"):
+        plan_cells(load_suite("paper"), "smoke", limit=0)
