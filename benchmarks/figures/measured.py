@@ -1,0 +1,114 @@
+"""From tables to bars, curves and words: what every figure's builder shares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.figures.data import Bar, Curve, distribution_steps
+from benchmarks.paper_values import PaperValue
+from benchmarks.results import RunData
+from benchmarks.scores import Table, absolute_errors, quantile_with_interval
+from benchmarks.statistics import Rate
+
+BASELINE = "DistanceOnlyDetector"
+NO_DATA = "no data"
+DISPLAY = {"m": (100.0, "cm"), "rad": (180.0 / np.pi, "°")}
+
+
+def detectors_of(run: RunData) -> list[str]:
+    """Detectors in the order of the suite."""
+    return list(dict.fromkeys(name for cell in run.cells for name in cell["cell"]["detectors"]))
+
+
+def judged_detectors(run: RunData) -> list[str]:
+    """The same without the baseline of section 4.8, which has a figure of its own, unless there is nothing else."""
+    names = detectors_of(run)
+    return [name for name in names if name != BASELINE] or names or ["PaperDetector"]
+
+
+def strata(run: RunData, column: str, kind: str = "approach") -> list[str]:
+    """Values of a cell's field in the order of the plan, failed cells included: a stratum that failed stays visible."""
+    return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if c["cell"]["kind"] == kind))
+
+
+def part(table: Table, column: str, value: object) -> Table:
+    """The rows in which a column has that value."""
+    rows = table[column] == value
+    return {name: values[rows] for name, values in table.items()}
+
+
+def rate_bar(group: str, series: str, found: Rate, paper: PaperValue | None = None) -> Bar:
+    """A rate in percent with its Wilson interval."""
+    value, low, high = 100.0 * found.value, 100.0 * found.low, 100.0 * found.high
+    return Bar(group, series, value, low, high, f"{found.k}/{found.n}", found.n, paper)
+
+
+def error_curve(
+    table: Table, estimate: str, truth: str, unit: str, label: str, key: str, quantile: float, dashed: bool = False
+) -> Curve:
+    """Distribution of |estimate - truth| over the beeps that have an estimate.
+
+    Args:
+        unit: "m" or "rad", of the columns; the curve is in cm or degrees.
+        quantile: the second quantile of the summary, beside the median.
+    """
+    scale, shown = DISPLAY[unit]
+    errors = scale * absolute_errors(table, estimate, truth)
+    value, share = distribution_steps(errors)
+    found = int(np.isfinite(errors).sum())
+    middle = quantile_text(errors, 0.5, shown, table["label"])
+    upper = quantile_text(errors, quantile, shown, table["label"])
+    summary = f"median {middle}; P{100 * quantile:.0f} {upper}; {found} of {len(errors)} beeps"
+    return Curve(label, key, dashed, value, share, found, len(errors), summary)
+
+
+def quantile_text(errors: NDArray[np.float64], quantile: float, unit: str, walks: NDArray[np.str_]) -> str:
+    """ "0.41 cm (0.38-0.45)": a quantile and its interval over whole walks; "no data" without a value."""
+    value, low, high, count = quantile_with_interval(errors, quantile, walks)
+    if count == 0:
+        return NO_DATA
+    ends = f" ({significant(low)}–{significant(high)})" if np.isfinite(low) else ""
+    return f"{significant(value)}{'' if unit == '°' else ' '}{unit}{ends}"
+
+
+def significant(value: float) -> str:
+    """Two digits that count, and no exponent: 0.041, 0.41, 4.1, 41, 410."""
+    if value == 0.0 or not np.isfinite(value):
+        return f"{value:.0f}" if value == 0.0 else "–"
+    digits = max(0, 1 - int(np.floor(np.log10(abs(value)))))
+    return f"{value:.{digits}f}"
+
+
+def rate_text(found: Rate) -> str:
+    """ "84.3 % (77.1–89.5 %, 108 of 128)"; "no data" without trials."""
+    if found.n == 0:
+        return NO_DATA
+    low, high = 100.0 * found.low, 100.0 * found.high
+    return f"{100.0 * found.value:.1f} % ({low:.1f}–{high:.1f} %, {found.k} of {found.n})"
+
+
+def against_paper(value: float, low: float, high: float, paper: PaperValue, higher_is_better: bool) -> str:
+    """How a measured value with its interval stands to the paper's: "cannot be told from", "better than", "worse than".
+
+    Values in the paper's unit. Without a value or an interval it "cannot be compared with" the paper's.
+    """
+    if not np.isfinite([value, low, high]).all():
+        return "cannot be compared with"
+    if low <= paper.value <= high:
+        return "cannot be told from"
+    return "better than" if (value > paper.value) == higher_is_better else "worse than"
+
+
+def rate_against(found: Rate, paper: PaperValue, higher_is_better: bool = True) -> str:
+    """A clause for a sentence: "worse than the paper's 94.6 %"."""
+    word = against_paper(found.value, found.low, found.high, paper, higher_is_better)
+    return f"{word} the paper's {paper.text}"
+
+
+def extreme(groups: dict[str, Rate], pick: Callable[..., str] = min) -> str:
+    """Name of the group with the least (or greatest) rate; empty if none has data."""
+    measured = [name for name, found in groups.items() if found.n]
+    return pick(measured, key=lambda name: groups[name].value) if measured else ""

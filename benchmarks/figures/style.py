@@ -1,0 +1,106 @@
+"""How every figure looks, and how it becomes bytes that are the same on every run."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib.style
+from matplotlib.figure import Figure as Canvas
+
+from benchmarks.figures.data import Figure
+
+INK, MUTED, HAIR = "#1d2430", "#6a7280", "#d5d9e0"
+PAPER_INK = "#b4432f"
+_COLOURS = {
+    "PaperDetector": "#2c5f8a",
+    "TrackingDetector": "#1f8a70",
+    "DistanceOnlyDetector": "#b9822b",
+}
+_SPARE = ("#7a5195", "#5d7052", "#8c564b")
+
+_STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titlelocation": "left",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.axisbelow": True,
+    "grid.color": HAIR,
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "hatch.linewidth": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "figure.dpi": 100,
+    "savefig.dpi": 160,
+    "svg.hashsalt": "obstaclewatch",
+    "path.simplify": True,
+}
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Matplotlib's defaults and the above, whatever the user's own settings."""
+    with matplotlib.style.context(["default", _STYLE]):
+        yield
+
+
+def colour(key: str) -> str:
+    """The colour of a detector: the same in every figure."""
+    return _COLOURS.get(key) or _SPARE[sum(key.encode()) % len(_SPARE)]
+
+
+def lighter(hex_colour: str, share: float = 0.55) -> str:
+    """A colour mixed with white."""
+    channels = (int(hex_colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - (255 - c) * (1.0 - share)):02x}" for c in channels)
+
+
+def picture_bytes(canvas: Canvas, kind: str) -> bytes:
+    """A drawn figure as "png" or "svg", without dates or versions."""
+    metadata = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}[kind]
+    buffer = io.BytesIO()
+    canvas.savefig(buffer, format=kind, metadata=metadata)
+    return buffer.getvalue()
+
+
+def csv_text(figure: Figure) -> str:
+    """What is plotted, one row a bar or a step; numbers to six digits, NaN empty."""
+    rows = [{key: _cell(value) for key, value in row.items()} for row in figure.rows()]
+    buffer = io.StringIO()
+    if rows:
+        writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def write_figure(folder: Path, figure: Figure, canvas: Canvas) -> list[Path]:
+    """Write png, svg and csv of one figure; the paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{figure.name}.{kind}" for kind in ("png", "svg", "csv")]
+    for path, kind in zip(paths[:2], ("png", "svg"), strict=True):
+        path.write_bytes(picture_bytes(canvas, kind))
+    paths[2].write_text(csv_text(figure), encoding="utf-8")
+    return paths
+
+
+def _cell(value: str | int | float) -> str:
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.6g}"
+    return str(value)
