@@ -22,17 +22,22 @@ from simulator.world import Tracing
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+MASKED = 10.0 ** (-50.0 / 20.0)  # a contribution this far under the strongest echo is lost in it
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
 
 
 def diffracted(
-    tracing: Tracing, max_order: int, limit_m: float, floor: float, wavenumber: float, rejected: dict[str, int]
-) -> Candidates:
+    tracing: Tracing, max_order: int, limit_m: float, floor: float, loudest: Floats, wavenumber: float,
+    rejected: dict[str, int],
+) -> Candidates:  # fmt: skip
     """Apex and ends of every edge, with mirrors before and after, up to `max_order` in all.
 
     Args:
         limit_m: longest path.
-        floor: gain below which a contribution is left out, by an upper bound at `wavenumber`.
+        floor: gain under which a contribution is faint.
+        loudest: (N, 2) strongest other echo at each pose and microphone: what is not `MASKED` under it, or under the
+            strongest edge, is kept even if it is faint.
+        wavenumber: at which the strengths are bounded, rad/m.
         rejected: counts of what is turned away, by reason.
     """
     lit = images_of(tracing, tracing.source_m, max_order - 1, limit_m)
@@ -40,10 +45,13 @@ def diffracted(
     for mic in range(2):
         heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, limit_m)
         before, after = _pairs(lit, heard, max_order, len(tracing.world.wedges))
-        parts += [
-            _rows(tracing, mic, before, after, part, max_order, limit_m, floor, wavenumber, rejected)
-            for part in (APEX, START, END)
-        ]
+        pair, part, point, bound = _contributions(tracing, before, after, limit_m, wavenumber)
+        strongest = loudest[:, mic].copy()
+        np.maximum.at(strongest, before.pose[pair], bound)
+        audible = bound >= np.minimum(floor, MASKED * strongest[before.pose[pair]])
+        rejected["faint edge"] = rejected.get("faint edge", 0) + int((~audible).sum())
+        pair, part, point = pair[audible], part[audible], point[audible]
+        parts.append(_unfolded(tracing, mic, before[pair], after[pair], point, part, max_order, rejected))
     return joined(parts)
 
 
@@ -100,23 +108,24 @@ def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: int) -> t
     return lit[left[keep]], heard[right[keep]]
 
 
-def _rows(
-    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, part: int, width: int, limit_m: float,
-    floor: float, wavenumber: float, rejected: dict[str, int],
-) -> Candidates:  # fmt: skip
-    """Candidates of one part of the edges whose mirrors are crossed inside their patches."""
+def _contributions(
+    tracing: Tracing, before: EdgeImages, after: EdgeImages, limit_m: float, wavenumber: float
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """What each pair of images hears of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
     wedges = at_poses(tracing, before.wedge, before.pose)
     view = seen(wedges, before.point_m, after.point_m)
-    there = _outside(wedges, view)
-    there &= np.isin(part, (START, END)) <= wedges.radiates[:, max(part - 1, 0)]
-    rows = np.flatnonzero(there)
-    rows = rows[view[rows].has(part)]
-    which = np.full(len(rows), part)
-    heard = (view[rows].path_m(which) <= limit_m) & (strength_bound(view[rows], which, wavenumber) >= floor)
-    rejected["faint edge"] = rejected.get("faint edge", 0) + int((~heard).sum())
-    rows = rows[heard]
-    point = edge_points(wedges[rows], view[rows], part)
-    return _unfolded(tracing, mic, before[rows], after[rows], point, part, width, rejected)
+    outside = np.flatnonzero(_outside(wedges, view))
+    wedges, view = wedges[outside], view[outside]
+    pairs, parts, points, bounds = [], [], [], []
+    for part in (APEX, START, END):
+        there = view.has(part) if part == APEX else wedges.radiates[:, part - START]
+        which = np.full(len(view), part)
+        rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
+        pairs.append(outside[rows])
+        parts.append(which[rows])
+        points.append(edge_points(wedges[rows], view[rows], part))
+        bounds.append(strength_bound(view[rows], which[rows], wavenumber))
+    return np.concatenate(pairs), np.concatenate(parts), np.concatenate(points), np.concatenate(bounds)
 
 
 def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
@@ -128,7 +137,7 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
 
 
 def _unfolded(
-    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: int, width: int,
+    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, width: int,
     rejected: dict[str, int],
 ) -> Candidates:  # fmt: skip
     """Candidates over given points of edges, with the crossings of their mirrors on both sides."""
@@ -148,7 +157,7 @@ def _unfolded(
         sequence[late, slot], hits[late, slot] = after.sequence[ok[late], k], hits_after[ok[late], k]
     sequence[each, place], hits[each, place] = world.first_wedge + before.wedge[ok], point[ok]
     found = with_plane_normals(tracing, candidates(tracing, pose[ok], np.full(len(ok), mic), sequence, hits))
-    found.edge[:], found.part[:] = before.wedge[ok], part
+    found.edge[:], found.part[:] = before.wedge[ok], part[ok]
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
     return found[np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M]
 

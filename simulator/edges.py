@@ -182,7 +182,7 @@ def strength_bound(view: EdgeView, part: Ints, wavenumber: float) -> Floats:
         end = np.minimum(np.sqrt(np.pi / wavenumber), 0.5 / (wavenumber * excess))
     bound = np.where(part == APEX, width, end) * density / (4.0 * view.open_angle_rad)
     on_border = np.abs(poles.strength).sum(axis=1) * np.pi / (4.0 * view.open_angle_rad)
-    return np.where(poles.half_sine2.min(axis=1) == 0.0, np.maximum(bound, on_border), bound)
+    return np.minimum(np.maximum(bound, np.where(poles.half_sine2.min(axis=1) == 0.0, on_border, 0.0)), 2.0 / shortest)
 
 
 def _check(view: EdgeView, wavenumber: Floats) -> None:

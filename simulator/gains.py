@@ -22,9 +22,9 @@ def path_gain(
     tracing: Tracing, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats
 ) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase."""
-    amplitude = spreading(found.points_m, found.normal, found.curvature, found.order)[:, None]
-    amplitude = np.repeat(amplitude, len(frequency_hz), axis=1)
-    over = np.flatnonzero(found.edge >= 0)
+    amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
+    over, mirrors = found.edge >= 0, found[found.edge < 0]
+    amplitude[~over] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
     amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)

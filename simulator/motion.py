@@ -118,8 +118,9 @@ def _retarded(
 
 def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
     """(R,) spreading of each path; an edge's own strength is held, and its spreading alone follows the motion."""
-    amplitude = np.abs(spreading(points_m, normal, curvature, found.order))
-    over = np.flatnonzero(found.edge >= 0)
+    amplitude = np.empty(len(found))
+    other, over = np.flatnonzero(found.edge < 0), np.flatnonzero(found.edge >= 0)
+    amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
     at = edge_slot(tracing, found[over])
     legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
     before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]

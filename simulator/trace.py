@@ -109,8 +109,19 @@ def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, rejected
         parts += [mixed(tracing, i, order, limit, rejected) for i in range(len(tracing.world.surfaces))]
     if order > 0 and len(tracing.world.wedges):
         floor = 10.0 ** (fidelity.edge_floor_db / 20.0)
-        parts.append(diffracted(tracing, order, limit, floor, 2.0 * np.pi * REFERENCE_HZ / speed_m_s, rejected))
+        wavenumber = 2.0 * np.pi * REFERENCE_HZ / speed_m_s
+        loudest = _loudest(tracing, parts[1:])
+        parts.append(diffracted(tracing, order, limit, floor, loudest, wavenumber, rejected))
     return joined(parts)
+
+
+def _loudest(tracing: Tracing, parts: list[Candidates]) -> Floats:
+    """(N, 2) greatest amplitude of any echo at each pose and microphone, shadows apart; 0 without one."""
+    loudest = np.zeros((len(tracing.pose), 2))
+    for found in parts:
+        amplitude = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order))
+        np.maximum.at(loudest, (found.pose, found.mic), np.minimum(amplitude, FOCUS_GAIN / found.length_m))
+    return loudest
 
 
 def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
@@ -170,8 +181,12 @@ def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
 
 def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
     """(C,) False where a concave mirror gathers rays on the receiver: the ray tube closes and its level diverges."""
-    gain = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order))
-    return gain * found.length_m <= FOCUS_GAIN
+    clear = np.ones(len(found), dtype=bool)
+    rows = np.flatnonzero(found.face >= 0)
+    curved = found[rows]
+    gain = np.abs(spreading(curved.points_m, curved.normal, curved.curvature, curved.order))
+    clear[rows] = gain * curved.length_m <= FOCUS_GAIN
+    return clear
 
 
 def _paths(
