@@ -82,7 +82,7 @@ def quantile_with_interval(
         return float("nan"), float("nan"), float("nan"), 0
     draws = _cluster_bootstrap(data, labels, q, np.random.default_rng(seed))
     low, high = np.quantile(draws, [0.025, 0.975])
-    return float(np.quantile(data, q)), float(low), float(high), len(data)
+    return float(np.quantile(data, q, method="inverted_cdf")), float(low), float(high), len(data)
 
 
 def _cluster_bootstrap(

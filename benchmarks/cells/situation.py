@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from benchmarks.cells.spec import Cell
-from obstaclewatch.settings import PaperSettings
 from simulator.phone import Phone
 from simulator.pose import Walk
 from simulator.scene import Scene
@@ -18,16 +17,12 @@ class Situation:
     Attributes:
         scene, walk, phone: what is rendered.
         targets: names of the obstacles whose estimates are judged.
-        pitch_rad: mean lift of the phone's top edge, as its inertial sensor would tell the detector.
-        settings: the detectors' constants.
     """
 
     scene: Scene
     walk: Walk
     phone: Phone
     targets: tuple[str, ...]
-    pitch_rad: float
-    settings: PaperSettings = field(default_factory=PaperSettings)
 
 
 def situation(cell: Cell) -> Situation:
@@ -51,4 +46,4 @@ def situation(cell: Cell) -> Situation:
         collision=cell.collision,
         **cell.approach,
     )
-    return Situation(approach.scene, approach.walk, approach.phone, (approach.target,), approach.walk.pitch_rad)
+    return Situation(approach.scene, approach.walk, approach.phone, (approach.target,))

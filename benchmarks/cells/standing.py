@@ -6,7 +6,6 @@ import numpy as np
 
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
-from obstaclewatch.settings import PaperSettings
 from scenes import GaitWalk, walker_body
 from scenes.obstacles import ground, random_obstacle, wall
 from scenes.placing import placed
@@ -19,8 +18,6 @@ SIDE_WALL_M = 2.2  # the second obstacle: a wall along the way, so that several 
 
 def standing_situation(cell: Cell) -> Situation:
     """The obstacle straight ahead, its front at the cell's distance from the phone.
-
-    A standing phone sees everything stand still, so the rejection of static peaks is off.
 
     Raises:
         ValueError: no distance, an unknown category or phone.
@@ -39,7 +36,8 @@ def standing_situation(cell: Cell) -> Situation:
     )
     floor = Obstacle(ground(), Material.named("asphalt"), "ground", category="ground")
     pitch = float(rng.normal(np.deg2rad(30.0), np.deg2rad(4.0)))
-    walk = GaitWalk(np.array([0.0, 0.0, PHONE_HEIGHT_M]), speed_m_s=0.0, duration_s=BEEPS * cell.beep_period_s, pitch_rad=pitch)
+    start = np.array([0.0, 0.0, PHONE_HEIGHT_M])
+    walk = GaitWalk(start, speed_m_s=0.0, duration_s=BEEPS * cell.beep_period_s, pitch_rad=pitch)
     phone = Phone.named(cell.phone).held_by(walker_body(phone_height_m=PHONE_HEIGHT_M))
     scene = Scene([floor, target, side], name="standing")
-    return Situation(scene, walk, phone, ("target",), pitch, PaperSettings(reject_static=False))
+    return Situation(scene, walk, phone, ("target",))

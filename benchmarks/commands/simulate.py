@@ -21,7 +21,7 @@ SUFFIXES = (".wav", ".flac")
 @click.argument("scene")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="a .wav or .flac file")
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `obstaclewatch ls phones`")
-@click.option("--seed", default=0, show_default=True, help="of scene, walk and noise")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="of scene, walk and noise")
 @click.option("--category", help="an approach to a wall, dustbin, car, sign or pedestrian of a named scene")
 @click.option("--index", default=0, show_default=True, help="which approach of the category")
 @click.option("--collision/--no-collision", default=True, show_default=True, help="whether the approach ends in one")
@@ -38,6 +38,9 @@ def simulate(
     """Render what the phone records in SCENE (a name or a YAML file), on a straight walk or an approach."""
     if output.suffix.lower() not in SUFFIXES:
         raise ValueError(f"output must end in .wav or .flac, got '{output}'")
+    for path in (output, paths):
+        if path is not None and not path.parent.is_dir():
+            raise ValueError(f"the folder of '{path}' must exist")
     beep, fidelity = BeepDesign(), Fidelity()
     if category is None:
         walk: Walk = GaitWalk(_point(start), np.deg2rad(heading), speed, duration, np.deg2rad(pitch))

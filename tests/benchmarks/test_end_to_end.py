@@ -1,0 +1,154 @@
+"""The whole chain on one walk of every category, and on files, as a user calls it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+import soundfile
+from click.testing import CliRunner
+
+from benchmarks.cells.compute import compute
+from benchmarks.cells.spec import Cell
+from benchmarks.cli import cli, main
+from benchmarks.runner import run_cells
+from benchmarks.store import cell_path, to_json
+from benchmarks.suite import load_suite
+
+CATEGORIES = ("wall", "dustbin", "car", "sign", "pedestrian")
+
+
+def _cell(category: str, collision: bool = True, index: int = 3) -> Cell:
+    suite = load_suite("paper")
+    return Cell(
+        kind="approach", scene="supermarket", category=category, index=index, phone="galaxy-s8-plus", seed=41,
+        collision=collision, beep=suite.beep, fidelity=suite.fidelity, detectors=suite.detectors, scoring=suite.scoring,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("category", CATEGORIES)
+def test_one_walk_of_every_category_from_scene_to_score(category):
+    result = compute(_cell(category))
+    assert result["truth"]["collides"] is True
+    assert math.isfinite(result["truth"]["contact_time_s"])
+    for name in ("PaperDetector", "DistanceOnlyDetector"):
+        entry = result["detectors"][name]
+        assert entry["outcome"] in ("TP", "FN")
+        beeps = entry["beeps"][0]
+        assert len(beeps["beep"]) > 10
+        true = np.array(beeps["true_range_m"])
+        assert true[0] > true[-1]  # the walker closes in
+        found = np.array(beeps["range_m"], dtype=float)
+        error = np.abs(found - true)[np.isfinite(found)]
+        assert (error <= 0.5).all()  # the association's gate
+
+
+def test_a_wall_that_faces_the_walker_is_heard_in_most_beeps():
+    beeps = compute(_cell("wall", index=2))["detectors"]["PaperDetector"]["beeps"][0]
+    found = np.array([np.nan if value is None else value for value in beeps["range_m"]], dtype=float)
+    heard = np.isfinite(found)
+    assert heard.mean() > 0.4
+    bias = np.median(found[heard] - np.array(beeps["true_range_m"])[heard])
+    assert -0.45 < bias < 0.05  # range-Doppler coupling: 0.205 s times a closing speed of 0-1.6 m/s
+
+
+def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
+    cells = [_cell("dustbin"), _cell("wall", collision=False)]
+    alone, together = run_cells(tmp_path / "1", cells, 1), run_cells(tmp_path / "2", cells, 2)
+    assert [record["status"] for record in alone] == ["ok", "ok"]
+    assert to_json(alone) == to_json(together)
+    for record in alone:
+        files = [cell_path(tmp_path / name, record["digest"]) for name in "12"]
+        assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_damaged_cell_is_computed_again(tmp_path):
+    cell = _cell("dustbin", index=5)
+    (record,) = run_cells(tmp_path, [cell])
+    path = cell_path(tmp_path, record["digest"])
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    run_cells(tmp_path, [cell])
+    assert path.read_bytes() == whole
+
+
+def test_a_failing_cell_is_recorded_and_the_others_go_on(tmp_path):
+    bad = _cell("wall").model_copy(update={"phone": "nokia"})
+    records = run_cells(tmp_path, [bad, _cell("dustbin", index=5)])
+    assert [record["status"] for record in records] == ["failed", "ok"]
+    assert "nokia" in records[0]["error"]
+
+
+@pytest.mark.parametrize("suffix", ["wav", "flac"])
+def test_simulate_then_detect(tmp_path, suffix):
+    audio, paths = tmp_path / f"walk.{suffix}", tmp_path / "paths.json"
+    arguments = ["simulate", "supermarket", "--category", "wall", "--phone", "galaxy-s8-plus", "-o", str(audio)]
+    done = CliRunner().invoke(cli, [*arguments, "--paths", str(paths)], catch_exceptions=False)
+    assert done.exit_code == 0
+    info = soundfile.info(audio)
+    assert (info.channels, info.samplerate, info.subtype) == (2, 192_000, "PCM_24")
+    assert any(path["kind"] == "specular" for path in json.loads(paths.read_text())["paths"])
+    picture = tmp_path / "echogram.png"
+    call = ["detect", str(audio), "--phone", "galaxy-s8-plus", "--pitch", "30", "--json", "--plot", str(picture)]
+    heard = CliRunner().invoke(cli, call, catch_exceptions=False)
+    rows = [json.loads(line) for line in heard.output.splitlines()]
+    assert len(rows) == info.frames // 17_280
+    assert sum(bool(row["range_m"]) for row in rows) > 0.4 * len(rows)
+    assert picture.stat().st_size > 10_000
+
+
+def _complaint(monkeypatch, capsys, arguments: list[str]) -> str:
+    """One line on stderr and exit code 2, as a shell would see it."""
+    monkeypatch.setattr("sys.argv", ["obstaclewatch", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    return capsys.readouterr().err.strip()
+
+
+def _mono(folder):
+    soundfile.write(folder / "mono.wav", np.zeros(192_000), 192_000)
+    return folder / "mono.wav"
+
+
+def _slow(folder):
+    soundfile.write(folder / "slow.wav", np.random.default_rng(0).normal(0, 0.01, (48_000, 2)), 48_000)
+    return folder / "slow.wav"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["detect", "nothing.wav"], "nothing.wav"),
+        (["simulate", "atlantis", "-o", "x.wav"], "atlantis"),
+        (["simulate", "supermarket", "--phone", "nokia", "-o", "x.wav"], "nokia"),
+        (["simulate", "supermarket", "--speed", "-1", "-o", "x.wav"], "-1.0"),
+        (["simulate", "supermarket", "-o", "x.mp3"], "x.mp3"),
+        (["run", "nosuite"], "nosuite"),
+        (["run", "paper", "--tier", "huge"], "huge"),
+        (["run", "paper", "-j", "0"], "jobs"),
+        (["report", "nowhere"], "nowhere"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(monkeypatch, capsys, tmp_path, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    line = _complaint(monkeypatch, capsys, arguments)
+    assert says in line
+    assert "\n" not in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_mono_and_wrong_rate_are_refused(monkeypatch, capsys, tmp_path):
+    assert "mono.wav" in _complaint(monkeypatch, capsys, ["detect", str(_mono(tmp_path))])
+    assert "48000" in _complaint(monkeypatch, capsys, ["detect", str(_slow(tmp_path))])
+
+
+def test_a_mesh_with_nan_vertices_is_refused(monkeypatch, capsys, tmp_path):
+    (tmp_path / "bad.obj").write_text("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("name: mine\nobstacles:\n  - {name: thing, mesh: bad.obj, units: m, material: concrete}\n")
+    line = _complaint(monkeypatch, capsys, ["simulate", str(scene), "-o", str(tmp_path / "x.wav")])
+    assert "thing" in line or "bad.obj" in line
+    assert not (tmp_path / "x.wav").exists()
