@@ -103,9 +103,9 @@ def against_paper(value: float, low: float, high: float, paper: PaperValue, high
 
 
 def rate_against(found: Rate, paper: PaperValue, higher_is_better: bool = True) -> str:
-    """A clause for a sentence: "worse than the paper's 94.6 %"."""
+    """A clause for a sentence: "worse than the paper (94.6 %)"."""
     word = against_paper(found.value, found.low, found.high, paper, higher_is_better)
-    return f"{word} the paper's {paper.text}"
+    return f"{word} the paper ({paper.text})"
 
 
 def extreme(groups: dict[str, Rate], pick: Callable[..., str] = min) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from benchmarks import paper_values
 from benchmarks.figures.data import Bar, BarFigure, BarPanel
 from benchmarks.figures.measured import (
+    BASELINE,
     NO_DATA,
     detectors_of,
     extreme,
@@ -93,7 +94,7 @@ def _by(
     tables = {detector: approach_table(run, detector) for detector in detectors}
     panels = []
     for detector in detectors:
-        known = paper if detector == "PaperDetector" else {}
+        known = {} if detector == BASELINE else paper
         bars = [b for g in groups for b in _pair(g, part(tables[detector], column, g), known.get(g))]
         panels.append(BarPanel(detector, tuple(bars)))
     readings = [_group_sentence(d, column, groups, tables[d], paper) for d in detectors]
@@ -108,7 +109,7 @@ def _pair(group: str, table: Table, paper: RatePair | None) -> list[Bar]:
 
 
 def _overall_paper(detector: str) -> RatePair | None:
-    return paper_values.OVERALL if detector == "PaperDetector" else None
+    return None if detector == BASELINE else paper_values.OVERALL
 
 
 def _scenes_of(run: RunData, phone: str) -> list[str]:
@@ -127,7 +128,7 @@ def _sentence(detector: str, table: Table, paper: RatePair | None) -> str:
 
 def _group_sentence(detector: str, column: str, groups: list[str], table: Table, paper: Mapping[str, RatePair]) -> str:
     tables = {group: part(table, column, group) for group in groups}
-    if paper and detector == "PaperDetector":
+    if paper and detector != BASELINE:
         return " ".join(_sentence(f"{detector} in {g}", tables[g], paper.get(g)) for g in groups)
     tp = {group: true_positive_rate(t) for group, t in tables.items()}
     tn = {group: true_negative_rate(t) for group, t in tables.items()}

@@ -1,0 +1,78 @@
+"""The report of a run: one HTML file that needs no network, and a short Markdown summary."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from benchmarks.figures import FIGURES, picture
+from benchmarks.figures.data import Figure
+from benchmarks.figures.measured import detectors_of
+from benchmarks.report_cases import failures, strata_table, worst_cases
+from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
+from benchmarks.report_verdict import headline, verdict_rows
+from benchmarks.results import RunData
+from benchmarks.store import write_atomically
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure as the report shows it; `image` is a data URI."""
+
+    name: str
+    title: str
+    reading: str
+    image: str
+
+
+def write_report(run: RunData) -> Path:
+    """Write report.html and report.md into the run's folder.
+
+    Returns:
+        The path of report.html.
+    """
+    context = report_context(run)
+    templates = Environment(
+        loader=PackageLoader("benchmarks"), autoescape=lambda name: name == "report.html.j2",
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    write_atomically(run.folder / "report.md", templates.get_template("report.md.j2").render(context))
+    path = run.folder / "report.html"
+    write_atomically(path, templates.get_template("report.html.j2").render(context))
+    return path
+
+
+def report_context(run: RunData) -> dict[str, Any]:
+    """Everything that the templates show, as text."""
+    names, rows = detectors_of(run), verdict_rows(run)
+    drawn = [builder(run) for builder in FIGURES.values()]
+    planned = len(run.manifest.get("plan") or run.cells)
+    return {
+        "title": run.manifest.get("title") or run.manifest.get("suite") or "Run",
+        "suite": run.manifest.get("suite") or "unknown",
+        "tier": run.manifest.get("tier") or "unknown",
+        "detectors": names,
+        "headline": headline(rows, names),
+        "rows": rows,
+        "counts": {"planned": planned, "ok": len(run.ok), "failed": len(run.cells) - len(run.ok),
+                   "missing": planned - len(run.cells)},
+        "figures": [_embedded(figure) for figure in drawn if not figure.empty],
+        "empty_figures": [figure.title for figure in drawn if figure.empty],
+        "strata": strata_table(run),
+        "worst": worst_cases(run),
+        "failures": failures(run),
+        "cost": cost_lines(run),
+        "environment": environment_lines(run.manifest),
+        "command": reproduction_command(run.manifest),
+    }  # fmt: skip
+
+
+def _embedded(figure: Figure) -> ReportFigure:
+    from benchmarks.figures.style import picture_bytes
+
+    encoded = base64.b64encode(picture_bytes(picture(figure), "svg")).decode("ascii")
+    return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}")
