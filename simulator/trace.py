@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SAME_IMAGE_M = 1e-7
+NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
 
 NOT_MODELLED = (
@@ -97,8 +98,17 @@ def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> 
     found = found[kept]
     nodes_hz = band.nodes_hz(fidelity.band_points)
     gain = path_gain(tracing, phone, tracing.pose, scene.air, found, nodes_hz)
+    heard = _over_noise(phone, gain) | (found.order == 0)
+    rejected["under the noise"] = int((~heard).sum())
+    found, gain = found[heard], gain[heard]
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
     return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, rejected, left_out), found
+
+
+def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all."""
+    floor_db = phone.noise_spl_db - phone.level_spl_db - NOISE_MARGIN_DB
+    return np.abs(gain).max(axis=1) >= 10.0 ** (floor_db / 20.0)
 
 
 def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, rejected: dict[str, int]) -> Candidates:
