@@ -18,15 +18,19 @@ from benchmarks.report_verdict import headline, verdict_rows
 from benchmarks.results import RunData
 from benchmarks.store import write_atomically
 
+WIDE_IN = 8.0
+"""Figures wider than this, inches, stand alone in a row."""
+
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure as the report shows it; `image` is a data URI."""
+    """A figure as the report shows it; `image` is a data URI, `wide` asks for the whole width of the page."""
 
     name: str
     title: str
     reading: str
     image: str
+    wide: bool
 
 
 def write_report(run: RunData) -> Path:
@@ -74,5 +78,7 @@ def report_context(run: RunData) -> dict[str, Any]:
 def _embedded(figure: Figure) -> ReportFigure:
     from benchmarks.figures.style import picture_bytes
 
-    encoded = base64.b64encode(picture_bytes(picture(figure), "svg")).decode("ascii")
-    return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}")
+    canvas = picture(figure)
+    encoded = base64.b64encode(picture_bytes(canvas, "svg")).decode("ascii")
+    wide = bool(canvas.get_size_inches()[0] > WIDE_IN)
+    return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}", wide)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.figures.measured import detectors_of, judged_detectors, part, strata
 from benchmarks.report_verdict import Measured, rate_measured
@@ -96,10 +97,10 @@ def _narrowed(table: Table, scene: str, category: str, phone: str) -> Table:
 
 
 def _missed(run: RunData, name: str, table: Table, most: int) -> WorstCases:
-    """Collisions without an alert in time: first those without any, then the latest alerts."""
+    """Collisions without an alert in time: first those without any, spread over the strata, then the latest alerts."""
     wrong = chosen(table, table["collides"] & ~table["true_alert"])
     lateness = np.where(wrong["alert"], wrong["alert_distance_m"], -np.inf)
-    order = np.lexsort((wrong["label"], lateness))
+    order = np.lexsort((_turn(np.char.add(wrong["scene"], wrong["category"])), lateness))
     words = [_missed_words(wrong, row) for row in order[:most]]
     return WorstCases(name, "Missed collisions", len(order), _cases(run, wrong, order[:most], words))
 
@@ -114,7 +115,7 @@ def _missed_words(table: Table, row: int) -> str:
 def _false(run: RunData, name: str, table: Table, most: int) -> WorstCases:
     """Alerts on walks without a collision: those that pass farthest from the target first."""
     wrong = chosen(table, table["alert"] & ~table["collides"])
-    order = np.lexsort((wrong["label"], -np.nan_to_num(wrong["miss_distance_m"])))
+    order = np.argsort(-wrong["miss_distance_m"], kind="stable")
     words = [
         f"line of walk passes at {wrong['miss_distance_m'][row]:.2f} m; alert at {wrong['alert_range_m'][row]:.2f} m"
         for row in order[:most]
@@ -122,7 +123,16 @@ def _false(run: RunData, name: str, table: Table, most: int) -> WorstCases:
     return WorstCases(name, "False alerts", len(order), _cases(run, wrong, order[:most], words))
 
 
-def _cases(run: RunData, table: Table, rows: Sequence[int], words: Sequence[str]) -> tuple[Case, ...]:
+def _turn(names: NDArray[np.str_]) -> NDArray[np.int64]:
+    """How many earlier entries have the same name."""
+    order = np.argsort(names, kind="stable")
+    ordered = names[order]
+    turn = np.empty(len(names), dtype=np.int64)
+    turn[order] = np.arange(len(names)) - np.searchsorted(ordered, ordered)
+    return turn
+
+
+def _cases(run: RunData, table: Table, rows: NDArray[np.int64], words: Sequence[str]) -> tuple[Case, ...]:
     labels, phones = table["label"], table["phone"]
     return tuple(
         Case(str(labels[row]), str(phones[row]), what, rerun_command(run, str(labels[row])))

@@ -64,8 +64,9 @@ def _shown(manifest: Mapping[str, Any], key: str) -> str:
 
 def _revision(manifest: Mapping[str, Any]) -> str:
     dirty = manifest.get("git_dirty")
-    remark = {True: ", with uncommitted changes", False: ""}.get(dirty, ", cleanness unknown")
-    return _shown(manifest, "git_revision") + remark
+    if dirty is None:
+        return f"{_shown(manifest, 'git_revision')}, changes unknown"
+    return _shown(manifest, "git_revision") + (", with uncommitted changes" if dirty else "")
 
 
 def _period_s(record: Mapping[str, Any]) -> float:

@@ -20,9 +20,10 @@ from benchmarks.figures.measured import (
     detectors_of,
     judged_detectors,
     part,
+    quantile_over_walks,
     significant,
 )
-from benchmarks.paper_values import FALSE_ALERTS, PaperValue
+from benchmarks.paper_values import PaperValue
 from benchmarks.results import RunData
 from benchmarks.scores import (
     Table,
@@ -30,7 +31,6 @@ from benchmarks.scores import (
     beep_table,
     chosen,
     false_alerts_over_all,
-    quantile_with_interval,
     true_negative_rate,
     true_positive_rate,
 )
@@ -88,7 +88,8 @@ def verdict_rows(run: RunData) -> list[Row]:
     tables = {name: _tables(run, name) for name in names}
     rows = [_rate_row(tables, names, *spec) for spec in _RATES]
     for group, label, quantity, paper in _quantities(_standing_ranges(run)):
-        cells = tuple(quantity(tables[name], paper) if name in judged else None for name in names)
+        asked = names if group == "Alerts" else judged
+        cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
         rows.append(Row(group, label, *_printed(paper), cells))
     return rows
 
@@ -97,11 +98,10 @@ def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
     """One sentence a detector from its rates."""
     sentences = []
     for k, name in enumerate(names):
-        tp, tn, false = (row.cells[k] for row in rows[:3])
-        assert tp is not None and tn is not None and false is not None  # rates are measured for every detector
+        tp, tn, false = (_said(row.cells[k]) for row in rows[:3])
         sentences.append(
-            f"{name} alerts in time on {_said(tp)} of the collisions, leaves {_said(tn)} of the other walks in peace, "
-            f"and alerts falsely on {_said(false)} of all walks."
+            f"{name} alerts in time on {tp} of the collisions, leaves {tn} of the other walks in peace, "
+            f"and alerts falsely on {false} of all walks."
         )
     return sentences
 
@@ -118,7 +118,13 @@ def rate_measured(found: Rate, paper: PaperValue | None = None, higher_is_better
 _RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue, PaperValue | None, bool], ...] = (
     ("TP: collisions alerted in time", true_positive_rate, paper_values.OVERALL.true_positive, None, True),
     ("TN: other walks left in peace", true_negative_rate, paper_values.OVERALL.true_negative, None, True),
-    ("false alerts over all walks", false_alerts_over_all, FALSE_ALERTS["PaperDetector"], FALSE_ALERTS[BASELINE], False),
+    (
+        "false alerts over all walks",
+        false_alerts_over_all,
+        paper_values.FALSE_ALERTS["PaperDetector"],
+        paper_values.FALSE_ALERTS[BASELINE],
+        False,
+    ),
 )
 """Label, score, the paper's value for its detector and for its baseline, whether more is better."""
 
@@ -178,9 +184,7 @@ def _error(
     return _quantile(error if signed else np.abs(error), quantile, table["label"], *DISPLAY[unit], paper)
 
 
-def _standing_error(
-    tables: Tables, paper: PaperValue | None, column: str, quantile: float, range_m: float
-) -> Measured:
+def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quantile: float, range_m: float) -> Measured:
     there = Tables(tables.walks, tables.walking, part(tables.standing, "standing_range_m", range_m))
     return _error("standing", column, "m", quantile, there, paper)
 
@@ -198,7 +202,7 @@ def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, scale: flo
 def _quantile(
     values: NDArray[np.float64], quantile: float, walks: NDArray[Any], scale: float, unit: str, paper: PaperValue | None
 ) -> Measured:
-    value, low, high, count = quantile_with_interval(values, quantile, walks)
+    value, low, high, count = quantile_over_walks(values, quantile, walks)
     of = f"{count} of {len(values)}"
     if count == 0:
         return Measured(NO_DATA, "", of)
@@ -222,5 +226,7 @@ def _printed(paper: PaperValue | None) -> tuple[str, str]:
     return ("–", "") if paper is None else (paper.text, paper.source)
 
 
-def _said(measured: Measured) -> str:
+def _said(measured: Measured | None) -> str:
+    if measured is None:
+        return NO_DATA
     return f"{measured.text} ({measured.interval}, {measured.count})" if measured.interval else measured.text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from benchmarks.figures.data import BarFigure, Figure
 from benchmarks.figures.errors import (
@@ -16,6 +17,9 @@ from benchmarks.figures.errors import (
 from benchmarks.figures.false_alerts import false_alert_rates
 from benchmarks.figures.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
 from benchmarks.results import RunData
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
 
 FIGURES: dict[str, Callable[[RunData], Figure]] = {
     "fig16": overall_rates,
@@ -58,8 +62,9 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
     return written
 
 
-def picture(figure: Figure):  # type: ignore[no-untyped-def]  # matplotlib stays unimported until something is drawn
-    """The figure drawn, a `matplotlib.figure.Figure`."""
+def picture(figure: Figure) -> Canvas:
+    """The figure drawn."""
+    # matplotlib stays unimported until something is drawn, so that listing the names is quick
     from benchmarks.figures.bars import draw_bars
     from benchmarks.figures.curves import draw_curves
     from benchmarks.figures.style import house_style

@@ -17,19 +17,26 @@ INCHES_PER_UNIT = 0.44
 
 def draw_bars(figure: BarFigure) -> Canvas:
     """The whole figure: one axes a panel, each as wide as its bars need."""
-    widths = [max(2.0, INCHES_PER_UNIT * (_places(panel)[-1] + GAP)) for panel in figure.panels]
+    inches = _inches_per_unit(figure)
+    widths = [max(2.0, inches * (_places(panel)[-1] + GAP)) for panel in figure.panels]
     canvas, axes = panel_axes(widths)
     for ax, panel in zip(axes, figure.panels, strict=True):
-        _draw_panel(ax, panel, figure)
+        _draw_panel(ax, panel, figure, 7.0 if inches == INCHES_PER_UNIT else 6.0)
     _share_scale(axes, figure)
     axes[0].set_ylabel(figure.y_label)
     return finish(canvas, figure.title, figure.note, _legend(figure))
 
 
-def _draw_panel(ax: Axes, panel: BarPanel, figure: BarFigure) -> None:
+def _inches_per_unit(figure: BarFigure) -> float:
+    """A bar's width on paper: less where a single panel would otherwise be wider than the page."""
+    units = _places(figure.panels[0])[-1] + GAP
+    return min(INCHES_PER_UNIT, 5.7 / units) if len(figure.panels) == 1 else INCHES_PER_UNIT
+
+
+def _draw_panel(ax: Axes, panel: BarPanel, figure: BarFigure, count_size: float) -> None:
     places = _places(panel)
     for bar, left in zip(panel.bars, places, strict=False):
-        _draw_bar(ax, bar, left, _shade(panel, bar.series), figure.unit)
+        _draw_bar(ax, bar, left, _shade(panel, bar.series), count_size)
     middles = [_middle_of(panel, places, group) for group in panel.groups]
     ax.set_xticks(middles, panel.groups)
     ax.tick_params(axis="x", length=0, pad=13)
@@ -56,7 +63,7 @@ def _middle_of(panel: BarPanel, places: list[float], group: str) -> float:
     return 0.5 * (mine[0][1] + right)
 
 
-def _draw_bar(ax: Axes, bar: Bar, left: float, shade: str, unit: str) -> None:
+def _draw_bar(ax: Axes, bar: Bar, left: float, shade: str, count_size: float) -> None:
     middle = left + 0.5 * BAR_WIDTH
     if bar.n == 0:
         ax.text(middle, 0.02, "no data", rotation=90, ha="center", va="bottom", color=MUTED, fontsize=8,
@@ -69,7 +76,7 @@ def _draw_bar(ax: Axes, bar: Bar, left: float, shade: str, unit: str) -> None:
         ax.annotate(f"{bar.value:.1f}".removesuffix(".0"), (middle, reach), (0, 2), textcoords="offset points",
                     ha="center", va="bottom", fontsize=8, fontweight="bold")  # fmt: skip
         ax.annotate(bar.count, (middle, 0.0), (0, -3), xycoords=ax.get_xaxis_transform(), textcoords="offset points",
-                    ha="center", va="top", fontsize=6.5, color=MUTED)  # fmt: skip
+                    ha="center", va="top", fontsize=count_size, color=MUTED)  # fmt: skip
     if bar.paper is not None:
         _draw_paper(ax, bar, left + BAR_WIDTH + 0.5 * PAPER_WIDTH)
 

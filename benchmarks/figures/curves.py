@@ -10,7 +10,7 @@ from benchmarks.figures.data import Curve, CurveFigure, Mark
 from benchmarks.figures.layout import finish, panel_axes
 from benchmarks.figures.style import MUTED, PAPER_INK, colour
 
-PANEL_WIDTH, LEGEND_WIDTH = 4.3, 2.5
+PANEL_WIDTH, LEGEND_WIDTH = 3.3, 2.3
 _ENDS = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
 

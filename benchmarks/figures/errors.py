@@ -16,10 +16,11 @@ from benchmarks.figures.measured import (
     error_curve,
     judged_detectors,
     part,
+    quantile_over_walks,
     significant,
 )
 from benchmarks.results import RunData
-from benchmarks.scores import Table, absolute_errors, beep_table, chosen, quantile_with_interval
+from benchmarks.scores import Table, absolute_errors, beep_table, chosen
 
 NARROW_M = 0.5
 """Greatest true radius of what the paper's Figure 11 measures: people, signs, dustbins."""
@@ -149,7 +150,7 @@ def _bin_bars(table: Table) -> list[Bar]:
     for low, high in pairwise(BEARING_BINS_DEG):
         inside = (bearing >= low) & (bearing < high)
         for label, quantile in (("median", 0.5), ("P80", 0.8)):
-            value, least, most, count = quantile_with_interval(errors[inside], quantile, table["label"][inside])
+            value, least, most, count = quantile_over_walks(errors[inside], quantile, table["label"][inside])
             bars.append(Bar(f"{low:g}–{high:g}°", label, value, least, most, f"n = {count}", count))
     return bars
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure as Canvas
 
 from benchmarks.figures.style import MUTED
 
-PANEL_HEIGHT, TITLE_ROOM, LEFT_ROOM, LEAST_WIDTH = 2.9, 0.75, 0.65, 7.2
+PANEL_HEIGHT, TITLE_ROOM, LEFT_ROOM, LEAST_WIDTH = 2.7, 0.75, 0.65, 6.5
 LINE_ROOM = 0.16
 
 
@@ -26,7 +26,7 @@ def panel_axes(widths_in: Sequence[float], wspace: float = 0.12) -> tuple[Canvas
 def finish(canvas: Canvas, title: str, note: str, handles: Sequence[Artist] = ()) -> Canvas:
     """Title on top, legend under it, small print at the bottom."""
     width, height = canvas.get_size_inches()
-    lines = textwrap.wrap(note, int(width * 17.0))
+    lines = textwrap.wrap(note, int(width * 17.5))
     bottom = 0.66 + LINE_ROOM * len(lines)
     height += LINE_ROOM * len(lines)
     canvas.set_size_inches(width, height)
@@ -34,7 +34,7 @@ def finish(canvas: Canvas, title: str, note: str, handles: Sequence[Artist] = ()
     canvas.subplots_adjust(
         left=LEFT_ROOM / width, right=1.0 - 0.12 / width, top=1.0 - (top + 0.1) / height, bottom=bottom / height
     )
-    canvas.text(0.12 / width, 1.0 - 0.12 / height, title, ha="left", va="top", fontsize=11.5, fontweight="bold")
+    canvas.text(0.12 / width, 1.0 - 0.12 / height, title, ha="left", va="top", fontsize=11.0, fontweight="bold")
     if handles:
         canvas.legend(
             handles=list(handles), loc="upper left", ncols=4, borderpad=0.0, borderaxespad=0.0, columnspacing=1.4,

@@ -65,9 +65,22 @@ def error_curve(
     return Curve(label, key, dashed, value, share, found, len(errors), summary)
 
 
+def quantile_over_walks(
+    errors: NDArray[np.float64], quantile: float, walks: NDArray[np.str_]
+) -> tuple[float, float, float, int]:
+    """Quantile, its 95 % interval over whole walks, and the count of finite errors.
+
+    The beeps of one walk are not independent, so fewer than two walks give no interval (NaN).
+    """
+    value, low, high, count = quantile_with_interval(errors, quantile, walks)
+    if len(np.unique(walks[np.isfinite(errors)])) < 2:
+        return value, float("nan"), float("nan"), count
+    return value, low, high, count
+
+
 def quantile_text(errors: NDArray[np.float64], quantile: float, unit: str, walks: NDArray[np.str_]) -> str:
     """ "0.41 cm (0.38-0.45)": a quantile and its interval over whole walks; "no data" without a value."""
-    value, low, high, count = quantile_with_interval(errors, quantile, walks)
+    value, low, high, count = quantile_over_walks(errors, quantile, walks)
     if count == 0:
         return NO_DATA
     ends = f" ({significant(low)}–{significant(high)})" if np.isfinite(low) else ""

@@ -75,7 +75,8 @@ def picture_bytes(canvas: Canvas, kind: str) -> bytes:
     """A drawn figure as "png" or "svg", without dates or versions."""
     metadata = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}[kind]
     buffer = io.BytesIO()
-    canvas.savefig(buffer, format=kind, metadata=metadata)
+    with house_style():  # the salt of the svg's ids and the resolution are read here, not when drawing
+        canvas.savefig(buffer, format=kind, metadata=metadata)
     return buffer.getvalue()
 
 
