@@ -16,6 +16,7 @@ from obstaclewatch.errata import Errata
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.tracking import TrackingDetector
 
 __all__ = [
     "BeepDesign",
@@ -31,6 +32,7 @@ __all__ = [
     "PaperSettings",
     "PhoneGeometry",
     "Recording",
+    "TrackingDetector",
     "read_recording",
     "write_recording",
 ]

@@ -1,0 +1,172 @@
+"""On which course does the walker pass? The posterior over straight courses, given a track's ranges and path differences.
+
+A walker at speed v passes a point at a miss distance b and a height difference h: at the time t,
+range = sqrt((v (t0 - t))^2 + b^2 + h^2) - r, with r the radius of curvature of a round body; and the microphones differ
+by the cosine of the cone that the point and the phone's long axis make. A wall, which mirrors, stays at an angle a:
+its range falls by v cos(a) a second. Constant bearing and falling range are a collision course. The chirp reads ranges
+`range_doppler_s` ahead of their time; all of this is written for the times that are read, so nothing is biased by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SPEEDS_M_S = np.array([0.8, 0.93, 1.06, 1.19, 1.32, 1.45, 1.6, 1.9, 2.2, 2.5, 2.8])
+"""Of approach: walkers at 0.8-1.6 m/s (mean 1.25, deviation 0.25), and one in ten that comes the other way."""
+MISSES_M = np.arange(0.0, 2.0, 0.15)
+RADII_M = np.array([0.0, 0.35])
+HEIGHTS_M = np.array([0.0, 0.7, 1.3])
+"""Phone above reflecting point: at its own height, a low rim, the corner that a thing makes with the ground."""
+HEIGHT_PRIOR = np.array([0.5, 0.2, 0.3])
+WALL_ANGLES_RAD = np.deg2rad([0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0])
+WALL_PRIOR = 0.35
+WALL_COLLISION_RAD = np.deg2rad(45.0)
+ONCOMING_PRIOR = 0.12
+EDGE_M = 0.05
+"""A reflecting point lies inside the obstacle's near edge by about as much."""
+
+GAIT_RANGE_M = 0.03
+"""Deviation of a range from a straight course: 1 cm of surge, and 0.205 s of its 0.13 m/s."""
+GAIT_U_M = 0.006
+GAIT_CARRIER_M = 0.0035
+"""Deviation of path differences: the hand's wobble, other echoes, and the microphones' unequal responses."""
+CARRIER_NOISE_RAD_M = 13.0
+"""Phase noise over envelope noise, 2 pi B / c for the rms bandwidth B of 707 Hz."""
+INDEPENDENT = 0.5
+"""Share of beeps that say something new: a step lasts six beeps, and deviations within it go together."""
+FREEDOM = 3.0
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What a track has measured at K beeps, as read.
+
+    Attributes:
+        time_s: (K,) times that the readings stand for.
+        range_m, range_std_m: (K,) ranges from microphone 0.
+        envelope_u_m, envelope_std_m: (K,) path differences from the envelopes; NaN if not heard.
+        carrier_u_m: (K,) path differences modulo the wavelength; NaN likewise.
+    """
+
+    time_s: Array
+    range_m: Array
+    range_std_m: Array
+    envelope_u_m: Array
+    envelope_std_m: Array
+    carrier_u_m: Array
+
+
+@dataclass(frozen=True)
+class Course:
+    """The posterior in a few numbers.
+
+    Attributes:
+        collision: probability that walker and obstacle meet.
+        contact_s: expected time until the walker is at the obstacle, from the asked time; on courses that collide
+            if there are any.
+        speed_m_s: expected speed of approach.
+        bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
+        miss_m: expected miss distance; 0 for walls.
+        radius_m: expected radius.
+    """
+
+    collision: float
+    contact_s: float
+    speed_m_s: float
+    bearing_rad: float
+    bearing_std_rad: float
+    miss_m: float
+    radius_m: float
+
+
+class CourseGrid:
+    """All courses that are considered, with their prior.
+
+    Args:
+        separation_m: between the microphones.
+        wavelength_m: of the carrier.
+        pitch_rad: lift of the phone's top edge.
+        half_width_m: of the walker.
+    """
+
+    def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float) -> None:
+        self._separation_m, self._wavelength_m = separation_m, wavelength_m
+        self.cos_pitch, self._sin = float(np.cos(pitch_rad)), float(np.sin(pitch_rad))
+        point = np.meshgrid(SPEEDS_M_S, MISSES_M, RADII_M, HEIGHTS_M, [0.0], indexing="ij")
+        wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, 2]], WALL_ANGLES_RAD, indexing="ij")
+        columns = [np.concatenate([p.ravel(), w.ravel()])[:, None] for p, w in zip(point, wall, strict=True)]
+        self.speed, self.miss, self.radius, self.height, self.angle = columns
+        self._is_wall = np.arange(len(self.speed)) >= point[0].size
+        touches = self.miss <= self.radius + half_width_m + EDGE_M
+        self.collides = np.where(self._is_wall, self.angle[:, 0] <= WALL_COLLISION_RAD, touches[:, 0])
+        self._log_prior = self._prior()
+
+    def _prior(self) -> Array:
+        speed, height = self.speed[:, 0], self.height[:, 0]
+        steps = np.gradient(SPEEDS_M_S)[np.searchsorted(SPEEDS_M_S, speed)]
+        walking = np.where(speed <= 1.61, np.exp(-0.5 * ((speed - 1.25) / 0.25) ** 2) / 0.627, 0.0)
+        oncoming = np.where(speed > 1.61, 1.0 / 1.2, 0.0)
+        prior = ((1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming) * steps
+        prior *= HEIGHT_PRIOR[np.searchsorted(HEIGHTS_M, height)]
+        share = np.where(self._is_wall, WALL_PRIOR, 1.0 - WALL_PRIOR)
+        for kind in (self._is_wall, ~self._is_wall):  # half of either kind collides
+            for group in (kind & self.collides, kind & ~self.collides):
+                prior[group] *= 0.5 * share[group] / prior[group].sum()
+        return np.log(prior)
+
+    def judge(self, samples: Samples, now_s: float) -> Course:
+        """The posterior after K >= 1 beeps."""
+        closing = self.speed * np.cos(self.angle)
+        across2 = self.miss**2 + self.height**2
+        center_m = samples.range_m + self.radius
+        along = np.sqrt(np.maximum(center_m**2 - across2, 1e-4))
+        weight = (along / center_m) ** 2
+        passing_s = np.sum(weight * (samples.time_s + along / closing), axis=1) / np.sum(weight, axis=1)
+        ahead = closing * (passing_s[:, None] - samples.time_s)
+        center = np.sqrt(ahead**2 + across2)
+        range_m = np.maximum(center - self.radius, 0.1)
+        cosine = (ahead * np.cos(self.angle) * self.cos_pitch - self.height * self._sin) / center
+        separation = self._separation_m
+        u_m = np.sqrt(range_m**2 + separation**2 + 2.0 * separation * range_m * cosine) - range_m
+        log = self._log_prior + self._likelihood(samples, range_m, u_m)
+        share = np.exp(log - log.max())
+        return self._summary(share / share.sum(), passing_s - now_s)
+
+    def _likelihood(self, samples: Samples, range_m: Array, u_m: Array) -> Array:
+        """(H,) log likelihood; the tails are Student's, so that a wrong echo does not decide."""
+        total = _student(samples.range_m - range_m, np.hypot(GAIT_RANGE_M, samples.range_std_m))
+        heard = np.isfinite(samples.envelope_u_m)
+        if heard.any():
+            deviation = np.hypot(GAIT_U_M, 1.5 * samples.envelope_std_m[heard])
+            total = total + _student(samples.envelope_u_m[heard] - u_m[:, heard], deviation)
+            turn = 2.0 * np.pi / self._wavelength_m
+            spread = (turn * GAIT_CARRIER_M) ** 2 + (CARRIER_NOISE_RAD_M * samples.envelope_std_m[heard]) ** 2
+            total = total + np.cos(turn * (samples.carrier_u_m[heard] - u_m[:, heard])) @ np.minimum(1.0 / spread, 1.0)
+        return INDEPENDENT * total
+
+    def _summary(self, share: Array, passing_s: Array) -> Course:
+        collision = float(share[self.collides].sum())
+        meeting = share * self.collides if collision > 1e-6 else share
+        meeting = meeting / meeting.sum()
+        ahead = np.maximum(self.speed[:, 0] * passing_s, 0.05)
+        bearing = np.where(self._is_wall, self.angle[:, 0], np.arctan2(self.miss[:, 0], ahead))
+        mean = float(share @ bearing)
+        return Course(
+            collision=collision,
+            contact_s=float(meeting @ passing_s),
+            speed_m_s=float(share @ self.speed[:, 0]),
+            bearing_rad=mean,
+            bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
+            miss_m=float(share @ self.miss[:, 0]),
+            radius_m=float(share @ self.radius[:, 0]),
+        )
+
+
+def _student(error: Array, deviation: Array) -> Array:
+    """(H,) sum over the last axis of Student's log density, up to a constant."""
+    return -0.5 * (FREEDOM + 1.0) * np.sum(np.log1p((error / deviation) ** 2 / FREEDOM), axis=-1)

@@ -1,0 +1,183 @@
+"""One beep to the peaks that may move: ringing and clutter taken away, a low threshold, both microphones' path difference.
+
+The threshold is meant for a tracker: it lets some noise pass, which no straight approach explains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.background import ClutterMap, CoherentBackground
+from obstaclewatch.bearing import path_difference
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.carrier_phase import carrier_difference
+from obstaclewatch.echoes import Echoes, echoes_at, noise_amplitude, os_cfar_threshold, separated_peaks, sidelobe_floor
+from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.pulse import rms_bandwidth_hz
+from obstaclewatch.ranging import direct_sound, one_way_range
+from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.settings import PaperSettings
+
+Array = NDArray[np.float64]
+
+BACKGROUND_BEEPS = 16
+"""Beeps in the coherent mean; an echo that moves leaves 1/16 of itself in its earlier places."""
+CLUTTER_BEEPS = 12
+CLUTTER_HALF_WIDTH_S = 0.25e-3
+"""How far a standing echo may wander between beeps: 4.3 cm of range. Range-Doppler coupling makes gait look larger."""
+CLUTTER_FACTOR = 1.2
+SETTLING_BEEPS = 2
+"""Beeps without candidates, for the background to be known."""
+CFAR_HALF_WIDTH_S = 6e-3
+CFAR_FACTOR = 2.1
+"""Multiple of the local 60 % quantile: 2.0 times the rms envelope, which noise alone passes in 2 % of the cells."""
+QUANTILE_TO_RMS = float(np.sqrt(-np.log(0.4)))
+"""A Rayleigh envelope's 60 % quantile as a share of its rms."""
+MOST_PEAKS = 14
+SECOND_MIC_LEVEL_DB = -25.0
+
+
+@dataclass(frozen=True)
+class MovingPeaks:
+    """Peaks of one beep, nearest first, as the chirp reads them: `range_doppler_s` ahead of their time.
+
+    Attributes:
+        range_m: (n,) from microphone 0.
+        power: (n,) height squared over the local noise power; 1 is noise, and half of 2E/N0.
+        range_std_m: (n,) from noise alone.
+        envelope_u_m: (n,) path to microphone 1 less that to microphone 0, from the envelopes; NaN if not heard.
+        envelope_std_m: (n,) of it, from noise alone; NaN likewise.
+        carrier_u_m: (n,) the same from the carriers, up to whole wavelengths; NaN likewise.
+        level_db: (n,) echo relative to the direct sound, at microphone 0.
+        snr_db: (n,) 2E/N0 at microphone 0.
+    """
+
+    range_m: Array
+    power: Array
+    range_std_m: Array
+    envelope_u_m: Array
+    envelope_std_m: Array
+    carrier_u_m: Array
+    level_db: Array
+    snr_db: Array
+
+    def __len__(self) -> int:
+        return len(self.range_m)
+
+
+class PeakFinder:
+    """Compresses beeps and hands out what may move, with the memory that this needs.
+
+    Args:
+        beep: the emitted signal.
+        phone: speaker and microphones.
+        settings: reach of the listening, and the calibrated direct sound.
+        sound_speed_m_s: speed of sound.
+    """
+
+    def __init__(
+        self, beep: BeepDesign, phone: PhoneGeometry, settings: PaperSettings, sound_speed_m_s: float
+    ) -> None:
+        self._settings, self._c = settings, sound_speed_m_s
+        self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
+        self._bandwidth_hz = rms_bandwidth_hz(beep)
+        self._baseline_m, self._separation_m = float(phone.speaker_to_mic_m[0]), phone.mic_separation_m
+        calibrated = settings.direct_delay_s
+        self._direct_delay_s = self._baseline_m / sound_speed_m_s if calibrated is None else calibrated
+        self._background = CoherentBackground(BACKGROUND_BEEPS)
+        self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
+        self._heard = 0
+
+    @property
+    def wavelength_m(self) -> float:
+        """Of the carrier whose phase `carrier_u_m` is read from."""
+        return self._c / self._filter.reference_hz
+
+    def reset(self) -> None:
+        """Forget all beeps."""
+        self._background.clear()
+        self._clutter.clear()
+        self._heard = 0
+
+    def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | None:
+        """Emission relative to the block's first sample, s, and the peaks; None if there is no beep."""
+        profile = self._filter.compress(block)
+        direct = direct_sound(profile)
+        if not direct.found:
+            return None
+        start_s = float(direct.delay_s[0]) - self._direct_delay_s
+        rest = EchoProfile(
+            self._background.subtract(profile.envelope), profile.start_s, profile.rate_hz, profile.reference_hz
+        )
+        self._heard += 1
+        first, last = (
+            profile.position(start_s + 2.0 * range_m / self._c)
+            for range_m in (self._settings.near_m, self._settings.far_m)
+        )
+        echoes, noise = self._echoes(rest, first, last, float(direct.amplitude[0]))
+        return start_s, self._measured(rest, echoes, noise, start_s, float(direct.amplitude[0]), first, block)
+
+    def _echoes(self, rest: EchoProfile, first: int, last: int, direct: float) -> tuple[Echoes, Array]:
+        """The strongest peaks above clutter and noise, nearest first, and the rms of the noise at each."""
+        heard = rest.magnitude[0, first : last + 1]
+        clutter = self._clutter.level(heard)
+        if self._heard <= SETTLING_BEEPS:
+            return echoes_at(rest, 0, np.empty(0, dtype=np.intp)), np.empty(0)
+        local = os_cfar_threshold(heard, 1.0, round(CFAR_HALF_WIDTH_S * rest.rate_hz))
+        least = np.maximum(CFAR_FACTOR * local, sidelobe_floor(heard, round(1e-3 * rest.rate_hz)))
+        floor = direct * 10.0 ** (self._settings.floor_db / 20.0)
+        threshold = np.maximum(np.maximum(least, CLUTTER_FACTOR * clutter), floor)
+        peaks = separated_peaks(heard, threshold, round(0.35e-3 * rest.rate_hz))
+        strongest = np.sort(peaks[np.argsort(-heard[peaks] / local[peaks], kind="stable")[:MOST_PEAKS]])
+        return echoes_at(rest, 0, strongest + first), np.maximum(local[strongest] / QUANTILE_TO_RMS, 1e-3 * floor)
+
+    def _measured(
+        self,
+        rest: EchoProfile,
+        echoes: Echoes,
+        noise: Array,
+        start_s: float,
+        direct: float,
+        first: int,
+        block: NDArray[np.floating],
+    ) -> MovingPeaks:
+        power = (echoes.amplitude / noise) ** 2
+        path1_m = self._c * (echoes.delay_s - start_s)
+        u_m, amplitude2 = self._path_difference(rest, echoes, path1_m, start_s, first)
+        if np.array_equal(block[0], block[1]):
+            u_m = np.full(len(echoes), np.nan)
+        noise2 = noise_amplitude(rest.magnitude[1, first:]) if len(echoes) else 1.0
+        power2 = (amplitude2 / max(noise2, np.finfo(float).tiny)) ** 2
+        one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
+        return MovingPeaks(
+            range_m=one_way_range(path1_m, self._baseline_m, -1.0),
+            power=power,
+            range_std_m=0.5 * one_m / np.sqrt(2.0 * power),
+            envelope_u_m=u_m,
+            envelope_std_m=one_m * np.sqrt(0.5 / power + 0.5 / power2),
+            carrier_u_m=carrier_difference(rest, echoes.delay_s, u_m, self._c),
+            level_db=20.0 * np.log10(echoes.amplitude / direct),
+            snr_db=10.0 * np.log10(2.0 * power),
+        )
+
+    def _path_difference(
+        self, rest: EchoProfile, echoes: Echoes, path1_m: Array, start_s: float, first: int
+    ) -> tuple[Array, Array]:
+        """(n,) u from microphone 1's strongest peak within reach, and that peak's height; NaN where there is none."""
+        magnitude = rest.magnitude[1, first - 8 :]
+        least = 1.5 * noise_amplitude(magnitude)
+        peaks = separated_peaks(magnitude, least, 1) + first - 8
+        echoes2 = echoes_at(rest, 1, peaks)
+        found = path_difference(
+            path1_m,
+            self._c * (echoes2.delay_s - start_s),
+            echoes2.amplitude,
+            separation_m=self._separation_m,
+            margin_m=self._settings.gate_margin_m,
+            body_distance_m=np.nan,
+            least_amplitude=echoes.amplitude * 10.0 ** (SECOND_MIC_LEVEL_DB / 20.0),
+        )
+        return found.u_m, found.amplitude

@@ -1,0 +1,143 @@
+"""Our detector: obstacles followed over beeps, and a sequential test of each one's course.
+
+Peaks under a low threshold (`moving_peaks`) -> tracks of what closes in, without range-Doppler bias (`approaches`) ->
+the probability of each course, by ranges, envelopes and carriers (`courses`) -> an alert as soon as that is sure enough
+for the time that is left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.approaches import Approaches, Track
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.collision import Decision
+from obstaclewatch.courses import Course, CourseGrid
+from obstaclewatch.detection import Detection, Flag
+from obstaclewatch.detectors import EchoDetector
+from obstaclewatch.measurement import Measurement
+from obstaclewatch.moving_peaks import PeakFinder
+from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.settings import PaperSettings
+
+CONFIRMED_SCORE = 12.0
+"""Log likelihood ratio at which a track is shown and judged."""
+REACH_M = 0.10
+"""How far hands and phone reach ahead of the phone's middle."""
+WALKER_M_S = (0.8, 1.45)
+"""Speeds between which the walker's share of an approach is taken to lie."""
+SURE, LIKELY = 0.85, 0.6
+"""Probability of a collision that raises the alert at the dangerous distance, and at the last safe moment."""
+LAST_SAFE_M = 1.5
+
+
+class TrackingDetector(EchoDetector):
+    """Follows obstacles over beeps and alerts by the probability of a collision.
+
+    Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
+    over courses. With `reject_static=False` (measuring while standing, where nothing closes in) they hold the paper's
+    measurements, and nothing raises an alert. Arguments and errors as for `PaperDetector`.
+    """
+
+    def __init__(
+        self,
+        beep: BeepDesign,
+        phone: PhoneGeometry,
+        settings: PaperSettings | None = None,
+        sound_speed_m_s: float = 343.0,
+        pitch_rad: float | None = None,
+    ) -> None:
+        super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
+        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s)
+        self._approaches = Approaches(beep.range_doppler_s)
+        self._grid = CourseGrid(
+            phone.mic_separation_m, self._finder.wavelength_m, pitch_rad or 0.0, self.settings.walker_half_width_m
+        )
+
+    def reset(self) -> None:
+        """Forget everything heard so far."""
+        super().reset()
+        self._finder.reset()
+        self._approaches.clear()
+
+    def process(self, block: NDArray[np.floating], time_s: float | None = None) -> Detection:
+        """Follow one beep and decide; see `EchoDetector.process`."""
+        if not self.settings.reject_static:
+            return super().process(block, time_s)
+        if block.ndim != 2 or len(block) != 2:
+            raise ValueError(f"a block must have two channels, (2, {self.beep.period_samples}), got {block.shape}")
+        begin_s = self._index * self.beep.period_s if time_s is None else time_s
+        index, self._index = self._index, self._index + 1
+        found = self._finder.find(block)
+        if found is None:
+            return self._report(index, begin_s, [], [], Flag.NO_BEEP)
+        start_s, peaks = found
+        emitted_s = begin_s + start_s
+        hit_s = emitted_s + 0.5 * self.beep.duration_s
+        tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
+        tracks = tracks[: self.settings.max_candidates]
+        ahead_s = self.beep.range_doppler_s
+        courses = [self._grid.judge(track.samples(ahead_s), hit_s) for track in tracks]
+        flag = Flag.IDENTICAL_CHANNELS if np.array_equal(block[0], block[1]) else Flag.NONE
+        return self._report(index, emitted_s, tracks, courses, flag)
+
+    def _collides(self, found: Measurement) -> NDArray[np.bool_]:
+        return np.zeros(len(found.range_m), dtype=bool)
+
+    def _alert_range_m(self) -> float:
+        return self.settings.danger_m
+
+    def _report(
+        self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag
+    ) -> Detection:
+        def column(values: list[float]) -> NDArray[np.float64]:
+            return np.array(values, dtype=np.float64)
+
+        range_m = column([float(track.state[0]) for track in tracks])
+        bearing = column([course.bearing_rad for course in courses])
+        collides = np.array([course.collision >= 0.5 for course in courses], dtype=bool)
+        cosine = np.cos(bearing) * self._cos_pitch
+        length = self.phone.mic_separation_m
+        return Detection(
+            index=index,
+            time_s=time_s,
+            range_m=range_m,
+            range2_m=np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine),
+            bearing_rad=bearing,
+            radius_m=column([course.radius_m for course in courses]),
+            level_db=column([track.level_db for track in tracks]),
+            snr_db=column([track.snr_db for track in tracks]),
+            closing_speed_m_s=column([float(track.state[1]) for track in tracks]),
+            range_std_m=column([float(np.sqrt(track.covariance[0, 0])) for track in tracks]),
+            bearing_std_rad=column([course.bearing_std_rad for course in courses]),
+            collides=collides,
+            flags=np.full(len(tracks), int(flag)),
+            beep_flags=flag,
+            decision=self._decide(time_s, tracks, courses),
+        )
+
+    @property
+    def _cos_pitch(self) -> float:
+        return self._grid.cos_pitch
+
+    def _decide(self, time_s: float, tracks: list[Track], courses: list[Course]) -> Decision:
+        """Alert if any course collides surely enough for the distance that is left."""
+        likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
+        if not likely:
+            return Decision(False, time_s, np.nan, np.nan, 0)
+        alert = any(self._is_alarming(courses[k]) for k in likely)
+        first = min(likely, key=lambda k: courses[k].contact_s)
+        return Decision(alert, time_s, float(tracks[first].state[0]), courses[first].contact_s, len(likely))
+
+    def _is_alarming(self, course: Course) -> bool:
+        left_m = distance_left(course)
+        danger_m = self.settings.danger_m
+        share = min(max((left_m - LAST_SAFE_M) / (danger_m - LAST_SAFE_M), 0.0), 1.0)
+        return left_m <= danger_m and course.collision >= LIKELY + share * (SURE - LIKELY)
+
+
+def distance_left(course: Course) -> float:
+    """How far the walker walks until contact, m: the obstacle may come half of the way."""
+    slowest, fastest = WALKER_M_S
+    return min(max(course.speed_m_s, slowest), fastest) * course.contact_s - REACH_M
