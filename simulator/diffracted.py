@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from simulator import specular
 from simulator.candidates import Candidates, candidates, count_missed, joined, with_plane_normals
 from simulator.edge_images import EdgeImages, images_of
-from simulator.edges import APEX, END, START, EdgeView, strength_bound
+from simulator.edge_view import APEX, END, START, EdgeView
+from simulator.edges import strength_bound
 from simulator.frames import out_of_rest, turned
 from simulator.visibility import COINCIDENT_M
 from simulator.wedges import Wedges

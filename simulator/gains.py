@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from simulator.air import Air
 from simulator.candidates import Candidates
 from simulator.diffracted import views_of
-from simulator.edges import APEX, END, FACE_0, FACE_N, EdgeView, edge_terms
+from simulator.edge_view import APEX, END, EdgeView
+from simulator.edges import FACE_0, FACE_N, edge_terms
 from simulator.phone import Phone
 from simulator.pose import Pose
 from simulator.spreading import spreading

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simulator import curved
 from simulator.candidates import Candidates
 from simulator.diffracted import edge_points, edge_slot, placed, seen
-from simulator.edges import APEX, END, START
+from simulator.edge_view import APEX, END, START
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.pose import Walk
 from simulator.specular import mirrored

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from simulator import band
-from simulator.edges import APEX, END, FACE_0, START, EdgeView, edge_terms
+from simulator.edge_view import APEX, END, START, EdgeView
+from simulator.edges import FACE_0, edge_terms
 
 C = 343.0
 WAVENUMBER = 2.0 * np.pi * np.array([15_500.0, 20_000.0, 24_500.0]) / C

@@ -1,0 +1,81 @@
+"""How a source and a receiver see a straight edge: cylindrical coordinates, the apex, path lengths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+APEX, START, END = 0, 1, 2  # the three contributions of an edge
+
+
+@dataclass(frozen=True)
+class EdgeView:
+    """R edges, each with one source and one receiver, in cylindrical coordinates about the edge.
+
+    Attributes:
+        source_radius_m, receiver_radius_m: (R,) distances from the line of the edge, positive.
+        source_angle_rad, receiver_angle_rad: (R,) from face 0 through the open space, 0 to `open_angle_rad`.
+        source_height_m, receiver_height_m: (R,) along the edge, from its start.
+        length_m: (R,) of the edge.
+        open_angle_rad: (R,) between the faces through the open space, pi to 2 pi.
+    """
+
+    source_radius_m: Floats
+    source_angle_rad: Floats
+    source_height_m: Floats
+    receiver_radius_m: Floats
+    receiver_angle_rad: Floats
+    receiver_height_m: Floats
+    length_m: Floats
+    open_angle_rad: Floats
+
+    def __len__(self) -> int:
+        return len(self.length_m)
+
+    def __getitem__(self, index: NDArray) -> EdgeView:
+        return EdgeView(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    @property
+    def apex_height_m(self) -> Floats:
+        """(R,) where the shortest way meets the line of the edge."""
+        total = self.source_radius_m + self.receiver_radius_m
+        slope = (self.receiver_height_m - self.source_height_m) / total
+        return self.source_height_m + slope * self.source_radius_m
+
+    @property
+    def apex_path_m(self) -> Floats:
+        """(R,) the shortest way over the line of the edge, L0."""
+        total = self.source_radius_m + self.receiver_radius_m
+        return np.hypot(total, self.receiver_height_m - self.source_height_m)
+
+    @property
+    def sine_to_edge(self) -> Floats:
+        """(R,) sine of the angle between the edge and the ray that meets it at the apex."""
+        return (self.source_radius_m + self.receiver_radius_m) / self.apex_path_m
+
+    def has(self, part: int) -> NDArray[np.bool_]:
+        """(R,) whether a contribution exists: the ends always do, the apex if it lies on the edge."""
+        if part != APEX:
+            return np.ones(len(self), dtype=bool)
+        return (self._eta(np.zeros(len(self))) < 0.0) & (self._eta(self.length_m) >= 0.0)
+
+    def excess(self, part: Ints) -> Floats:
+        """(R,) u = +-sqrt(L - L0) of a contribution, m^(1/2), negative below the apex; 0 at the apex."""
+        eta = np.where(part == APEX, 0.0, self._eta(np.where(part == END, self.length_m, 0.0)))
+        product = self.source_radius_m * self.receiver_radius_m
+        rise2 = 4.0 * product * np.sinh(0.5 * eta) ** 2  # L^2 - L0^2
+        shortest = self.apex_path_m
+        return np.sign(eta) * np.sqrt(rise2 / (shortest + np.sqrt(shortest**2 + rise2)))
+
+    def path_m(self, part: Ints) -> Floats:
+        """(R,) length of the path over the apex or an end."""
+        return self.apex_path_m + self.excess(part) ** 2
+
+    def _eta(self, height_m: Floats) -> Floats:
+        from_source = np.arcsinh((height_m - self.source_height_m) / self.source_radius_m)
+        return from_source + np.arcsinh((height_m - self.receiver_height_m) / self.receiver_radius_m)
