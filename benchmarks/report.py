@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from benchmarks.figures import FIGURES, picture
 from benchmarks.figures.data import Figure
-from benchmarks.figures.measured import detectors_of
+from benchmarks.figures.measured import detectors_of, rules_text
 from benchmarks.report_cases import failures, strata_table, worst_cases
 from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report_verdict import headline, verdict_rows
@@ -62,6 +62,7 @@ def report_context(run: RunData) -> dict[str, Any]:
         "detectors": names,
         "headline": headline(rows, names),
         "rows": rows,
+        "rules": rules_text(run),
         "counts": {"planned": planned, "ok": len(run.ok), "failed": len(run.cells) - len(run.ok),
                    "missing": planned - len(run.cells)},
         "figures": [_embedded(figure) for figure in drawn if not figure.empty],

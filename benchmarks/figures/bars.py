@@ -13,6 +13,7 @@ from benchmarks.figures.style import INK, MUTED, PAPER_INK, colour, lighter
 
 BAR_WIDTH, PAPER_WIDTH, GAP = 1.0, 0.55, 0.9
 INCHES_PER_UNIT = 0.44
+_LIGHTER = (0.0, 0.55, 0.75)
 
 
 def draw_bars(figure: BarFigure) -> Canvas:
@@ -36,7 +37,7 @@ def _inches_per_unit(figure: BarFigure) -> float:
 def _draw_panel(ax: Axes, panel: BarPanel, figure: BarFigure, count_size: float) -> None:
     places = _places(panel)
     for bar, left in zip(panel.bars, places, strict=False):
-        _draw_bar(ax, bar, left, _shade(panel, bar.series), count_size)
+        _draw_bar(ax, bar, left, _shade(panel, bar), count_size)
     middles = [_middle_of(panel, places, group) for group in panel.groups]
     ax.set_xticks(middles, panel.groups)
     ax.tick_params(axis="x", length=0, pad=13)
@@ -93,9 +94,9 @@ def _draw_paper(ax: Axes, bar: Bar, middle: float) -> None:
                 ha="center", va="bottom", fontsize=7.5, color=PAPER_INK)  # fmt: skip
 
 
-def _shade(panel: BarPanel, series: str) -> str:
-    """The panel's colour, lighter for every further series."""
-    return lighter(colour(panel.title), (0.0, 0.55, 0.75)[min(2, panel.series.index(series))])
+def _shade(panel: BarPanel, bar: Bar) -> str:
+    """The colour of the bar's detector, which is its panel or else its group, lighter for every further series."""
+    return lighter(colour(panel.title or bar.group), _LIGHTER[min(2, panel.series.index(bar.series))])
 
 
 def _share_scale(axes: list[Axes], figure: BarFigure) -> None:
@@ -113,9 +114,8 @@ def _share_scale(axes: list[Axes], figure: BarFigure) -> None:
 
 def _legend(figure: BarFigure) -> list[Patch]:
     panel = figure.panels[0]
-    base = colour(panel.title) if len(figure.panels) == 1 else MUTED
-    shades = (0.0, 0.55, 0.75)
-    handles = [Patch(color=lighter(base, shades[min(2, k)]), label=name) for k, name in enumerate(panel.series)]
+    base = colour(panel.title) if len(figure.panels) == 1 and panel.title else MUTED
+    handles = [Patch(color=lighter(base, _LIGHTER[min(2, k)]), label=name) for k, name in enumerate(panel.series)]
     if any(bar.paper is not None for p in figure.panels for bar in p.bars):
         handles.append(Patch(facecolor="white", edgecolor=PAPER_INK, hatch="////", label="the paper"))
     return handles

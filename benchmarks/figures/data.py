@@ -43,7 +43,11 @@ class Bar:
 
 @dataclass(frozen=True)
 class BarPanel:
-    """Bars side by side: series within groups, in order of first appearance."""
+    """Bars side by side: series within groups, in order of first appearance.
+
+    Attributes:
+        title: the detector that the panel is about; empty if its groups are detectors.
+    """
 
     title: str
     bars: tuple[Bar, ...]

@@ -34,6 +34,16 @@ def strata(run: RunData, column: str, kind: str = "approach") -> list[str]:
     return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if c["cell"]["kind"] == kind))
 
 
+def rules_text(run: RunData) -> str:
+    """By which rules an alert is in time, from the run's own settings; empty without walks."""
+    rules = [c["cell"]["scoring"] for c in run.cells if c["cell"]["kind"] == "approach"][:1]
+    return " ".join(
+        f"In time: at least {rule['alert_margin_m']:g} m of way before contact; "
+        f"by the paper's rule: before contact, within {rule['alert_within_m']:g} m."
+        for rule in rules
+    )
+
+
 def part(table: Table, column: str, value: object) -> Table:
     """The rows in which a column has that value."""
     rows = table[column] == value

@@ -30,6 +30,7 @@ def test_verdict_comes_first_with_counts_and_intervals(written):
     assert "PaperDetector alerts in time on 75.0 % (30.1–95.4 %, 3 of 4) of the collisions" in html
     sections = re.findall(r'<section id="(\w+)">', html)
     assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
+    assert "In time: at least 1 m of way before contact" in html
     assert html.index("PaperDetector alerts in time") < html.index('<section id="verdict">')
 
 
@@ -38,6 +39,7 @@ def test_numbers_are_those_made_up(tmp_path):
     tp = rows["Alerts: TP: collisions alerted in time"]
     assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
     assert tp.cells[0].against == "same"
+    assert rows["Alerts: TP by the paper's rule"].cells[0].count == "3 of 4"
     near = rows["Standing: Distance1, median at 1.5 m"]
     assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "6 of 8", "0.25 cm")
     assert near.cells[0].against == "worse"
