@@ -269,21 +269,25 @@ def _smooth_surface(
     )  # fmt: skip
 
 
+PARALLEL_RAD = 3e-3
+SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it
+
 _EDGES = ((0, 1), (1, 2), (0, 2))
 
 
 def _nagata(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
     """(T, 3) edge vectors c: x(s) = a + (b - a - c) s + c s^2 leaves a and b at right angles to both normals.
 
-    Nagata, Computer Aided Geometric Design 22 (2005) 327-347, Eq. 11 and, where the normals are parallel, 0.
+    Nagata, Computer Aided Geometric Design 22 (2005) 327-347, Eq. 11, split along the sum m of the normals, which
+    lifts the edge off its chord, and their difference d, which only moves its points along it. The latter part is
+    held to a fraction of the chord and fades out between almost parallel normals, where it is rounding over rounding.
     """
-    chord = b - a
-    cosine = np.sum(normal_a * normal_b, axis=1)
+    chord, middle, apart = b - a, normal_a + normal_b, normal_b - normal_a
     at_a, at_b = np.sum(normal_a * chord, axis=1), np.sum(normal_b * chord, axis=1)
-    sine2 = np.maximum(1.0 - cosine**2, 1e-300)
-    weight_a, weight_b = at_a + cosine * at_b, -(at_b + cosine * at_a)
-    bulge = (weight_a[:, None] * normal_a + weight_b[:, None] * normal_b) / sine2[:, None]
-    return np.where((cosine > 1.0 - 1e-12)[:, None], 0.0, bulge)
+    most = SHIFT * np.abs(np.sum(chord * apart, axis=1))
+    lift = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
+    shift = -np.clip(at_a + at_b, -most, most) / (np.sum(apart**2, axis=1) + PARALLEL_RAD**2)
+    return lift[:, None] * middle + shift[:, None] * apart
 
 
 def _corner_geometry(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> tuple[Floats, Floats]:

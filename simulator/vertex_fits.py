@@ -22,6 +22,7 @@ Ints = NDArray[np.int64]
 # unknown, and the given normal decides before a bend is made up.
 RIDGE_SLOPE, RIDGE_BEND = 1e-7, 1e-9
 STEEPEST = 2.0  # secant of 60 degrees: a fit that turns the normal farther than that is refused
+NO_QUADRIC = 0.02  # share of the heights (over distance squared) that a fit may miss and still count as a quadric
 HUB = 16  # neighbours are not shared through a vertex of more edges than this (the pole of a fan)
 
 
@@ -41,8 +42,10 @@ def rings(pairs: Ints, count: int) -> csr_matrix:
     return csr_matrix((whole.data[other], (whole.row[other], whole.col[other])), shape=(count, count))
 
 
-def fit_quadrics(point_m: Floats, normal: Floats, held: NDArray[np.bool_], ring: csr_matrix) -> tuple[Floats, Floats]:
-    """(V, 3) unit normals and (V, 3, 3) curvature tensors, dn = K dx, 1/m, of quadrics through each vertex.
+def fit_quadrics(
+    point_m: Floats, normal: Floats, held: NDArray[np.bool_], ring: csr_matrix
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Quadrics through each vertex.
 
     Args:
         point_m: (V, 3) vertices.
@@ -50,7 +53,9 @@ def fit_quadrics(point_m: Floats, normal: Floats, held: NDArray[np.bool_], ring:
         held: (V,) whether the given normal is the true one.
         ring: neighbours of every vertex, as `rings` gives them.
 
-    A vertex whose fit is refused keeps its normal; its curvature is NaN.
+    Returns:
+        (V, 3) unit normals, (V, 3, 3) curvature tensors, dn = K dx, 1/m, and (V,) whether the neighbours lie on the
+        quadric. A vertex whose fit is refused keeps its normal; its curvature is NaN.
     """
     return _fit(point_m, normal, held, ring.indptr.astype(np.int64), ring.indices.astype(np.int64))
 
@@ -59,6 +64,7 @@ def fit_quadrics(point_m: Floats, normal: Floats, held: NDArray[np.bool_], ring:
 def _fit(point, normal, held, start, neighbor):
     count = len(point)
     out, curvature = normal.copy(), np.full((count, 3, 3), np.nan)
+    true = np.zeros(count, dtype=np.bool_)
     frame = np.empty((3, 3))
     for v in range(count):
         rows = start[v + 1] - start[v]
@@ -93,8 +99,9 @@ def _fit(point, normal, held, start, neighbor):
         gradient /= length
         onto = np.eye(3) - np.outer(gradient, gradient)
         out[v] = gradient @ frame
+        true[v] = np.abs(basis @ (shape * size) - height).max() <= NO_QUADRIC * np.abs(height).max()
         curvature[v] = frame.T @ (onto @ (hessian / length) @ onto) @ frame
-    return out, curvature
+    return out, curvature, true
 
 
 @numba.njit(cache=True)

@@ -14,6 +14,8 @@ from scipy.sparse.csgraph import connected_components
 from simulator.round_bodies import recognised
 from simulator.vertex_fits import fit_quadrics, rings
 
+LONG = 4.0  # an edge so many times longer than its vertex's shortest runs along a straight line of the surface
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -31,9 +33,9 @@ def vertex_geometry(
         held: (V,) whether that estimate is exact (the vertex belongs to a flat panel as well).
     """
     pairs = facet[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    normal, curvature = fit_quadrics(
-        point_m, mean_normal, held | _on_strip(pairs, len(point_m)), rings(pairs, len(point_m))
-    )
+    held_slope = held | _on_strip(pairs, len(point_m))
+    normal, curvature, true = fit_quadrics(point_m, mean_normal, held_slope, rings(pairs, len(point_m)))
+    normal = np.where((true | held_slope)[:, None], normal, _across_long_edges(point_m, pairs, normal, mean_normal))
     refused = np.isnan(curvature[:, 0, 0])
     if refused.any():
         curvature[refused] = _mean_curvature(point_m, facet, normal)[refused]
@@ -57,6 +59,25 @@ def _on_strip(pairs: Ints, count: int) -> NDArray[np.bool_]:
     for a, b in (edge.T, edge.T[::-1]):
         strip[a[~rim[b]]] = False
     return strip
+
+
+def _across_long_edges(point_m: Floats, pairs: Ints, normal: Floats, mean_normal: Floats) -> Floats:
+    """(V, 3) mean normals turned to be at right angles to each vertex's longest edge, where that is much its longest.
+
+    The other normals stay. Where a ball runs into a long fillet no quadric fits, and a small tilt would belly the
+    fillet's long facets; meshes have long edges where the surface is straight along them.
+    """
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    edge = point_m[both[:, 1]] - point_m[both[:, 0]]
+    length = np.linalg.norm(edge, axis=1)
+    order = np.lexsort((length, both[:, 0]))
+    last = np.searchsorted(both[order, 0], np.arange(len(point_m)), "right") - 1
+    first = np.searchsorted(both[order, 0], np.arange(len(point_m)), "left")
+    longest, shortest = order[last], order[first]
+    along = edge[longest] / length[longest, None]
+    turned = mean_normal - np.sum(mean_normal * along, axis=1, keepdims=True) * along
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    return np.where((length[longest] > LONG * length[shortest])[:, None], turned, normal)
 
 
 def _mean_curvature(point_m: Floats, facet: Ints, normal: Floats) -> Floats:

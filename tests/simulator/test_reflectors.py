@@ -1,0 +1,232 @@
+"""What a mesh is read as: planes, smooth surfaces, and the normals and curvatures of the latter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from simulator import Material, Obstacle
+from simulator.reflectors import _nagata, reflectors_of
+from simulator.round_bodies import recognised
+from tests.references import meshes
+
+
+def _read(mesh, surface="auto"):
+    return reflectors_of(Obstacle(mesh, Material.rigid(), "body", surface), 0)
+
+
+def _pieces(surface):
+    """Number of pieces of a smooth surface that no smooth edge joins."""
+    label = np.arange(len(surface))
+    for _ in range(len(surface)):
+        across = np.where(surface.neighbor >= 0, label[surface.neighbor], label[:, None])
+        lower = np.minimum(label, across.min(axis=1))
+        if (lower == label).all():
+            break
+        label = lower
+    return len(np.unique(label))
+
+
+def _soup(mesh):
+    return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
+
+
+@pytest.mark.parametrize("sections", [16, 32, 128])
+def test_cylinder_is_two_ends_and_one_smooth_side(sections):
+    patches, side = _read(trimesh.creation.cylinder(0.25, 1.0, sections=sections))
+    assert len(patches) == 2
+    np.testing.assert_allclose(np.abs(patches.normal[:, 2]), 1.0)
+    assert len(side) == 2 * sections
+    assert _pieces(side) == 1
+    assert side.closed
+
+
+@pytest.mark.parametrize("splits", [0, 1, 3])
+def test_box_is_six_patches_whatever_its_triangles(splits):
+    mesh = trimesh.creation.box((1.0, 2.0, 3.0))
+    for _ in range(splits):
+        mesh = mesh.subdivide()
+    patches, smooth = _read(mesh)
+    assert len(patches) == 6
+    assert smooth is None
+    np.testing.assert_allclose(np.sort(patches.offset_m), [0.5, 0.5, 1.0, 1.0, 1.5, 1.5], rtol=1e-12)
+    assert patches.one_sided.all()
+
+
+@pytest.mark.parametrize("make", [meshes.uv_sphere, lambda a, n: meshes.icosphere(a, {32: 3, 256: 5}[n])])
+@pytest.mark.parametrize("segments", [32, 256])
+def test_a_fine_sphere_is_never_a_plane(make, segments):
+    mesh = make(1.0, segments)
+    patches, smooth = _read(mesh)
+    assert len(patches) == 0
+    assert len(smooth) == len(mesh.faces)
+    assert _pieces(smooth) == 1
+
+
+def test_rounded_box_is_six_panels_and_their_fillets():
+    inner, radius = np.array([0.6, 0.4, 0.8]), 0.05
+    up, around = np.meshgrid(np.arange(-8, 9) * np.pi / 16, np.arange(32) * np.pi / 16)
+    ball = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1).reshape(-1, 3)
+    sign = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    inside = (ball[None] * sign[:, None] >= -1e-9).all(axis=2)
+    point = np.concatenate([radius * ball[inside[i]] + sign[i] * inner / 2.0 for i in range(8)])
+    point = np.unique(point.round(12), axis=0)
+    patches, fillets = _read(meshes.hull(point))
+    assert len(patches) == 6
+    np.testing.assert_allclose(np.sort(patches.offset_m), np.repeat(np.sort(inner / 2.0 + radius), 2), rtol=1e-9)
+    assert len(fillets) > 100
+    nearest = np.clip(fillets.corner_m, -inner / 2.0, inner / 2.0)
+    np.testing.assert_allclose(fillets.normal, (fillets.corner_m - nearest) / radius, atol=0.12)
+    # balls run into straight fillets, where no quadric fits: 0.25 mm off in the middle of the long edges, of 50 mm
+    middle = 0.5 * (fillets.corner_m[:, [0, 1, 0]] + fillets.corner_m[:, [1, 2, 2]]) - 0.25 * fillets.bulge_m
+    sag = np.linalg.norm(middle - np.clip(middle, -inner / 2.0, inner / 2.0), axis=2) - radius
+    assert np.abs(sag).max() < 5e-4
+
+
+def test_almost_parallel_normals_do_not_bend_an_edge():
+    # equal tilts of 1e-3 at both ends of a 1 m edge and normals 1e-6 apart: no quadratic obeys both
+    a, b = np.array([[0.0, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
+    first, second = np.array([[1e-3, 0.0, 1.0]]), np.array([[1e-3, 1e-6, 1.0]])
+    assert np.linalg.norm(_nagata(a, b, first, second)) < 1e-3
+
+
+def test_rounded_edge_is_at_right_angles_to_its_normals():
+    angle = np.array([0.1, 0.4])
+    point = np.stack([np.cos(angle), 0.7 * np.sin(angle), 0.0 * angle], axis=1)
+    normal = np.stack([np.cos(angle), np.sin(angle) / 0.7, 0.0 * angle], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    bulge = _nagata(point[:1], point[1:], normal[:1], normal[1:])[0]
+    chord = point[1] - point[0]
+    assert np.linalg.norm(bulge) > 0.01
+    tilt = np.array([(chord - bulge) @ normal[0], (chord + bulge) @ normal[1]]) / np.linalg.norm(chord)
+    np.testing.assert_allclose(tilt, 0.0, atol=1e-5)  # PARALLEL_RAD squared over the angle between the normals
+
+
+@pytest.mark.parametrize(("surface", "patches", "smooth"), [("flat", 32 + 2, False), ("smooth", 2, True)])
+def test_surface_setting_overrules(surface, patches, smooth):
+    found, side = _read(trimesh.creation.cylinder(0.25, 1.0, sections=32), surface)
+    assert len(found) == patches
+    assert (side is not None) == smooth
+
+
+def test_open_sheets_reflect_from_both_sides():
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    patches, smooth = _read(trimesh.Trimesh(corner, [[0, 1, 2], [0, 2, 3]], process=False))
+    assert len(patches) == 1
+    assert not patches.one_sided.any()
+    assert smooth is None
+    patches, half_pipe = _read(meshes.tube(0.5, 1.0, 32, 2))
+    assert len(patches) == 0
+    assert not half_pipe.closed
+
+
+@pytest.mark.parametrize("make", [lambda: trimesh.creation.cylinder(0.25, 1.0, sections=32),
+                                  lambda: trimesh.creation.box((1.0, 1.0, 1.0)),
+                                  lambda: meshes.icosphere(0.3, 2)])  # fmt: skip
+def test_triangle_soup_reads_like_the_mesh_it_came_from(make):
+    whole, soup = _read(make()), _read(_soup(make()))
+    assert len(whole[0]) == len(soup[0])
+    assert (whole[1] is None) == (soup[1] is None)
+    if whole[1] is not None:
+        assert soup[1].closed
+        order = [np.lexsort(s.corner_m.mean(axis=1).T.round(9)) for s in (whole[1], soup[1])]
+        np.testing.assert_allclose(
+            whole[1].normal[order[0]].sum(axis=1), soup[1].normal[order[1]].sum(axis=1), atol=1e-9
+        )
+
+
+def test_parts_of_one_mesh_are_read_one_by_one():
+    post = trimesh.creation.cylinder(0.1, 2.0, sections=24)
+    ball = meshes.icosphere(0.3, 2)
+    ball.apply_translation([0.0, 0.0, 2.0])
+    foot = trimesh.creation.box((0.8, 0.8, 0.1), trimesh.transformations.translation_matrix([0.0, 0.0, -2.0]))
+    patches, smooth = _read(trimesh.util.concatenate([post, ball, foot]))
+    assert len(patches) == 2 + 6
+    assert _pieces(smooth) == 2
+    assert len(smooth) == 2 * 24 + len(ball.faces)
+
+
+def test_slivers_do_no_harm():
+    post = trimesh.creation.cylinder(0.25, 1.0, sections=32)
+    vertices = np.vstack([post.vertices, post.vertices[post.faces[0]].mean(axis=0)])
+    sliver = [[post.faces[0][0], post.faces[0][1], post.faces[0][0]], [post.faces[0][1], post.faces[0][1], 0]]
+    patches, side = _read(trimesh.Trimesh(vertices, np.vstack([post.faces, sliver]), process=False))
+    assert len(patches) == 2
+    assert len(side) == 64
+    assert np.isfinite(side.normal).all()
+    assert np.isfinite(side.curvature).all()
+
+
+def _turned(mesh, seed):
+    turn = Rotation.random(random_state=seed).as_matrix()
+    return trimesh.Trimesh(mesh.vertices @ turn.T, mesh.faces, process=False), turn
+
+
+def _ellipsoid(point, semi_axes):
+    """Normals and curvature tensors from the gradient and Hessian of sum (x/a)^2."""
+    gradient = point / semi_axes**2
+    size = np.linalg.norm(gradient, axis=-1)[..., None]
+    normal = gradient / size
+    onto = np.eye(3) - normal[..., :, None] * normal[..., None, :]
+    return normal, onto @ (np.diag(1.0 / semi_axes**2) / size[..., None]) @ onto
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    a=st.floats(0.1, 0.5), b=st.floats(0.1, 0.5), c=st.floats(0.1, 0.5), seed=st.integers(0, 2**16),
+    segments=st.sampled_from([40, 64]),
+)  # fmt: skip
+def test_normals_and_curvatures_of_irregular_ellipsoids_are_exact(a, b, c, seed, segments):
+    axes = np.array([a, b, c])
+    sphere = meshes.jittered_sphere(1.0, segments, np.random.default_rng(seed), share=0.2)
+    mesh, turn = _turned(meshes.stretched(sphere, axes), seed)
+    _, smooth = _read(mesh, "smooth")
+    assert len(smooth) == len(mesh.faces)
+    normal, curvature = _ellipsoid(smooth.corner_m @ turn, axes)
+    np.testing.assert_allclose(smooth.normal @ turn, normal, atol=1e-4)
+    np.testing.assert_allclose(turn.T @ smooth.curvature @ turn, curvature, atol=1e-3 * np.abs(curvature).max())
+
+
+@pytest.mark.parametrize("rows", [1, 2, 8])
+@pytest.mark.parametrize("top", [0.25, 0.3, 0.1])
+def test_normals_and_curvatures_of_irregular_cylinders_and_cones_are_exact(rows, top, rng):
+    base, height = 0.25, 0.9
+    mesh, turn = _turned(meshes.tube(base, height, 32, rows, top_radius_m=top, rng=rng), 5)
+    _, smooth = _read(mesh)
+    point, slope = smooth.corner_m @ turn, (top - base) / height
+    radius = np.hypot(point[..., 0], point[..., 1])[..., None]
+    outwards, up = point * [1.0, 1.0, 0.0] / radius, np.array([0.0, 0.0, 1.0])
+    lean = np.hypot(1.0, slope)
+    np.testing.assert_allclose(smooth.normal @ turn, (outwards - slope * up) / lean, atol=1e-6)
+    around = np.cross(up, outwards)
+    expected = around[..., :, None] * around[..., None, :] / (lean * radius)[..., None]
+    np.testing.assert_allclose(turn.T @ smooth.curvature @ turn, expected, atol=1e-5 * expected.max())
+
+
+def test_curvature_of_a_torus_converges_with_the_square_of_the_spacing():
+    # no quadric: principal curvatures 1 / r and cos / (R + r cos)
+    error = []
+    for rings in (16, 32, 64):
+        _, smooth = _read(meshes.torus(0.5, 0.15, 2 * rings, rings))
+        distance = np.hypot(smooth.corner_m[..., 0], smooth.corner_m[..., 1])
+        expected = 1.0 / 0.15 + (distance - 0.5) / 0.15 / distance
+        error.append(np.abs(np.trace(smooth.curvature, axis1=2, axis2=3) - expected).max() * 0.15)
+    assert error[0] < 0.2
+    assert error[2] < error[1] / 2.5 < error[0] / 2.5**2
+
+
+def test_what_is_no_round_body_is_not_taken_for_one(rng):
+    for mesh in (
+        meshes.torus(0.5, 0.15, 32, 16),
+        meshes.stretched(meshes.icosphere(1.0, 2), np.array([0.2, 0.2, 0.21])),
+    ):
+        assert recognised(mesh.vertices, mesh.face_normals) is None
+    oval = meshes.tube(0.2, 1.0, 32, 1)
+    oval.vertices = oval.vertices * [1.0, 1.002, 1.0]
+    assert recognised(oval.vertices, oval.face_normals) is None
+    ball = meshes.jittered_sphere(0.2, 16, rng)
+    assert recognised(ball.vertices, ball.face_normals) is not None
