@@ -92,7 +92,7 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
         unit="°",
         panels=tuple(panels),
         reading=" ".join(sentences),
-        note="Whiskers: 95 % bootstrap intervals over whole walks. The paper pools all bearings: median 4°, P80 8°.",
+        note="Whiskers: 95 % bootstrap intervals over whole walks; beeps counted below the bars. The paper pools all bearings: median 4°, P80 8°.",
     )
 
 
@@ -151,7 +151,7 @@ def _bin_bars(table: Table) -> list[Bar]:
         inside = (bearing >= low) & (bearing < high)
         for label, quantile in (("median", 0.5), ("P80", 0.8)):
             value, least, most, count = quantile_over_walks(errors[inside], quantile, table["label"][inside])
-            bars.append(Bar(f"{low:g}–{high:g}°", label, value, least, most, f"n = {count}", count))
+            bars.append(Bar(f"{low:g}–{high:g}°", label, value, least, most, f"{count}", count))
     return bars
 
 

@@ -116,7 +116,7 @@ def test_detectors_besides_the_paper_s_get_their_own_panels(tmp_path):
     assert len(picture(FIGURES["fig19"](run)).axes) == 2
 
 
-@pytest.mark.parametrize("cells", [[], [walk()], [standing(3.0)]], ids=["nothing", "one walk", "standing only"])
+@pytest.mark.parametrize("cells", [[], [walk()]], ids=["nothing", "one walk"])
 def test_all_figures_can_be_drawn_of_little(tmp_path, cells):
     paths = draw_figures(made_up_run(tmp_path, cells))
     assert len(paths) == 3 * len(FIGURES)

@@ -11,8 +11,10 @@ import matplotlib.image
 import pytest
 
 from benchmarks.plan import plan_cells
-from benchmarks.report import report_context, write_report
+from benchmarks.report import write_report
 from benchmarks.report_cases import rerun_command, worst_cases
+from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
+from benchmarks.report_verdict import verdict_rows
 from benchmarks.suite import load_suite
 
 from .synthetic_run import DETECTORS, MANIFEST, made_up_run, standing, walk
@@ -35,7 +37,7 @@ def test_verdict_comes_first_with_counts_and_intervals(written):
 
 
 def test_numbers_are_those_made_up(tmp_path):
-    rows = {f"{row.group}: {row.label}": row for row in report_context(made_up_run(tmp_path))["rows"]}
+    rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path))}
     tp = rows["Alerts: TP: collisions alerted in time"]
     assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
     assert tp.cells[0].against == "same"
@@ -107,10 +109,22 @@ def test_a_suite_file_is_named_in_the_command(tmp_path):
 
 
 def test_what_the_manifest_lacks_is_unknown(tmp_path):
-    context = report_context(made_up_run(tmp_path, **dict.fromkeys(MANIFEST)))
-    assert context["command"] == "unknown"
-    assert dict(context["environment"])["git revision"] == "unknown, changes unknown"
-    assert dict(context["environment"])["packages"] == "unknown"
+    manifest = made_up_run(tmp_path, **dict.fromkeys(MANIFEST)).manifest
+    lines = dict(environment_lines(manifest))
+    assert reproduction_command(manifest) == "unknown"
+    assert lines["git revision"] == "unknown, changes unknown"
+    assert lines["packages"] == "unknown"
+    assert dict(environment_lines({})) == lines
+
+
+def test_cost_is_summed_over_what_is_known(tmp_path):
+    """12 of 14 cells cost 0.3 s each for 0.9 s of sound, ten beeps; two detectors take 10 ms of it each."""
+    lines = dict(cost_lines(made_up_run(tmp_path)))
+    assert lines["cells with a known cost"] == "12 of 14"
+    assert lines["sound simulated"] == "11 s, 120 beeps"
+    assert lines["computing time"] == "4 s over all processes, 3.00 times real time"
+    assert lines["detection, PaperDetector"] == "1.00 ms a beep"
+    assert cost_lines(made_up_run(tmp_path, [])) == [("cost", "unknown")]
 
 
 @pytest.mark.parametrize("cells", [[], [standing(3.0)]], ids=["nothing", "standing only"])
