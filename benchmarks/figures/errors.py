@@ -92,7 +92,8 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
         unit="°",
         panels=tuple(panels),
         reading=" ".join(sentences),
-        note="Whiskers: 95 % bootstrap intervals over whole walks; beeps counted below the bars. The paper pools all bearings: median 4°, P80 8°.",
+        note="Whiskers: 95 % bootstrap intervals over whole walks; beeps counted below the bars. "
+        "The paper pools all bearings: median 4°, P80 8°.",
     )
 
 
