@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
+CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
 STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
 INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
 
@@ -172,7 +173,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
             return eta, zeta, False
         de, dz = (d * f - b * g) / det, (a * g - c * f) / det
         size = max(abs(de), abs(dz))
-        if size < 1e-12:
+        if size < CONVERGED:
             return eta - de, zeta - dz, True
         share = min(1.0, 0.5 / size)
         merit = f * f / scale_f + g * g / scale_g
@@ -184,7 +185,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
         eta, zeta = eta - share * de, zeta - share * dz
         if abs(eta - 0.5) > STRAY or abs(zeta - 0.5) > STRAY:
             return eta, zeta, False
-    return eta, zeta, size < 1e-8
+    return eta, zeta, False
 
 
 @numba.njit(cache=True)

@@ -35,6 +35,7 @@ ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is belo
 TABLE_RATE_HZ = 96_000.0
 TABLE_MARGIN = 32  # table samples kept beyond both ends of the beep for the skirts of filtered beeps
 TAPS = 8
+NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left out
 
 
 def render_walk(
@@ -199,8 +200,9 @@ def _accumulate(total, rate, table, start, duration, mic, weight, middle, half_w
     margin = TABLE_MARGIN / TABLE_RATE_HZ - TAPS / TABLE_RATE_HZ
     for p in range(len(start)):
         mixed[:] = 0.0
+        faintest = NEGLIGIBLE * np.abs(weight[p]).max()
         for k in range(terms):
-            if weight[p, k] != 0.0:
+            if np.abs(weight[p, k]) > faintest:
                 for i in range(length):
                     mixed[i] += weight[p, k] * table[k, i]
         reach = 0.5 * duration * 1.02 + margin
