@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from simulator.air import Air
 from simulator.candidates import Candidates
+from simulator.curved import bending_phase
 from simulator.diffracted import views_of
 from simulator.edge_view import APEX, END, EdgeView
 from simulator.edges import FACE_0, FACE_N, edge_terms
@@ -26,6 +27,7 @@ def path_gain(
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, mirrors = found.edge >= 0, found[found.edge < 0]
     amplitude[~over] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
+    amplitude[~over] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
     amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)
