@@ -57,9 +57,7 @@ def apart(obstacle: Obstacle, others: Sequence[Occupied], duration_s: float, gap
     center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     velocity = obstacle.velocity_m_s[:2]
     tracks = (np.stack([center, center + duration_s * (velocity - other.velocity_m_s)]) for other in others)
-    return all(
-        other.slab.distance(track) >= radius + gap_m for other, track in zip(others, tracks, strict=True)
-    )
+    return all(other.slab.distance(track) >= radius + gap_m for other, track in zip(others, tracks, strict=True))
 
 
 def extents(obstacle: Obstacle, direction: Array, height_m: float) -> tuple[float, float]:

@@ -75,9 +75,7 @@ def ellipsoid(center_m: ArrayLike, radii_m: ArrayLike, segments: int = 24, rows:
     return loft(rings, bottom_m=center - [0.0, 0.0, radii[2]], top_m=center + [0.0, 0.0, radii[2]])
 
 
-def ellipse_rings(
-    z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None = None, segments: int = 32
-) -> Array:
+def ellipse_rings(z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None = None, segments: int = 32) -> Array:
     """(M, segments, 3) horizontal ellipses at the heights z_m (M,), counter-clockwise from above.
 
     Args:

@@ -167,6 +167,4 @@ def _cabin(shape: CarShape) -> trimesh.Trimesh:
 def _wheels(shape: CarShape) -> list[trimesh.Trimesh]:
     one, radius = wheel(shape.wheel_radius_m, WHEEL_WIDTH_M), shape.wheel_radius_m
     track = shape.width_m / 2 - WHEEL_WIDTH_M / 2
-    return [
-        shifted(one, [x * 0.30 * shape.length_m, y * track, radius]) for x in (-1.0, 1.0) for y in (-1.0, 1.0)
-    ]
+    return [shifted(one, [x * 0.30 * shape.length_m, y * track, radius]) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]

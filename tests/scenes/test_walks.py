@@ -58,9 +58,7 @@ def test_the_top_edge_is_lifted_and_points_forwards() -> None:
 
 
 @settings(max_examples=20, deadline=None)
-@given(
-    speed=st.floats(0.3, 1.6), heading=st.floats(-3.0, 3.0), phase=st.floats(0.0, 12.0), at=st.floats(0.0, 5.0)
-)
+@given(speed=st.floats(0.3, 1.6), heading=st.floats(-3.0, 3.0), phase=st.floats(0.0, 12.0), at=st.floats(0.0, 5.0))
 def test_never_far_from_the_mean_path_and_smooth(speed: float, heading: float, phase: float, at: float) -> None:
     walk = GaitWalk(np.array([0.0, 0.0, 1.3]), heading, speed, 5.0, gait=Gait.at_speed(speed, phase))
     time = at + np.array([-1e-4, 0.0, 1e-4])
