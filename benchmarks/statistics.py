@@ -72,7 +72,8 @@ def quantile_with_interval(
         seed: of the bootstrap.
 
     Returns:
-        value, low, high and the number of finite values; NaN where there are none.
+        value, low, high and the number of finite values; NaN where there are none, and for the interval of a
+        single cluster, which says nothing of the spread.
     """
     data = np.asarray(values, dtype=np.float64)
     keep = np.isfinite(data)
@@ -80,9 +81,12 @@ def quantile_with_interval(
     data, labels = data[keep], labels[keep]
     if len(data) == 0:
         return float("nan"), float("nan"), float("nan"), 0
+    value = float(np.quantile(data, q, method="inverted_cdf"))
+    if len(np.unique(labels)) < 2:
+        return value, float("nan"), float("nan"), len(data)
     draws = _cluster_bootstrap(data, labels, q, np.random.default_rng(seed))
     low, high = np.quantile(draws, [0.025, 0.975])
-    return float(np.quantile(data, q, method="inverted_cdf")), float(low), float(high), len(data)
+    return value, float(low), float(high), len(data)
 
 
 def _cluster_bootstrap(

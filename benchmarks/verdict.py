@@ -40,5 +40,7 @@ def _share(rate: dict[str, Any]) -> str:
 def _median(entry: dict[str, Any], unit: str, scale: float) -> str:
     if entry["n"] == 0:
         return f"no estimate in {entry['of']} beeps"
-    value, low, high = (scale * entry[key] for key in ("median", "low", "high"))
-    return f"{value:6.2f} {unit}   n = {entry['n']} of {entry['of']} beeps, 95 % interval {low:.2f}-{high:.2f}"
+    text = f"{scale * entry['median']:6.2f} {unit}   n = {entry['n']} of {entry['of']} beeps"
+    if not math.isfinite(entry["low"]):
+        return f"{text} of one walk"
+    return f"{text}, 95 % interval {scale * entry['low']:.2f}-{scale * entry['high']:.2f}"
