@@ -16,6 +16,7 @@ from obstaclewatch.courses import Samples
 from obstaclewatch.moving_peaks import MovingPeaks
 
 Array = NDArray[np.float64]
+Heard = tuple[float, float, float, NDArray[np.complex64]]
 
 SPEEDS_M_S = np.arange(0.5, 3.3, 0.15)
 SEARCH_BEEPS = 12
@@ -31,7 +32,8 @@ START_SCORE = 10.0
 MOST_SCORE = 25.0
 LEAST_SPEED_M_S = 0.3
 MOST_MISSES = 7
-KEPT_BEEPS = 20
+KEPT_BEEPS = 24
+JUDGED_BEEPS = 14
 SURGE_READ_M = 0.025
 """Deviation of a reading by gait: what the surge's speed reads through range-Doppler coupling."""
 ACCELERATION_M_S2 = 0.35
@@ -49,7 +51,7 @@ class Track:
         score: log likelihood ratio of being real.
         level_db, snr_db: of its last peak.
         misses: beeps since that peak.
-        past: the last beeps' peaks: time, range, its deviation, and path differences.
+        past: the last beeps' peaks: time, range, its deviation, and microphone 1 around it.
     """
 
     state: Array
@@ -59,7 +61,7 @@ class Track:
     level_db: float = np.nan
     snr_db: float = np.nan
     misses: int = 0
-    past: deque[tuple[float, ...]] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
+    past: deque[Heard] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
 
     def predict(self, time_s: float) -> None:
         """Move the state to another time, under white acceleration."""
@@ -84,14 +86,14 @@ class Track:
 
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
         """Keep a peak for the judgement of the course."""
-        columns = (peaks.range_m, peaks.range_std_m, peaks.envelope_u_m, peaks.envelope_std_m, peaks.carrier_u_m)
-        self.past.append((time_s, *(float(column[which]) for column in columns)))
+        self.past.append((time_s, float(peaks.range_m[which]), float(peaks.range_std_m[which]), peaks.second[which]))
         self.level_db, self.snr_db = float(peaks.level_db[which]), float(peaks.snr_db[which])
 
     def samples(self, ahead_s: float) -> Samples:
         """What was measured, at the times that the readings stand for."""
-        time, *rest = np.array(self.past).T
-        return Samples(time + ahead_s, *rest)
+        chosen = np.linspace(0, len(self.past) - 1, min(len(self.past), JUDGED_BEEPS)).round().astype(int)
+        time, read, deviation, second = zip(*(self.past[k] for k in chosen), strict=True)
+        return Samples(np.array(time) + ahead_s, np.array(read), np.array(deviation), np.stack(second))
 
 
 class Approaches:
@@ -169,7 +171,13 @@ class Approaches:
             taken[here[row]] = True
 
     def _begin(
-        self, time_s: float, peaks: MovingPeaks, here: int, beeps: NDArray[np.intp], partner: NDArray[np.intp], score: float
+        self,
+        time_s: float,
+        peaks: MovingPeaks,
+        here: int,
+        beeps: NDArray[np.intp],
+        partner: NDArray[np.intp],
+        score: float,
     ) -> None:
         """A track along a line: least squares through the peaks on it, then remembered as if followed."""
         chain = [(*self._free[k][:2], int(partner[k])) for k in beeps] + [(time_s, peaks, here)]

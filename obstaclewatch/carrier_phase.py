@@ -1,7 +1,9 @@
-"""Path difference between the microphones from the carriers: tenfold finer than the envelopes, up to whole cycles.
+"""Path difference between the microphones from carriers and envelopes together, over many beeps.
 
-At 20.5 kHz a cycle is 16.7 mm of path. The cycle is not chosen here: the track weighs the phase of every beep against
-each course (see `courses`), and wrong cycles fall out because they would have to follow another course.
+At 20.5 kHz a cycle is 16.7 mm of path: the phase is tenfold finer than the envelope, but repeats. No cycle is chosen.
+Microphone 1's envelope around a peak of microphone 0, turned by that peak's phase, is kept; a course predicts the path
+difference of every beep, and what is kept adds up in phase over beeps along the true course alone. A phase that the
+microphones' responses add is the same in every beep and does no harm.
 """
 
 from __future__ import annotations
@@ -13,27 +15,51 @@ from obstaclewatch.matched_filter import EchoProfile
 
 Array = NDArray[np.float64]
 
+REACH_M = 0.19
+"""Path differences that are kept, on either side: the longest phone's 16 cm and 3 cm more."""
+STEP_M = 0.0143
+"""Between two of them: one sample at 24 kHz."""
+OFFSETS_M = np.arange(-REACH_M, REACH_M + STEP_M, STEP_M)
 
-def carrier_difference(profile: EchoProfile, delay_s: Array, u_m: Array, sound_speed_m_s: float) -> Array:
-    """(n,) path difference modulo the wavelength c / reference_hz, in [-1/2, 1/2) of it.
 
-    The envelope of an echo at delay d carries the phase -2 pi reference_hz d at its peak.
+def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_speed_m_s: float) -> NDArray[np.complex64]:
+    """(n, W) envelope of microphone 1 at `OFFSETS_M` of path after n peaks of microphone 0.
+
+    Each row is turned so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
+    The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u turns the row by
+    -2 pi reference_hz u / c.
+    """
+    peak = complex_at(profile, 0, delay_s)
+    around = complex_at(profile, 1, delay_s[:, None] + OFFSETS_M / sound_speed_m_s)
+    turned: NDArray[np.complex128] = around * (peak.conj() / np.abs(peak) / noise)[:, None]
+    return turned.astype(np.complex64)
+
+
+def coherent_power(second: NDArray[np.complex64], u_m: Array, wavelength_m: float) -> Array:
+    """(H,) what H courses gather at microphone 1 from K beeps, in units of noise power: 1 is noise.
 
     Args:
-        profile: two channels.
-        delay_s: (n,) peaks of microphone 0.
-        u_m: (n,) path difference from the envelopes: where microphone 1 peaks; NaN is passed on.
-        sound_speed_m_s: speed of sound.
+        second: (K, W) from `second_channel`.
+        u_m: (H, K) path differences that the courses predict.
+        wavelength_m: c / reference_hz.
     """
-    first = complex_at(profile, 0, delay_s)
-    second = complex_at(profile, 1, delay_s + np.where(np.isnan(u_m), 0.0, u_m) / sound_speed_m_s)
-    cycles = -np.angle(second * first.conj()) / (2.0 * np.pi)
-    return np.where(np.isnan(u_m), np.nan, cycles * sound_speed_m_s / profile.reference_hz)
+    count, width = second.shape
+    position = np.minimum(np.maximum((u_m - OFFSETS_M[0]) / STEP_M, 0.0), width - 1.001)
+    low = position.astype(np.int32)
+    rest = (position - low).astype(np.float32)
+    flat = second.ravel()
+    index = low + width * np.arange(count, dtype=np.int32)
+    value = flat[index]
+    value += rest * (flat[index + 1] - value)
+    turn = (2.0 * np.pi / wavelength_m * u_m).astype(np.float32)
+    total = np.sum(value * (np.cos(turn) + 1j * np.sin(turn)), axis=1)
+    return np.asarray(np.abs(total) ** 2 / count, dtype=np.float64)
 
 
 def complex_at(profile: EchoProfile, channel: int, delay_s: Array) -> NDArray[np.complex128]:
-    """(n,) envelope of a channel at any delays within the profile, linear between samples."""
+    """Envelope of a channel at any delays within the profile (any shape), linear between samples."""
     position = (delay_s - profile.start_s) * profile.rate_hz
     low = np.minimum(np.maximum(np.floor(position).astype(np.intp), 0), profile.envelope.shape[1] - 2)
     rest = position - low
-    return (1.0 - rest) * profile.envelope[channel, low] + rest * profile.envelope[channel, low + 1]
+    value: NDArray[np.complex128] = (1.0 - rest) * profile.envelope[channel, low]
+    return value + rest * profile.envelope[channel, low + 1]

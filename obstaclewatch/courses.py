@@ -1,4 +1,4 @@
-"""On which course does the walker pass? The posterior over straight courses, given a track's ranges and path differences.
+"""On which course does the walker pass? The posterior over straight courses, given what a track has measured.
 
 A walker at speed v passes a point at a miss distance b and a height difference h: at the time t,
 range = sqrt((v (t0 - t))^2 + b^2 + h^2) - r, with r the radius of curvature of a round body; and the microphones differ
@@ -14,15 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.carrier_phase import coherent_power
+
 Array = NDArray[np.float64]
 
-SPEEDS_M_S = np.array([0.8, 0.93, 1.06, 1.19, 1.32, 1.45, 1.6, 1.9, 2.2, 2.5, 2.8])
+SPEEDS_M_S = np.array([0.85, 1.0, 1.15, 1.3, 1.45, 1.6, 2.0, 2.5])
 """Of approach: walkers at 0.8-1.6 m/s (mean 1.25, deviation 0.25), and one in ten that comes the other way."""
 MISSES_M = np.arange(0.0, 2.0, 0.15)
 RADII_M = np.array([0.0, 0.35])
-HEIGHTS_M = np.array([0.0, 0.7, 1.3])
+HEIGHTS_M = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.3])
 """Phone above reflecting point: at its own height, a low rim, the corner that a thing makes with the ground."""
-HEIGHT_PRIOR = np.array([0.5, 0.2, 0.3])
+HEIGHT_PRIOR = np.array([0.3, 0.15, 0.1, 0.1, 0.1, 0.25])
 WALL_ANGLES_RAD = np.deg2rad([0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0])
 WALL_PRIOR = 0.35
 WALL_COLLISION_RAD = np.deg2rad(45.0)
@@ -32,11 +34,8 @@ EDGE_M = 0.05
 
 GAIT_RANGE_M = 0.03
 """Deviation of a range from a straight course: 1 cm of surge, and 0.205 s of its 0.13 m/s."""
-GAIT_U_M = 0.006
-GAIT_CARRIER_M = 0.0035
-"""Deviation of path differences: the hand's wobble, other echoes, and the microphones' unequal responses."""
-CARRIER_NOISE_RAD_M = 13.0
-"""Phase noise over envelope noise, 2 pi B / c for the rms bandwidth B of 707 Hz."""
+COHERENT = 0.15
+"""Share of microphone 1's coherent power that counts: the wobbling hand and other echoes spoil the phase."""
 INDEPENDENT = 0.5
 """Share of beeps that say something new: a step lasts six beeps, and deviations within it go together."""
 FREEDOM = 3.0
@@ -49,16 +48,13 @@ class Samples:
     Attributes:
         time_s: (K,) times that the readings stand for.
         range_m, range_std_m: (K,) ranges from microphone 0.
-        envelope_u_m, envelope_std_m: (K,) path differences from the envelopes; NaN if not heard.
-        carrier_u_m: (K,) path differences modulo the wavelength; NaN likewise.
+        second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
     """
 
     time_s: Array
     range_m: Array
     range_std_m: Array
-    envelope_u_m: Array
-    envelope_std_m: Array
-    carrier_u_m: Array
+    second: NDArray[np.complex64]
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ class CourseGrid:
         self._separation_m, self._wavelength_m = separation_m, wavelength_m
         self.cos_pitch, self._sin = float(np.cos(pitch_rad)), float(np.sin(pitch_rad))
         point = np.meshgrid(SPEEDS_M_S, MISSES_M, RADII_M, HEIGHTS_M, [0.0], indexing="ij")
-        wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, 2]], WALL_ANGLES_RAD, indexing="ij")
+        wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, -1]], WALL_ANGLES_RAD, indexing="ij")
         columns = [np.concatenate([p.ravel(), w.ravel()])[:, None] for p, w in zip(point, wall, strict=True)]
         self.speed, self.miss, self.radius, self.height, self.angle = columns
         self._is_wall = np.arange(len(self.speed)) >= point[0].size
@@ -140,14 +136,11 @@ class CourseGrid:
     def _likelihood(self, samples: Samples, range_m: Array, u_m: Array) -> Array:
         """(H,) log likelihood; the tails are Student's, so that a wrong echo does not decide."""
         total = _student(samples.range_m - range_m, np.hypot(GAIT_RANGE_M, samples.range_std_m))
-        heard = np.isfinite(samples.envelope_u_m)
+        total = INDEPENDENT * total
+        heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            deviation = np.hypot(GAIT_U_M, 1.5 * samples.envelope_std_m[heard])
-            total = total + _student(samples.envelope_u_m[heard] - u_m[:, heard], deviation)
-            turn = 2.0 * np.pi / self._wavelength_m
-            spread = (turn * GAIT_CARRIER_M) ** 2 + (CARRIER_NOISE_RAD_M * samples.envelope_std_m[heard]) ** 2
-            total = total + np.cos(turn * (samples.carrier_u_m[heard] - u_m[:, heard])) @ np.minimum(1.0 / spread, 1.0)
-        return INDEPENDENT * total
+            total += COHERENT * coherent_power(samples.second[heard], u_m[:, heard], self._wavelength_m)
+        return total
 
     def _summary(self, share: Array, passing_s: Array) -> Course:
         collision = float(share[self.collides].sum())

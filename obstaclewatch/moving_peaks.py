@@ -1,4 +1,4 @@
-"""One beep to the peaks that may move: ringing and clutter taken away, a low threshold, both microphones' path difference.
+"""One beep to the peaks that may move: ringing and clutter taken away, a low threshold, both microphones.
 
 The threshold is meant for a tracker: it lets some noise pass, which no straight approach explains.
 """
@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
-from obstaclewatch.bearing import path_difference
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.carrier_phase import carrier_difference
+from obstaclewatch.carrier_phase import second_channel
 from obstaclewatch.echoes import Echoes, echoes_at, noise_amplitude, os_cfar_threshold, separated_peaks, sidelobe_floor
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.pulse import rms_bandwidth_hz
@@ -37,7 +36,6 @@ CFAR_FACTOR = 2.1
 QUANTILE_TO_RMS = float(np.sqrt(-np.log(0.4)))
 """A Rayleigh envelope's 60 % quantile as a share of its rms."""
 MOST_PEAKS = 14
-SECOND_MIC_LEVEL_DB = -25.0
 
 
 @dataclass(frozen=True)
@@ -48,9 +46,7 @@ class MovingPeaks:
         range_m: (n,) from microphone 0.
         power: (n,) height squared over the local noise power; 1 is noise, and half of 2E/N0.
         range_std_m: (n,) from noise alone.
-        envelope_u_m: (n,) path to microphone 1 less that to microphone 0, from the envelopes; NaN if not heard.
-        envelope_std_m: (n,) of it, from noise alone; NaN likewise.
-        carrier_u_m: (n,) the same from the carriers, up to whole wavelengths; NaN likewise.
+        second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
         level_db: (n,) echo relative to the direct sound, at microphone 0.
         snr_db: (n,) 2E/N0 at microphone 0.
     """
@@ -58,9 +54,7 @@ class MovingPeaks:
     range_m: Array
     power: Array
     range_std_m: Array
-    envelope_u_m: Array
-    envelope_std_m: Array
-    carrier_u_m: Array
+    second: NDArray[np.complex64]
     level_db: Array
     snr_db: Array
 
@@ -84,7 +78,7 @@ class PeakFinder:
         self._settings, self._c = settings, sound_speed_m_s
         self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
         self._bandwidth_hz = rms_bandwidth_hz(beep)
-        self._baseline_m, self._separation_m = float(phone.speaker_to_mic_m[0]), phone.mic_separation_m
+        self._baseline_m = float(phone.speaker_to_mic_m[0])
         calibrated = settings.direct_delay_s
         self._direct_delay_s = self._baseline_m / sound_speed_m_s if calibrated is None else calibrated
         self._background = CoherentBackground(BACKGROUND_BEEPS)
@@ -145,39 +139,16 @@ class PeakFinder:
         block: NDArray[np.floating],
     ) -> MovingPeaks:
         power = (echoes.amplitude / noise) ** 2
-        path1_m = self._c * (echoes.delay_s - start_s)
-        u_m, amplitude2 = self._path_difference(rest, echoes, path1_m, start_s, first)
+        noise2 = max(noise_amplitude(rest.magnitude[1, first:]), np.finfo(float).tiny) if len(echoes) else 1.0
+        second = second_channel(rest, echoes.delay_s, noise2, self._c)
         if np.array_equal(block[0], block[1]):
-            u_m = np.full(len(echoes), np.nan)
-        noise2 = noise_amplitude(rest.magnitude[1, first:]) if len(echoes) else 1.0
-        power2 = (amplitude2 / max(noise2, np.finfo(float).tiny)) ** 2
+            second = np.full_like(second, np.nan)
         one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
         return MovingPeaks(
-            range_m=one_way_range(path1_m, self._baseline_m, -1.0),
+            range_m=one_way_range(self._c * (echoes.delay_s - start_s), self._baseline_m, -1.0),
             power=power,
             range_std_m=0.5 * one_m / np.sqrt(2.0 * power),
-            envelope_u_m=u_m,
-            envelope_std_m=one_m * np.sqrt(0.5 / power + 0.5 / power2),
-            carrier_u_m=carrier_difference(rest, echoes.delay_s, u_m, self._c),
+            second=second,
             level_db=20.0 * np.log10(echoes.amplitude / direct),
             snr_db=10.0 * np.log10(2.0 * power),
         )
-
-    def _path_difference(
-        self, rest: EchoProfile, echoes: Echoes, path1_m: Array, start_s: float, first: int
-    ) -> tuple[Array, Array]:
-        """(n,) u from microphone 1's strongest peak within reach, and that peak's height; NaN where there is none."""
-        magnitude = rest.magnitude[1, first - 8 :]
-        least = 1.5 * noise_amplitude(magnitude)
-        peaks = separated_peaks(magnitude, least, 1) + first - 8
-        echoes2 = echoes_at(rest, 1, peaks)
-        found = path_difference(
-            path1_m,
-            self._c * (echoes2.delay_s - start_s),
-            echoes2.amplitude,
-            separation_m=self._separation_m,
-            margin_m=self._settings.gate_margin_m,
-            body_distance_m=np.nan,
-            least_amplitude=echoes.amplitude * 10.0 ** (SECOND_MIC_LEVEL_DB / 20.0),
-        )
-        return found.u_m, found.amplitude

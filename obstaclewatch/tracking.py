@@ -27,9 +27,13 @@ REACH_M = 0.10
 """How far hands and phone reach ahead of the phone's middle."""
 WALKER_M_S = (0.8, 1.45)
 """Speeds between which the walker's share of an approach is taken to lie."""
-SURE, LIKELY = 0.85, 0.6
+SURE, LIKELY = 0.95, 0.9
 """Probability of a collision that raises the alert at the dangerous distance, and at the last safe moment."""
 LAST_SAFE_M = 1.5
+TOO_LATE_M = 0.9
+"""Below this no first alert: what is first heard so near is mostly the ground's echo, which gait moves."""
+LEAST_BEEPS, LEAST_TRAVEL_M = 8, 0.5
+"""Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 
 
 class TrackingDetector(EchoDetector):
@@ -126,7 +130,7 @@ class TrackingDetector(EchoDetector):
         likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
         if not likely:
             return Decision(False, time_s, np.nan, np.nan, 0)
-        alert = any(self._is_alarming(courses[k]) for k in likely)
+        alert = any(has_approached(tracks[k]) and self._is_alarming(courses[k]) for k in likely)
         first = min(likely, key=lambda k: courses[k].contact_s)
         return Decision(alert, time_s, float(tracks[first].state[0]), courses[first].contact_s, len(likely))
 
@@ -134,7 +138,12 @@ class TrackingDetector(EchoDetector):
         left_m = distance_left(course)
         danger_m = self.settings.danger_m
         share = min(max((left_m - LAST_SAFE_M) / (danger_m - LAST_SAFE_M), 0.0), 1.0)
-        return left_m <= danger_m and course.collision >= LIKELY + share * (SURE - LIKELY)
+        return TOO_LATE_M < left_m <= danger_m and course.collision >= LIKELY + share * (SURE - LIKELY)
+
+
+def has_approached(track: Track) -> bool:
+    """Whether a track is long enough, in beeps and in range, to be more than an echo that gait moves."""
+    return len(track.past) >= LEAST_BEEPS and track.past[0][1] - track.past[-1][1] >= LEAST_TRAVEL_M
 
 
 def distance_left(course: Course) -> float:

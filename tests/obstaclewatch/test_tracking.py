@@ -1,0 +1,131 @@
+"""The tracking detector on points at exact retarded times: unbiased ranges, and alerts that follow the miss distance."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from obstaclewatch import Flag, PaperDetector, PaperSettings, Recording, TrackingDetector
+
+from .synthetic import BEEP, PHONE, C, Point, record, recording, true_range
+
+GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
+NOISE = 0.02
+WALK = {"beeps": 34, "noise": NOISE}
+
+
+def _detect(points, **options):
+    return list(TrackingDetector(BEEP, PHONE).stream(recording(points, **options)))
+
+
+def _errors(point, speed):
+    """(K,) range errors of the nearest track against the truth when the beep's centre meets the point."""
+    found = [d for d in _detect([GROUND, point], speed_m_s=speed, **WALK) if len(d)]
+    assert len(found) >= 12
+    hit = [d.time_s + 0.5 * BEEP.duration_s + true_range(point, speed, d.time_s + 0.03) / C for d in found]
+    near = [int(np.argmin(np.abs(d.range_m - true_range(point, speed, t)))) for d, t in zip(found, hit, strict=True)]
+    truth = np.array([true_range(point, speed, t) for t in hit])
+    return np.array([d.range_m[k] for d, k in zip(found, near, strict=True)]) - truth, found
+
+
+@pytest.mark.parametrize("speed", [1.0, 1.3, 1.6])
+def test_range_has_no_range_doppler_bias(speed):
+    """The paper's detector reads 20-33 cm short; the bench asks for a centimetre."""
+    errors, _ = _errors(Point(5.2, gain=0.1), speed)
+    assert abs(np.median(errors)) < 0.01
+    assert np.median(np.abs(errors)) < 0.01
+
+
+def test_closing_speed_and_claimed_deviation():
+    errors, found = _errors(Point(5.2, gain=0.1), 1.3)
+    speed = np.array([d.closing_speed_m_s[0] for d in found[3:]])
+    assert speed == pytest.approx(np.full(len(speed), 1.3), abs=0.08)
+    claimed = np.array([d.range_std_m[0] for d in found])
+    assert np.all(np.isfinite(claimed) & (claimed > 0.0))
+    assert np.mean(np.abs(errors) < 3.0 * claimed) > 0.9
+
+
+def test_alert_comes_for_a_collision_in_time_and_not_for_a_miss():
+    """1.2 m aside, the ranges' curvature and the phase over 14 beeps tell; straight ahead nothing bends."""
+    speed = 1.3
+    ahead = [d for d in _detect([GROUND, Point(5.0, gain=0.1)], speed_m_s=speed, **WALK) if d.decision.alert]
+    aside = _detect([GROUND, Point(5.0, 1.2, gain=0.1)], speed_m_s=speed, **WALK)
+    assert len(ahead) >= 1
+    left = 5.0 - speed * ahead[0].time_s
+    assert 1.2 < left <= 3.2
+    assert any(len(d) for d in aside)
+    assert not any(d.decision.alert for d in aside)
+
+
+@pytest.mark.parametrize("points", [[], [GROUND], [GROUND, Point(2.0, gain=0.1, carried=True)]])
+def test_nothing_closes_in_and_nothing_alerts(points):
+    found = _detect(points, speed_m_s=1.3, **WALK)
+    assert len(found) == WALK["beeps"]
+    assert not any(d.decision.alert for d in found)
+    assert np.mean([len(d) for d in found]) < 0.1
+
+
+def test_two_obstacles_are_followed_at_once():
+    points = [GROUND, Point(4.0, 0.9, gain=0.1), Point(5.5, gain=0.1)]
+    found = _detect(points, speed_m_s=1.3, beeps=20, noise=NOISE)[10:18]
+    assert all(len(d) >= 2 for d in found)
+    for d in found:
+        t = d.time_s + 0.5 * BEEP.duration_s + 0.015
+        for point in points[1:]:
+            assert np.min(np.abs(d.range_m - true_range(point, 1.3, t))) < 0.04
+
+
+def test_streaming_equals_batch_bit_for_bit_and_a_reset_forgets():
+    samples = recording([GROUND, Point(4.0, 0.2, gain=0.06)], beeps=20, speed_m_s=1.3, noise=0.05)
+    detector = TrackingDetector(BEEP, PHONE)
+    streamed = list(detector.stream(samples))
+    assert any(len(d) for d in streamed)
+    repeated = detector.run(samples)
+    assert [repr(d.decision) for d in streamed] == [repr(d) for d in repeated]
+    detector.reset()
+    size = BEEP.period_samples
+    rate = BEEP.sample_rate_hz
+    by_hand = [detector.process(samples.samples[:, k * size : (k + 1) * size], k * size / rate) for k in range(20)]
+    for one, other in zip(streamed, by_hand, strict=True):
+        assert np.array_equal(one.range_m, other.range_m)
+        assert np.array_equal(one.bearing_rad, other.bearing_rad)
+
+
+def test_identical_channels_leave_the_ranges():
+    samples = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)[[0, 0]].astype(np.float32)
+    found = list(TrackingDetector(BEEP, PHONE).stream(Recording(samples, BEEP.sample_rate_hz)))
+    assert all(Flag.IDENTICAL_CHANNELS in d.beep_flags for d in found)
+    heard = [d for d in found if len(d)]
+    assert len(heard) >= 10
+    assert all(np.isfinite(d.range_m).all() for d in heard)
+
+
+def test_no_beep_and_wrong_blocks():
+    detector = TrackingDetector(BEEP, PHONE)
+    silent = detector.process(np.zeros((2, BEEP.period_samples)))
+    assert Flag.NO_BEEP in silent.beep_flags
+    assert len(silent) == 0
+    with pytest.raises(ValueError, match="two channels"):
+        detector.process(np.zeros((1, BEEP.period_samples)))
+    with pytest.raises(ValueError, match="finite"):
+        detector.process(np.full((2, BEEP.period_samples), np.nan))
+
+
+def test_standing_measures_as_the_paper_does():
+    still = replace(PaperSettings(), reject_static=False)
+    block = record([Point(2.0, 0.3)])
+    ours, papers = (kind(BEEP, PHONE, still).process(block) for kind in (TrackingDetector, PaperDetector))
+    assert len(ours) == 1
+    assert np.array_equal(ours.range_m, papers.range_m)
+    assert not ours.decision.alert
+
+
+def test_a_beep_takes_well_under_its_period():
+    samples = recording([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)
+    detector = TrackingDetector(BEEP, PHONE)
+    began = time.process_time()
+    count = len(list(detector.stream(samples)))
+    assert (time.process_time() - began) / count < 0.2 * BEEP.period_s
