@@ -44,15 +44,18 @@ def coherent_power(second: NDArray[np.complex64], u_m: Array, wavelength_m: floa
         wavelength_m: c / reference_hz.
     """
     count, width = second.shape
-    position = np.minimum(np.maximum((u_m - OFFSETS_M[0]) / STEP_M, 0.0), width - 1.001)
+    along = (np.asarray(u_m, dtype=np.float32) - np.float32(OFFSETS_M[0])) / np.float32(STEP_M)
+    position = np.minimum(np.maximum(along, np.float32(0.0)), np.float32(width - 1.01))
     low = position.astype(np.int32)
-    rest = (position - low).astype(np.float32)
+    rest = position - low.astype(np.float32)
     flat = second.ravel()
     index = low + width * np.arange(count, dtype=np.int32)
     value = flat[index]
     value += rest * (flat[index + 1] - value)
-    turn = (2.0 * np.pi / wavelength_m * u_m).astype(np.float32)
-    total = np.sum(value * (np.cos(turn) + 1j * np.sin(turn)), axis=1)
+    turn = np.asarray(2.0 * np.pi / wavelength_m * u_m, dtype=np.float32)
+    phasor = np.empty(turn.shape, dtype=np.complex64)
+    phasor.real, phasor.imag = np.cos(turn), np.sin(turn)
+    total = np.einsum("hk,hk->h", value, phasor)
     return np.asarray(np.abs(total) ** 2 / count, dtype=np.float64)
 
 

@@ -92,23 +92,28 @@ class CourseGrid:
 
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float) -> None:
         self._separation_m, self._wavelength_m = separation_m, wavelength_m
-        self.cos_pitch, self._sin = float(np.cos(pitch_rad)), float(np.sin(pitch_rad))
+        self.cos_pitch = float(np.cos(pitch_rad))
         point = np.meshgrid(SPEEDS_M_S, MISSES_M, RADII_M, HEIGHTS_M, [0.0], indexing="ij")
         wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, -1]], WALL_ANGLES_RAD, indexing="ij")
-        columns = [np.concatenate([p.ravel(), w.ravel()])[:, None] for p, w in zip(point, wall, strict=True)]
+        columns = [
+            np.concatenate([p.ravel(), w.ravel()])[:, None].astype(np.float32) for p, w in zip(point, wall, strict=True)
+        ]
         self.speed, self.miss, self.radius, self.height, self.angle = columns
         self._is_wall = np.arange(len(self.speed)) >= point[0].size
         touches = self.miss <= self.radius + half_width_m + EDGE_M
         self.collides = np.where(self._is_wall, self.angle[:, 0] <= WALL_COLLISION_RAD, touches[:, 0])
         self._log_prior = self._prior()
+        self._closing, self._across2 = self.speed * np.cos(self.angle), self.miss**2 + self.height**2
+        self._forwards = np.cos(self.angle) * np.float32(self.cos_pitch)
+        self._downwards = self.height * np.float32(np.sin(pitch_rad))
 
     def _prior(self) -> Array:
         speed, height = self.speed[:, 0], self.height[:, 0]
-        steps = np.gradient(SPEEDS_M_S)[np.searchsorted(SPEEDS_M_S, speed)]
+        steps = np.gradient(SPEEDS_M_S)[np.searchsorted(SPEEDS_M_S, speed - 1e-3)]
         walking = np.where(speed <= 1.61, np.exp(-0.5 * ((speed - 1.25) / 0.25) ** 2) / 0.627, 0.0)
         oncoming = np.where(speed > 1.61, 1.0 / 1.2, 0.0)
         prior = ((1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming) * steps
-        prior *= HEIGHT_PRIOR[np.searchsorted(HEIGHTS_M, height)]
+        prior *= HEIGHT_PRIOR[np.searchsorted(HEIGHTS_M, height - 1e-3)]
         share = np.where(self._is_wall, WALL_PRIOR, 1.0 - WALL_PRIOR)
         for kind in (self._is_wall, ~self._is_wall):  # half of either kind collides
             for group in (kind & self.collides, kind & ~self.collides):
@@ -117,25 +122,24 @@ class CourseGrid:
 
     def judge(self, samples: Samples, now_s: float) -> Course:
         """The posterior after K >= 1 beeps."""
-        closing = self.speed * np.cos(self.angle)
-        across2 = self.miss**2 + self.height**2
-        center_m = samples.range_m + self.radius
-        along = np.sqrt(np.maximum(center_m**2 - across2, 1e-4))
+        time_s, read_m = (samples.time_s - now_s).astype(np.float32), samples.range_m.astype(np.float32)
+        center_m = read_m + self.radius
+        along = np.sqrt(np.maximum(center_m**2 - self._across2, np.float32(1e-4)))
         weight = (along / center_m) ** 2
-        passing_s = np.sum(weight * (samples.time_s + along / closing), axis=1) / np.sum(weight, axis=1)
-        ahead = closing * (passing_s[:, None] - samples.time_s)
-        center = np.sqrt(ahead**2 + across2)
-        range_m = np.maximum(center - self.radius, 0.1)
-        cosine = (ahead * np.cos(self.angle) * self.cos_pitch - self.height * self._sin) / center
-        separation = self._separation_m
-        u_m = np.sqrt(range_m**2 + separation**2 + 2.0 * separation * range_m * cosine) - range_m
+        passing_s = np.sum(weight * (time_s + along / self._closing), axis=1) / np.sum(weight, axis=1)
+        ahead = self._closing * (passing_s[:, None] - time_s)
+        center = np.sqrt(ahead**2 + self._across2)
+        range_m = np.maximum(center - self.radius, np.float32(0.1))
+        lean = self._separation_m * (ahead * self._forwards - self._downwards) / center
+        u_m = np.sqrt(range_m * (range_m + 2.0 * lean) + self._separation_m**2) - range_m
         log = self._log_prior + self._likelihood(samples, range_m, u_m)
         share = np.exp(log - log.max())
-        return self._summary(share / share.sum(), passing_s - now_s)
+        return self._summary(share / share.sum(), passing_s)
 
     def _likelihood(self, samples: Samples, range_m: Array, u_m: Array) -> Array:
         """(H,) log likelihood; the tails are Student's, so that a wrong echo does not decide."""
-        total = _student(samples.range_m - range_m, np.hypot(GAIT_RANGE_M, samples.range_std_m))
+        deviation = np.hypot(GAIT_RANGE_M, samples.range_std_m).astype(np.float32)
+        total = _student(samples.range_m.astype(np.float32) - range_m, deviation)
         total = INDEPENDENT * total
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
@@ -160,6 +164,6 @@ class CourseGrid:
         )
 
 
-def _student(error: Array, deviation: Array) -> Array:
+def _student(error: NDArray[np.floating], deviation: NDArray[np.floating]) -> Array:
     """(H,) sum over the last axis of Student's log density, up to a constant."""
-    return -0.5 * (FREEDOM + 1.0) * np.sum(np.log1p((error / deviation) ** 2 / FREEDOM), axis=-1)
+    return -0.5 * (FREEDOM + 1.0) * np.log(np.prod(1.0 + (error / deviation) ** 2 / FREEDOM, axis=-1, dtype=np.float64))

@@ -1,8 +1,7 @@
 """Our detector: obstacles followed over beeps, and a sequential test of each one's course.
 
 Peaks under a low threshold (`moving_peaks`) -> tracks of what closes in, without range-Doppler bias (`approaches`) ->
-the probability of each course, by ranges, envelopes and carriers (`courses`) -> an alert as soon as that is sure enough
-for the time that is left.
+the probability of each course, by ranges and microphone 1 in phase (`courses`) -> an alert once that is sure enough.
 """
 
 from __future__ import annotations
@@ -27,11 +26,11 @@ REACH_M = 0.10
 """How far hands and phone reach ahead of the phone's middle."""
 WALKER_M_S = (0.8, 1.45)
 """Speeds between which the walker's share of an approach is taken to lie."""
-SURE, LIKELY = 0.95, 0.9
-"""Probability of a collision that raises the alert at the dangerous distance, and at the last safe moment."""
-LAST_SAFE_M = 1.5
-TOO_LATE_M = 0.9
-"""Below this no first alert: what is first heard so near is mostly the ground's echo, which gait moves."""
+SURE = 0.85
+"""Probability of a collision that raises the alert."""
+ALERT_M = (0.95, 2.0)
+"""Distances left at which a first alert is given. Later, what is first heard is mostly the ground's echo, which gait
+moves; earlier, a wall that ends beside the walker cannot be told from one across the way."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 8, 0.5
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 
@@ -135,10 +134,9 @@ class TrackingDetector(EchoDetector):
         return Decision(alert, time_s, float(tracks[first].state[0]), courses[first].contact_s, len(likely))
 
     def _is_alarming(self, course: Course) -> bool:
+        nearest, farthest = ALERT_M
         left_m = distance_left(course)
-        danger_m = self.settings.danger_m
-        share = min(max((left_m - LAST_SAFE_M) / (danger_m - LAST_SAFE_M), 0.0), 1.0)
-        return TOO_LATE_M < left_m <= danger_m and course.collision >= LIKELY + share * (SURE - LIKELY)
+        return nearest < left_m <= min(farthest, self.settings.danger_m) and course.collision >= SURE
 
 
 def has_approached(track: Track) -> bool:
