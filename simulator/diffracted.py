@@ -15,12 +15,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import specular
-from simulator.candidates import Candidates, candidates, count_missed, joined, with_plane_normals
+from simulator.candidates import Candidates, joined
 from simulator.edge_images import EdgeImages, images_of
 from simulator.edge_view import APEX, END, START, EdgeView
 from simulator.edges import strength_bound
 from simulator.frames import out_of_rest, turned
+from simulator.unfolding import unfolded
 from simulator.visibility import COINCIDENT_M
 from simulator.wedges import Wedges
 from simulator.world import Tracing
@@ -57,7 +57,7 @@ def diffracted(
         audible = bound >= np.minimum(floor, MASKED * strongest[before.pose[pair]])
         rejected["faint edge"] = rejected.get("faint edge", 0) + int((~audible).sum())
         pair, part, point = pair[audible], part[audible], point[audible]
-        parts.append(_unfolded(tracing, mic, before[pair], after[pair], point, part, max_order, rejected))
+        parts.append(_bent(tracing, mic, before[pair], after[pair], point, part, max_order, rejected))
     return joined(parts)
 
 
@@ -142,37 +142,17 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
     return wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
 
 
-def _unfolded(
+def _bent(
     tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, width: int,
     rejected: dict[str, int],
 ) -> Candidates:  # fmt: skip
-    """Candidates over given points of edges, with the crossings of their mirrors on both sides."""
-    world, pose = tracing.world, before.pose
-    code_before, hits_before = _crossings(tracing, tracing.source_m[pose], point, before)
-    code_after, hits_after = _crossings(tracing, tracing.mics_m[pose, mic], point, after)
-    code = np.maximum(code_before, code_after)
-    count_missed(rejected, int((code == specular.BEHIND).sum()), int((code == specular.OUTSIDE).sum()))
-    ok = np.flatnonzero(code == specular.REACHED)
-    sequence, hits = np.full((len(ok), width), -1), np.zeros((len(ok), width, 3))
-    each, place = np.arange(len(ok)), before.order[ok]
-    for k in range(width - 1):
-        early = np.flatnonzero(place > k)
-        sequence[early, k], hits[early, k] = before.sequence[ok[early], k], hits_before[ok[early], k]
-        late = np.flatnonzero(after.order[ok] > k)
-        slot = place[late] + after.order[ok[late]] - k  # mirrors behind the edge are met in reverse
-        sequence[late, slot], hits[late, slot] = after.sequence[ok[late], k], hits_after[ok[late], k]
-    sequence[each, place], hits[each, place] = world.first_wedge + before.wedge[ok], point[ok]
-    found = with_plane_normals(tracing, candidates(tracing, pose[ok], np.full(len(ok), mic), sequence, hits))
+    """Candidates over given points of edges; none that sits on a mirror it has just met."""
+    number = tracing.world.first_wedge + before.wedge
+    found, ok, place = unfolded(tracing, mic, before, after, point, number, width, rejected)
     found.edge[:], found.part[:] = before.wedge[ok], part[ok]
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
+    each = np.arange(len(ok))
     return found[np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M]
-
-
-def _crossings(tracing: Tracing, start_m: Floats, target_m: Floats, images: EdgeImages) -> tuple[Ints, Floats]:
-    return specular.crossings(
-        np.ascontiguousarray(start_m), np.ascontiguousarray(target_m), tracing.placed, images.pose, images.order,
-        images.sequence, *specular.arrays(tracing.world.patches),
-    )  # type: ignore[call-arg]  # fmt: skip
 
 
 def edge_slot(tracing: Tracing, found: Candidates) -> Ints:

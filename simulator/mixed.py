@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import curved, specular
-from simulator.candidates import Candidates, candidates, count_missed, with_plane_normals
+from simulator.candidates import Candidates
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.reflectors import SmoothSurface
+from simulator.unfolding import unfolded
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,7 @@ def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, rejected
         before, after = _pairs(lit, heard, max_order)
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
-        parts.append(_unfolded(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, rejected))
+        parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, rejected))
     return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
 
 
@@ -76,39 +77,19 @@ def _pairs(lit: Images, heard: Images, max_order: int) -> tuple[Images, Images]:
     return lit[left[keep]], heard[right[keep]]
 
 
-def _unfolded(
+def _reflected(
     tracing: Tracing, index: int, mic: int, before: Images, after: Images,
     hit: curved.StationaryPoints, width: int, rejected: dict[str, int],
 ) -> Candidates:  # fmt: skip
-    """Candidates from stationary points whose mirrors are crossed inside their patches."""
-    world, pose = tracing.world, before.pose
-    surface = world.surfaces[index]
-    frame = tracing.placed[pose, surface.obstacle]
+    """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
+    surface = tracing.world.surfaces[index]
+    frame = tracing.placed[before.pose, surface.obstacle]
+    number = np.full(len(hit), len(tracing.world.patches) + index)
     point = out_of_rest(hit.point_m, frame)
-    code_before, hits_before = _crossings(tracing, tracing.source_m[pose], point, before)
-    code_after, hits_after = _crossings(tracing, tracing.mics_m[pose, mic], point, after)
-    code = np.maximum(code_before, code_after)
-    count_missed(rejected, int((code == specular.BEHIND).sum()), int((code == specular.OUTSIDE).sum()))
-    ok = np.flatnonzero(code == specular.REACHED)
-    sequence, hits = np.full((len(ok), width), -1), np.zeros((len(ok), width, 3))
-    each, place = np.arange(len(ok)), before.order[ok]
-    for k in range(width - 1):
-        early = np.flatnonzero(place > k)
-        sequence[early, k], hits[early, k] = before.sequence[ok[early], k], hits_before[ok[early], k]
-        late = np.flatnonzero(after.order[ok] > k)
-        slot = place[late] + after.order[ok[late]] - k  # mirrors behind the surface are met in reverse
-        sequence[late, slot], hits[late, slot] = after.sequence[ok[late], k], hits_after[ok[late], k]
-    sequence[each, place], hits[each, place] = len(world.patches) + index, point[ok]
-    found = with_plane_normals(tracing, candidates(tracing, pose[ok], np.full(len(ok), mic), sequence, hits))
+    found, ok, place = unfolded(tracing, mic, before, after, point, number, width, rejected)
+    each = np.arange(len(ok))
     found.normal[each, place] = turned(hit.normal[ok], frame[ok, 3])
     found.curvature[each, place] = turned_tensor(hit.curvature[ok], frame[ok, 3])
     found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
     found.face[:], found.uv[:] = hit.face[ok], hit.uv[ok]
     return found
-
-
-def _crossings(tracing: Tracing, start_m: Floats, target_m: Floats, images: Images) -> tuple[Ints, Floats]:
-    return specular.crossings(
-        start_m, target_m, tracing.placed, images.pose, images.order, images.sequence,
-        *specular.arrays(tracing.world.patches),
-    )  # type: ignore[call-arg]  # fmt: skip

@@ -9,17 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.association import Estimates, associate
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.outcome import distance_before, outcomes
-from benchmarks.cells.situation import Situation, situation
+from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
+from benchmarks.cells.standing import standing_situation
 from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
 from scenes.truth import GroundTruth
 from simulator import Fidelity, render_walk
 from simulator.pose import Walk
+
+SITUATIONS = {"approach": approach_situation, "standing": standing_situation}
 
 LOW_M = 1.1
 """An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
@@ -32,7 +36,7 @@ def compute(cell: Cell) -> dict[str, Any]:
         ValueError: the cell names something unknown or out of range.
     """
     begin = perf_counter()
-    setting = situation(cell)
+    setting = SITUATIONS[cell.kind](cell)
     beep = BeepDesign(**cell.beep.model_dump())
     fidelity = Fidelity(**cell.fidelity)
     recording = render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)

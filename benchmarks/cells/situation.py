@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from benchmarks.cells.spec import Cell
 from simulator.phone import Phone
 from simulator.pose import Walk
 from simulator.scene import Scene
@@ -23,27 +22,3 @@ class Situation:
     walk: Walk
     phone: Phone
     targets: tuple[str, ...]
-
-
-def situation(cell: Cell) -> Situation:
-    """Build what the cell asks for.
-
-    Raises:
-        ValueError: an unknown scene, category or phone.
-    """
-    if cell.kind == "standing":
-        from benchmarks.cells.standing import standing_situation
-
-        return standing_situation(cell)
-    from scenes import make_approach
-
-    approach = make_approach(
-        scene_name=cell.scene,
-        category=cell.category,
-        index=cell.index,
-        phone_name=cell.phone,
-        seed=cell.seed,
-        collision=cell.collision,
-        **cell.approach,
-    )
-    return Situation(approach.scene, approach.walk, approach.phone, (approach.target,))
