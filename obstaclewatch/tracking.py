@@ -26,8 +26,9 @@ REACH_M = 0.10
 """How far hands and phone reach ahead of the phone's middle."""
 WALKER_M_S = (0.8, 1.45)
 """Speeds between which the walker's share of an approach is taken to lie."""
-SURE = 0.85
-"""Probability of a collision that raises the alert."""
+SURE = 0.9
+"""Probability of a collision that raises the alert. On 400 rendered walks of the development split, true alerts and
+true silences were 54 % and 73 % at 0.75, 43 % and 82 % at 0.85, 41 % and 87 % at 0.9."""
 ALERT_M = (0.95, 2.0)
 """Distances left at which a first alert is given. Later, what is first heard is mostly the ground's echo, which gait
 moves; earlier, a wall that ends beside the walker cannot be told from one across the way."""
@@ -39,8 +40,9 @@ class TrackingDetector(EchoDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
-    over courses. With `reject_static=False` (measuring while standing, where nothing closes in) they hold the paper's
-    measurements, and nothing raises an alert. Arguments and errors as for `PaperDetector`.
+    over courses; range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
+    standing, where nothing closes in) they hold the paper's measurements, and nothing raises an alert. Arguments and
+    errors as for `PaperDetector`.
     """
 
     def __init__(
@@ -99,6 +101,8 @@ class TrackingDetector(EchoDetector):
 
         range_m = column([float(track.state[0]) for track in tracks])
         bearing = column([course.bearing_rad for course in courses])
+        if Flag.IDENTICAL_CHANNELS in flag:
+            bearing = np.full(len(tracks), np.nan)
         collides = np.array([course.collision >= 0.5 for course in courses], dtype=bool)
         cosine = np.cos(bearing) * self._cos_pitch
         length = self.phone.mic_separation_m
@@ -113,7 +117,7 @@ class TrackingDetector(EchoDetector):
             snr_db=column([track.snr_db for track in tracks]),
             closing_speed_m_s=column([float(track.state[1]) for track in tracks]),
             range_std_m=column([float(np.sqrt(track.covariance[0, 0])) for track in tracks]),
-            bearing_std_rad=column([course.bearing_std_rad for course in courses]),
+            bearing_std_rad=np.where(np.isnan(bearing), np.nan, column([course.bearing_std_rad for course in courses])),
             collides=collides,
             flags=np.full(len(tracks), int(flag)),
             beep_flags=flag,

@@ -100,7 +100,7 @@ def test_identical_channels_leave_the_ranges():
     assert all(Flag.IDENTICAL_CHANNELS in d.beep_flags for d in found)
     heard = [d for d in found if len(d)]
     assert len(heard) >= 10
-    assert all(np.isfinite(d.range_m).all() for d in heard)
+    assert all(np.isfinite(d.range_m).all() and np.isnan(d.bearing_rad).all() for d in heard)
 
 
 def test_no_beep_and_wrong_blocks():
