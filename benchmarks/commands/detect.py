@@ -14,7 +14,7 @@ import obstaclewatch
 from obstaclewatch import BeepDesign, Detection, read_recording
 from simulator import Phone
 
-DETECTORS = ("PaperDetector", "DistanceOnlyDetector")
+DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
 
 
 @click.command()
