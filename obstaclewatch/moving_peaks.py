@@ -72,9 +72,7 @@ class PeakFinder:
         sound_speed_m_s: speed of sound.
     """
 
-    def __init__(
-        self, beep: BeepDesign, phone: PhoneGeometry, settings: PaperSettings, sound_speed_m_s: float
-    ) -> None:
+    def __init__(self, beep: BeepDesign, phone: PhoneGeometry, settings: PaperSettings, sound_speed_m_s: float) -> None:
         self._settings, self._c = settings, sound_speed_m_s
         self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
         self._bandwidth_hz = rms_bandwidth_hz(beep)
@@ -83,6 +81,8 @@ class PeakFinder:
         self._direct_delay_s = self._baseline_m / sound_speed_m_s if calibrated is None else calibrated
         self._background = CoherentBackground(BACKGROUND_BEEPS)
         self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
+        # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
+        self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
         self._heard = 0
 
     @property
@@ -107,16 +107,14 @@ class PeakFinder:
             self._background.subtract(profile.envelope), profile.start_s, profile.rate_hz, profile.reference_hz
         )
         self._heard += 1
-        first, last = (
-            profile.position(start_s + 2.0 * range_m / self._c)
-            for range_m in (self._settings.near_m, self._settings.far_m)
-        )
-        echoes, noise = self._echoes(rest, first, last, float(direct.amplitude[0]))
+        near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
+        first = min(near, profile.envelope.shape[1] - self._span)
+        echoes, noise = self._echoes(rest, first, float(direct.amplitude[0]))
         return start_s, self._measured(rest, echoes, noise, start_s, float(direct.amplitude[0]), first, block)
 
-    def _echoes(self, rest: EchoProfile, first: int, last: int, direct: float) -> tuple[Echoes, Array]:
+    def _echoes(self, rest: EchoProfile, first: int, direct: float) -> tuple[Echoes, Array]:
         """The strongest peaks above clutter and noise, nearest first, and the rms of the noise at each."""
-        heard = rest.magnitude[0, first : last + 1]
+        heard = rest.magnitude[0, first : first + self._span]
         clutter = self._clutter.level(heard)
         if self._heard <= SETTLING_BEEPS:
             return echoes_at(rest, 0, np.empty(0, dtype=np.intp)), np.empty(0)

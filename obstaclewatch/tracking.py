@@ -93,9 +93,7 @@ class TrackingDetector(EchoDetector):
     def _alert_range_m(self) -> float:
         return self.settings.danger_m
 
-    def _report(
-        self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag
-    ) -> Detection:
+    def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
         def column(values: list[float]) -> NDArray[np.float64]:
             return np.array(values, dtype=np.float64)
 

@@ -12,6 +12,8 @@ from obstaclewatch.carrier_phase import OFFSETS_M, coherent_power, second_channe
 from obstaclewatch.courses import CourseGrid, Samples
 from obstaclewatch.echoes import echoes_at
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.moving_peaks import PeakFinder
+from obstaclewatch.settings import PaperSettings
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, true_range
 
@@ -117,3 +119,13 @@ def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, he
     assert 0.0 <= course.bearing_rad <= np.pi / 2
     assert later.collision == pytest.approx(course.collision, abs=2e-3)
     assert later.contact_s == pytest.approx(course.contact_s, abs=5e-3)
+
+
+def test_a_direct_sound_that_drifts_keeps_the_window_of_the_clutter_map():
+    """Near and far ends of the reach were rounded apart, and some drifts gave one sample more or less."""
+    finder = PeakFinder(BEEP, PHONE, PaperSettings(), C)
+    found = 0
+    for shift in range(0, 40):
+        block = np.roll(record([Point(2.0)], noise=1e-3), shift, axis=1)
+        found += finder.find(block) is not None
+    assert found == 40
