@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -34,14 +33,14 @@ def draw_echogram(
         if detection.decision.alert:
             axes.axvspan(detection.time_s, detection.time_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
     axes.set(xlabel="time, s", ylabel="range, m", title=f"{phone.name}: candidates blue, on course red, alerts shaded")
-    with mpl.rc_context({"svg.hashsalt": "obstaclewatch"}):
-        figure.savefig(path, dpi=120, metadata={"Software": None})
+    figure.savefig(path, dpi=120, metadata={"Software": None})
 
 
 def _levels(recording: Recording, beep: BeepDesign, found: Sequence[Detection]) -> tuple[np.ndarray, np.ndarray]:
     """(ranges, beeps) level over the beep's direct peak, and the range edges."""
     filter_ = MatchedFilter(beep, 2.0 * REACH_M / SPEED_M_S)
-    columns, delay = [], np.zeros(0)
+    columns: list[np.ndarray] = []
+    delay = np.zeros(0)
     for detection in found:
         begin = max(round(detection.time_s * recording.sample_rate_hz), 0)
         block = recording.samples[:, begin : begin + beep.period_samples]
