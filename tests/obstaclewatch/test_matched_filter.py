@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -61,6 +63,18 @@ def test_equals_the_correlation_written_out():
     difference = profile.magnitude[0, start:][inner] - envelope[::step][inner]
     assert envelope.max() > 0.5
     assert np.abs(difference).max() < 1e-3 * envelope.max()
+
+
+def test_equals_the_peers_matched_filter():
+    """Stored output of arlpy.signal.mfilter (tests/references/make_arlpy_matched_filter.py)."""
+    stored = np.load(Path(__file__).parents[1] / "references" / "arlpy_matched_filter.npz")
+    echoes = zip(stored["gain"], stored["delay_s"], strict=True)
+    block = sum(gain * BEEP.waveform(TIME - delay) for gain, delay in echoes)
+    profile = MatchedFilter(BEEP, 0.043, lead_s=0.0, rate_hz=BEEP.sample_rate_hz).compress(block[None])
+    expected = stored["magnitude"]
+    ours = profile.magnitude[0, :: int(stored["step"])][: len(expected)]
+    assert expected.max() > 0.9
+    assert np.abs(ours - expected).max() < 2e-4
 
 
 def test_pulse_width_and_sidelobes_are_those_of_the_hann_chirp():
