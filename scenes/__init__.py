@@ -3,6 +3,7 @@
 from scenes.approaches import DATA_COLLECTION, Approach, make_approach
 from scenes.layouts import list_scenes, load_scene
 from scenes.obstacles import walker_body
+from scenes.routes import Pace, Route, RouteWalk, Stop
 from scenes.truth import GroundTruth, ground_truth
 from scenes.walks import Gait, GaitWalk
 
@@ -12,6 +13,10 @@ __all__ = [
     "Gait",
     "GaitWalk",
     "GroundTruth",
+    "Pace",
+    "Route",
+    "RouteWalk",
+    "Stop",
     "ground_truth",
     "list_scenes",
     "load_scene",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,14 @@ LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
 
 
+@runtime_checkable
+class HasMeanWay(Protocol):
+    """A walk that knows its way without the gait."""
+
+    def mean_plan_m(self, time_s: ArrayLike) -> Array:
+        """(N,) times, s, to (N, 2) places in plan."""
+
+
 @dataclass(frozen=True)
 class GroundTruth:
     """What is true of an obstacle at T instants of a walk, and of the walk as a whole.
@@ -46,8 +55,9 @@ class GroundTruth:
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
             NaN if it has no such part.
-        miss_distance_m: distance in plan between the obstacle and the line along which the phone walks on average,
-            from its start on and beyond its end, as seen from the obstacle if that moves; 0 if the line meets it.
+        miss_distance_m: distance in plan between the obstacle and the line along which the phone walks on average
+            (the route of a `RouteWalk`), from its start on and beyond its end, as seen from the obstacle if that
+            moves; 0 if the line meets it.
         clearance_m: smallest gap between the walker's body and the obstacle during the walk; 0 if they touch.
         collides: whether the walker's body meets the obstacle during the walk.
         line_collides: the paper's looser rule: whether the phone's line meets it.
@@ -152,7 +162,7 @@ def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact
     time, phone, core = _track(obstacle, walk, worn)
     index = slab.first_contact(core, worn.half_width_m)
     return Contact(
-        miss_distance_m=slab.distance(_mean_line(time, phone)),
+        miss_distance_m=slab.closest_approach(_mean_line(obstacle, walk, time, phone)),
         clearance_m=max(0.0, slab.closest_approach(core) - worn.half_width_m),
         contact_time_s=_at_index(index, time),
     )
@@ -235,14 +245,22 @@ def _radius(obstacle: Obstacle, heading_rad: Array, body: Body) -> Array:
     return (0.5 * np.ptp(across, axis=0))[where]
 
 
-def _mean_line(time_s: Array, plan_m: Array) -> Array:
-    """(2, 2) ends of the line along which (N, 2) places move on average (least squares), from the start onwards."""
-    centered = time_s - time_s.mean()
-    velocity = centered @ plan_m / (centered @ centered)
-    start = plan_m.mean(axis=0) + velocity * (time_s[0] - time_s.mean())
+def _mean_line(obstacle: Obstacle, walk: Walk, time_s: Array, phone_m: Array) -> Array:
+    """(L, 2, 2) segments of the phone's way without its gait, as seen from the obstacle, and straight on at the end.
+
+    A walk that knows its mean way is asked for it; of any other it is a straight line by least squares.
+    """
+    if isinstance(walk, HasMeanWay):
+        mean = walk.mean_plan_m(time_s) - time_s[:, None] * obstacle.velocity_m_s[:2]
+        velocity = (mean[-1] - mean[-2]) / (time_s[-1] - time_s[-2])
+    else:
+        centered = time_s - time_s.mean()
+        velocity = centered @ phone_m / (centered @ centered)
+        mean = (phone_m.mean(axis=0) + velocity * (time_s[0] - time_s.mean()))[None]
     speed = float(np.hypot(*velocity))
     ahead = velocity / speed if speed > 0.0 else np.zeros(2)
-    return np.stack([start, start + LINE_M * ahead])
+    points = np.concatenate([mean, mean[-1:] + LINE_M * ahead])
+    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _first(contact_time_s: Sequence[float]) -> int | None:

@@ -1,20 +1,26 @@
 """Walks: a straight heading at constant mean speed, with the bob, sway and surge of human gait.
 
-The phone is held in portrait with its top edge forwards and lifted by about 30 degrees, as one holds it to read or
-type at chest height (the paper's "vertical" holding).
+The phone is held as one holds it to read or type at chest height: in portrait, its top edge forwards and lifted by
+about 30 degrees (the paper's "vertical" holding, used in all its experiments), or in landscape, its top edge to the
+left ("horizontal", section 5.1). Curved and interrupted walks are in `scenes.routes`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from simulator.pose import Pose, held_rotation
 
 Array = NDArray[np.float64]
+Holding = Literal["vertical", "horizontal"]
+
+QUARTER_TURN = Rotation.from_euler("z", 90.0, degrees=True)
 
 WALK_RATIO_M_PER_STEPS_MIN = 0.00646
 """Step length over cadence, constant above about 1 m/s: 62 m/min at 98 steps/min (Murakami and Otaka 2017,
@@ -25,6 +31,43 @@ ORENDURFF_VERTICAL_M = np.array([0.0274, 0.0483])
 ORENDURFF_LATERAL_M = np.array([0.0699, 0.0385])
 """Peak-to-peak displacement of the centre of mass at the slowest and fastest speed of Orendurff et al. 2004
 (J. Rehabil. Res. Dev. 41(6A):829-834); linear between them."""
+
+
+def grip(heading_rad: ArrayLike, pitch_rad: ArrayLike, roll_rad: ArrayLike, holding: Holding) -> Rotation:
+    """Rotation of a phone held by someone who faces the heading, phone frame -> world.
+
+    Args:
+        heading_rad: counter-clockwise from +x.
+        pitch_rad: lift of the phone's far side: the top edge in portrait, a long side in landscape.
+        roll_rad: positive lowers the right-hand side, as the walker sees it.
+        holding: "vertical" is portrait, top edge forwards; "horizontal" is landscape, top edge to the left.
+
+    Raises:
+        ValueError: another holding.
+    """
+    check_holding(holding)
+    portrait = held_rotation(heading_rad, pitch_rad, roll_rad)
+    return portrait if holding == "vertical" else portrait * QUARTER_TURN
+
+
+def check_holding(holding: str) -> None:
+    """Refuse what is neither.
+
+    Raises:
+        ValueError: another holding.
+    """
+    if holding not in get_args(Holding):
+        raise ValueError(f"holding must be one of {get_args(Holding)}, got {holding!r}")
+
+
+class Wobble(NamedTuple):
+    """Departure of the phone from its mean path, (N,) each: m ahead, to the left and up, rad of pitch and roll."""
+
+    ahead_m: Array
+    left_m: Array
+    up_m: Array
+    pitch_rad: Array
+    roll_rad: Array
 
 
 @dataclass(frozen=True)
@@ -77,6 +120,16 @@ class Gait:
             phase_rad=phase_rad,
         )
 
+    def wobble(self, step_rad: Array) -> Wobble:
+        """The departure at (N,) phases of the step cycle."""
+        return Wobble(
+            ahead_m=self.surge_m * np.sin(step_rad - np.pi),
+            left_m=self.sway_m * np.sin(0.5 * step_rad),
+            up_m=self.bob_m * np.cos(step_rad),
+            pitch_rad=self.pitch_wobble_rad * np.sin(step_rad),
+            roll_rad=self.roll_wobble_rad * np.cos(0.5 * step_rad),
+        )
+
 
 @dataclass(frozen=True)
 class GaitWalk:
@@ -87,12 +140,13 @@ class GaitWalk:
         heading_rad: direction of travel, counter-clockwise from +x; the body faces it.
         speed_m_s: mean speed, not negative; 0 stands still.
         duration_s: length of the walk.
-        pitch_rad: mean lift of the phone's top edge.
-        roll_rad: mean roll about the long edge.
+        pitch_rad: mean lift of the phone's far side.
+        roll_rad: mean lowering of its right-hand side.
         gait: motion around the mean path; None is the published one at that speed, `Gait()` is none at all.
+        holding: "vertical" or "horizontal", see `grip`.
 
     Raises:
-        ValueError: a negative speed, a duration that is not positive, numbers that are not finite.
+        ValueError: a negative speed, a duration that is not positive, numbers that are not finite, another holding.
     """
 
     start_m: Array
@@ -102,8 +156,10 @@ class GaitWalk:
     pitch_rad: float = float(np.deg2rad(30.0))
     roll_rad: float = 0.0
     gait: Gait | None = None
+    holding: Holding = "vertical"
 
     def __post_init__(self) -> None:
+        check_holding(self.holding)
         if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
             raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
@@ -123,13 +179,10 @@ class GaitWalk:
         """(N,) times, s, to N poses; smooth in time, also before 0 and after the end."""
         time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
         gait = self.motion
-        step = 2.0 * np.pi * gait.step_hz * time + gait.phase_rad
-        along = self.speed_m_s * time + gait.surge_m * np.sin(step - np.pi)
-        left = gait.sway_m * np.sin(0.5 * step)
-        up = gait.bob_m * np.cos(step)
+        wobble = gait.wobble(2.0 * np.pi * gait.step_hz * time + gait.phase_rad)
+        along, left = self.speed_m_s * time + wobble.ahead_m, wobble.left_m
         cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
-        offset = np.stack([cos * along - sin * left, sin * along + cos * left, up], axis=-1)
-        pitch = self.pitch_rad + gait.pitch_wobble_rad * np.sin(step)
-        roll = self.roll_rad + gait.roll_wobble_rad * np.cos(0.5 * step)
+        offset = np.stack([cos * along - sin * left, sin * along + cos * left, wobble.up_m], axis=-1)
         heading = np.full(len(time), self.heading_rad)
-        return Pose(self.start_m + offset, held_rotation(heading, pitch, roll), heading)
+        pitch, roll = self.pitch_rad + wobble.pitch_rad, self.roll_rad + wobble.roll_rad
+        return Pose(self.start_m + offset, grip(heading, pitch, roll, self.holding), heading)

@@ -91,3 +91,18 @@ def test_negative_amplitudes_are_refused() -> None:
 def _strongest_hz(signal: np.ndarray, step_s: float) -> float:
     spectrum = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)), 16 * len(signal)))
     return float(np.fft.rfftfreq(16 * len(signal), step_s)[np.argmax(spectrum)])
+
+
+def test_held_horizontally_the_long_edge_lies_across_and_the_screen_faces_the_same_way() -> None:
+    portrait, landscape = (
+        GaitWalk(np.zeros(3), heading_rad=0.7, gait=Gait(), holding=holding).pose([0.0]).rotation
+        for holding in ("vertical", "horizontal")
+    )
+    top = landscape.apply([0.0, 1.0, 0.0])[0]
+    np.testing.assert_allclose(top, [-np.sin(0.7), np.cos(0.7), 0.0], atol=1e-12)
+    np.testing.assert_allclose(landscape.apply([0.0, 0.0, 1.0]), portrait.apply([0.0, 0.0, 1.0]), atol=1e-12)
+
+
+def test_another_holding_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"holding must be one of .*got 'sideways'"):
+        GaitWalk(np.zeros(3), holding="sideways")
