@@ -6,6 +6,7 @@ from simulator.materials import Material
 from simulator.paths import Paths
 from simulator.phone import Phone
 from simulator.pose import Pose, StraightWalk, Walk, held_rotation
+from simulator.rejections import Rejections, trace_rejected
 from simulator.render import render_walk
 from simulator.scene import Obstacle, Scene
 from simulator.trace import trace_paths
@@ -18,10 +19,12 @@ __all__ = [
     "Paths",
     "Phone",
     "Pose",
+    "Rejections",
     "Scene",
     "StraightWalk",
     "Walk",
     "held_rotation",
     "render_walk",
     "trace_paths",
+    "trace_rejected",
 ]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import specular
 from simulator.frames import turned
 from simulator.world import Tracing
 
@@ -56,9 +55,23 @@ class Candidates:
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
 
 
+def concatenated(parts: list[Candidates]) -> Candidates:
+    """All parts, one after the other."""
+    return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+
+
+def nothing(width: int) -> Candidates:
+    """No candidates, of up to `width` reflections."""
+    none, shape = np.zeros(0, dtype=np.int64), (0, width)
+    return Candidates(
+        none, none, none, np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)), np.zeros((*shape, 3)),
+        np.zeros((*shape, 3, 3)), np.zeros(shape), none, np.zeros((0, 2)), none, none,
+    )  # fmt: skip
+
+
 def joined(parts: list[Candidates]) -> Candidates:
     """All parts, sorted by pose, microphone, order and sequence: the order in which they are summed."""
-    whole = Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+    whole = concatenated(parts)
     keys = tuple(whole.sequence.T[::-1]) + (whole.order, whole.mic, whole.pose)
     return whole[np.lexsort((whole.part, whole.face, *keys))]
 
@@ -67,24 +80,6 @@ def direct(tracing: Tracing, width: int) -> Candidates:
     """The straight way from speaker to microphones."""
     pose, mic = np.divmod(np.arange(2 * len(tracing.source_m)), 2)
     return candidates(tracing, pose, mic, np.full((len(pose), width), -1), np.zeros((len(pose), width, 3)))
-
-
-def planar(tracing: Tracing, max_order: int, limit_m: float, rejected: dict[str, int]) -> Candidates:
-    """Image sources in planar patches, up to `max_order`; what falls beside its patches is counted."""
-    world = tracing.world
-    where, sequence, hits, counts = specular.planar_paths(
-        tracing.source_m, tracing.mics_m, tracing.placed,
-        *specular.arrays(world.patches), world.follows, max_order, limit_m,
-    )  # type: ignore[call-arg]  # fmt: skip
-    count_missed(rejected, int(counts[specular.BEHIND]), int(counts[specular.OUTSIDE]))
-    found = candidates(tracing, where[:, 0], where[:, 1], sequence, hits)
-    return with_plane_normals(tracing, found)
-
-
-def count_missed(rejected: dict[str, int], behind: int, outside: int) -> None:
-    """Add to the counts of sequences that miss their patches."""
-    for name, count in (("behind a patch", behind), ("outside its patch", outside)):
-        rejected[name] = rejected.get(name, 0) + count
 
 
 def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Floats) -> Candidates:

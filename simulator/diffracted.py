@@ -12,6 +12,8 @@ moves against it, while its far edge alone keeps -35 dB: the waves from edge to 
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +22,8 @@ from simulator.edge_images import EdgeImages, images_of
 from simulator.edge_view import APEX, END, START, EdgeView
 from simulator.edges import strength_bound
 from simulator.frames import out_of_rest, turned
-from simulator.unfolding import unfolded
+from simulator.ledger import Ledger, Turned
+from simulator.unfolding import Turns, straightened, unfolded
 from simulator.visibility import COINCIDENT_M
 from simulator.wedges import Wedges
 from simulator.world import Tracing
@@ -34,7 +37,7 @@ ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands o
 
 def diffracted(
     tracing: Tracing, max_order: int, limit_m: float, floor: float, loudest: Floats, wavenumber: float,
-    rejected: dict[str, int],
+    ledger: Ledger,
 ) -> Candidates:  # fmt: skip
     """Apex and ends of every edge, with mirrors before and after, up to `max_order` in all.
 
@@ -44,7 +47,7 @@ def diffracted(
         loudest: (N, 2) strongest other echo at each pose and microphone: what is not `MASKED` under it, or under the
             strongest edge, is kept even if it is faint.
         wavenumber: at which the strengths are bounded, rad/m.
-        rejected: counts of what is turned away, by reason.
+        ledger: of what is turned away.
     """
     lit = images_of(tracing, tracing.source_m, max_order - 1, limit_m)
     parts = []
@@ -55,10 +58,20 @@ def diffracted(
         strongest = loudest[:, mic].copy()
         np.maximum.at(strongest, before.pose[pair], bound)
         audible = bound >= np.minimum(floor, MASKED * strongest[before.pose[pair]])
-        rejected["faint edge"] = rejected.get("faint edge", 0) + int((~audible).sum())
-        pair, part, point = pair[audible], part[audible], point[audible]
-        parts.append(_bent(tracing, mic, before[pair], after[pair], point, part, max_order, rejected))
+        faint, loud = np.flatnonzero(~audible), np.flatnonzero(audible)
+        _turn_faint_away(tracing, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint], ledger)
+        before, after = before[pair[loud]], after[pair[loud]]
+        parts.append(_bent(tracing, mic, before, after, point[loud], part[loud], bound[loud], max_order, ledger))
     return joined(parts)
+
+
+def _turn_faint_away(
+    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, bound: Floats, ledger: Ledger
+) -> None:
+    """Book contributions below the floor; whether their mirrors would be met is not asked."""
+    number, width = tracing.world.first_wedge + before.wedge, before.sequence.shape[1] + 1
+    turns = Turns(mic, before, after, point, number, width)
+    ledger.turn_away("faint edge", len(point), lambda: Turned(bound, partial(straightened, tracing, turns)))
 
 
 def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
@@ -143,16 +156,21 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
 
 
 def _bent(
-    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, width: int,
-    rejected: dict[str, int],
+    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats,
+    width: int, ledger: Ledger,
 ) -> Candidates:  # fmt: skip
     """Candidates over given points of edges; none that sits on a mirror it has just met."""
     number = tracing.world.first_wedge + before.wedge
-    found, ok, place = unfolded(tracing, mic, before, after, point, number, width, rejected)
+    found, ok, place = unfolded(tracing, Turns(mic, before, after, point, number, width), ledger, lambda: bound)
     found.edge[:], found.part[:] = before.wedge[ok], part[ok]
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
     each = np.arange(len(ok))
-    return found[np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M]
+    apart = np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M
+    on_mirror = np.flatnonzero(~apart)
+    ledger.turn_away(
+        "edge on its mirror", len(on_mirror), lambda: Turned(bound[ok[on_mirror]], lambda i: found[on_mirror[i]])
+    )
+    return found[apart]
 
 
 def edge_slot(tracing: Tracing, found: Candidates) -> Ints:

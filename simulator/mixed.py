@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import curved, specular
-from simulator.candidates import Candidates
+from simulator.candidates import Candidates, concatenated
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.ledger import Ledger
 from simulator.reflectors import SmoothSurface
-from simulator.unfolding import unfolded
+from simulator.spreading import spreading
+from simulator.unfolding import Turns, unfolded
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -42,7 +44,7 @@ class Images:
         return Images(self.pose[index], self.order[index], self.sequence[index], self.point_m[index])
 
 
-def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, rejected: dict[str, int]) -> Candidates:
+def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it, up to `max_order` in all."""
     surface = tracing.world.surfaces[index]
     lit = _images(tracing, surface, tracing.source_m, max_order - 1, limit_m)
@@ -52,8 +54,8 @@ def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, rejected
         before, after = _pairs(lit, heard, max_order)
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
-        parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, rejected))
-    return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+        parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
+    return concatenated(parts)
 
 
 def _images(tracing: Tracing, surface: SmoothSurface, point_m: Floats, max_order: int, limit_m: float) -> Images:
@@ -79,17 +81,22 @@ def _pairs(lit: Images, heard: Images, max_order: int) -> tuple[Images, Images]:
 
 def _reflected(
     tracing: Tracing, index: int, mic: int, before: Images, after: Images,
-    hit: curved.StationaryPoints, width: int, rejected: dict[str, int],
+    hit: curved.StationaryPoints, width: int, ledger: Ledger,
 ) -> Candidates:  # fmt: skip
     """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
     surface = tracing.world.surfaces[index]
     frame = tracing.placed[before.pose, surface.obstacle]
     number = np.full(len(hit), len(tracing.world.patches) + index)
     point = out_of_rest(hit.point_m, frame)
-    found, ok, place = unfolded(tracing, mic, before, after, point, number, width, rejected)
+    normal, curvature = turned(hit.normal, frame[:, 3]), turned_tensor(hit.curvature, frame[:, 3])
+
+    def amplitude() -> Floats:
+        ways = np.stack([before.point_m, point, after.point_m], axis=1)
+        return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
+
+    found, ok, place = unfolded(tracing, Turns(mic, before, after, point, number, width), ledger, amplitude)
     each = np.arange(len(ok))
-    found.normal[each, place] = turned(hit.normal[ok], frame[ok, 3])
-    found.curvature[each, place] = turned_tensor(hit.curvature[ok], frame[ok, 3])
+    found.normal[each, place], found.curvature[each, place] = normal[ok], curvature[ok]
     found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
     found.face[:], found.uv[:] = hit.face[ok], hit.uv[ok]
     return found

@@ -160,6 +160,7 @@ def planar_paths(
     follows,
     max_order,
     limit,
+    keep_missed,
 ):
     """Every sequence of up to `max_order` patches that carries sound from a source to a receiver, walls transparent.
 
@@ -167,13 +168,14 @@ def planar_paths(
         source: (N, 3); receivers: (N, M, 3); frames: (N, O, 4) where obstacles stand (x, y, z, yaw) at each pose.
         normal ... start: the patches; follows: (P, P) from `facing`.
         limit: longest path, m.
+        keep_missed: return sequences that miss their patches as well; their hits mean nothing.
 
     Returns:
-        where: (R, 3) pose, receiver, order; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
+        where: (R, 4) pose, receiver, order, code; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
         counts: (3,) sequences REACHED, BEHIND and OUTSIDE.
     """
     patches, width = len(offset), max(max_order, 1)
-    where, sequences = np.empty((256, 3), np.int64), np.empty((256, width), np.int64)
+    where, sequences = np.empty((256, 4), np.int64), np.empty((256, width), np.int64)
     points = np.empty((256, width, 3))
     found, counts = 0, np.zeros(3, np.int64)
     world_normal, world_offset, world_center = np.empty((patches, 3)), np.empty(patches), np.empty((patches, 3))
@@ -216,11 +218,11 @@ def planar_paths(
                     normal, edges, start, frames[n], hits,
                 )  # fmt: skip
                 counts[code] += 1
-                if code != REACHED:
+                if code != REACHED and not keep_missed:
                     continue
                 if found == len(where):
                     where, sequences, points = _grown(where), _grown(sequences), _grown(points)
-                where[found, 0], where[found, 1], where[found, 2] = n, m, depth + 1
+                where[found, 0], where[found, 1], where[found, 2], where[found, 3] = n, m, depth + 1, code
                 sequences[found] = -1
                 sequences[found, : depth + 1] = sequence[: depth + 1]
                 points[found] = 0.0
@@ -329,6 +331,38 @@ def crossings(
             edges, start, frames[placed], points[r],
         )  # fmt: skip
     return code, points
+
+
+@numba.njit(cache=True)
+def straight_crossings(
+    source, target, frames, pose, order, sequence, normal, offset, one_sided, obstacle, center, radius, edges, start
+):
+    """Where the straight ways to the last images of given sequences cross the planes, patches or not.
+
+    Returns (R, K, 3) points, NaN where a way runs along a plane, and (R,) distances of the last images.
+    """
+    rows, width = sequence.shape
+    points, length = np.zeros((rows, width, 3)), np.empty(rows)
+    patches = len(offset)
+    world_normal, world_offset, world_center = np.empty((patches, 3)), np.empty(patches), np.empty((patches, 3))
+    images = np.empty((width + 1, 3))
+    for r in range(rows):
+        _placed(normal, offset, center, obstacle, frames[pose[r]], world_normal, world_offset, world_center)
+        images[0] = source[r]
+        for k in range(order[r]):
+            p = sequence[r, k]
+            height = _dot(images[k], world_normal[p]) - world_offset[p]
+            images[k + 1] = images[k] - 2.0 * height * world_normal[p]
+        length[r] = np.sqrt(np.sum((images[order[r]] - target[r]) ** 2))
+        end = target[r].copy()
+        for k in range(order[r] - 1, -1, -1):
+            p = sequence[r, k]
+            here = _dot(end, world_normal[p]) - world_offset[p]
+            there = _dot(images[k + 1], world_normal[p]) - world_offset[p]
+            share = here / (here - there) if here != there else np.nan
+            end = end + share * (images[k + 1] - end)
+            points[r, k] = end
+    return points, length
 
 
 def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:

@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simulator import band
-from simulator.candidates import Candidates, direct, joined, planar
+from simulator.candidates import Candidates, direct, joined
 from simulator.diffracted import diffracted, edge_slot, lifts
 from simulator.fidelity import MECHANISMS, Fidelity
 from simulator.frames import Carrier, into_rest
 from simulator.gains import path_gain
+from simulator.ledger import Ledger, Turned
 from simulator.mixed import mixed
 from simulator.paths import REFERENCE_HZ, Paths
 from simulator.phone import Phone
+from simulator.planar import planar
 from simulator.pose import Pose
 from simulator.scene import Scene
 from simulator.spreading import spreading
@@ -54,12 +56,17 @@ def trace_paths(
         ValueError: the speaker and a microphone coincide, or a time is not finite.
     """
     fidelity = fidelity or Fidelity()
-    time = np.broadcast_to(np.asarray(time_s, dtype=np.float64), (len(pose),))
-    if not np.isfinite(time).all():
-        raise ValueError(f"time_s must be finite, got {time_s!r}")
-    tracing = still_tracing(scene, phone, pose, time, fidelity)
+    tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
     paths = traced(tracing, scene, phone, fidelity)[0]
     return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
+
+
+def instants(time_s: ArrayLike, poses: int) -> Floats:
+    """(N,) when each of N poses is taken."""
+    time = np.broadcast_to(np.asarray(time_s, dtype=np.float64), (poses,))
+    if not np.isfinite(time).all():
+        raise ValueError(f"time_s must be finite, got {time_s!r}")
+    return time
 
 
 def still_tracing(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity) -> Tracing:
@@ -81,10 +88,12 @@ def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: 
     return Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
 
 
-def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> tuple[Paths, Candidates]:
-    """The paths that pass every mask, and their geometry about the world's origin."""
-    rejected: dict[str, int] = {}
-    found = _candidates(tracing, fidelity, scene.air.sound_speed_m_s, rejected)
+def traced(
+    tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity, ledger: Ledger | None = None
+) -> tuple[Paths, Candidates]:
+    """The paths that pass every mask, and their geometry about the world's origin; `ledger` books what does not."""
+    ledger = ledger or Ledger()
+    found = _candidates(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
     masks = {
         "too long": found.length_m <= 2.0 * fidelity.max_range_m,
         "twin on a shared border": _first_of_twins(tracing, found),
@@ -92,17 +101,27 @@ def traced(tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity) -> 
         "at a focus": _out_of_focus(found),
     }
     kept = np.ones(len(found), dtype=bool)
+    nodes_hz = band.nodes_hz(fidelity.band_points)
     for name, mask in masks.items():
-        rejected[name] = int((kept & ~mask).sum())
+        _turn_away(ledger, name, found[kept & ~mask], tracing, phone, scene)
         kept &= mask
     found = found[kept]
-    nodes_hz = band.nodes_hz(fidelity.band_points)
     gain = path_gain(tracing, phone, tracing.pose, scene.air, found, nodes_hz)
     heard = _over_noise(phone, gain) | (found.order == 0)
-    rejected["under the noise"] = int((~heard).sum())
+    _turn_away(ledger, "under the noise", found[~heard], tracing, phone, scene)
     found, gain = found[heard], gain[heard]
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
-    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, rejected, left_out), found
+    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger.counts, left_out), found
+
+
+def _turn_away(ledger: Ledger, name: str, found: Candidates, tracing: Tracing, phone: Phone, scene: Scene) -> None:
+    """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
+
+    def described() -> Turned:
+        gain = path_gain(tracing, phone, tracing.pose, scene.air, found, np.array([REFERENCE_HZ]))
+        return Turned(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
+
+    ledger.turn_away(name, len(found), described)
 
 
 def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]:
@@ -111,17 +130,17 @@ def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]
     return np.abs(gain).max(axis=1) >= 10.0 ** (floor_db / 20.0)
 
 
-def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, rejected: dict[str, int]) -> Candidates:
+def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Ledger) -> Candidates:
     order, limit = fidelity.max_order, 2.0 * fidelity.max_range_m
     parts = [direct(tracing, max(order, 1))]
     if order > 0:
-        parts.append(planar(tracing, order, limit, rejected))
-        parts += [mixed(tracing, i, order, limit, rejected) for i in range(len(tracing.world.surfaces))]
+        parts.append(planar(tracing, order, limit, ledger))
+        parts += [mixed(tracing, i, order, limit, ledger) for i in range(len(tracing.world.surfaces))]
     if order > 0 and len(tracing.world.wedges):
         floor = 10.0 ** (fidelity.edge_floor_db / 20.0)
         wavenumber = 2.0 * np.pi * REFERENCE_HZ / speed_m_s
         loudest = _loudest(tracing, parts[1:])
-        parts.append(diffracted(tracing, order, limit, floor, loudest, wavenumber, rejected))
+        parts.append(diffracted(tracing, order, limit, floor, loudest, wavenumber, ledger))
     return joined(parts)
 
 
@@ -212,22 +231,23 @@ def _paths(
         delay_s=found.length_m / speed_m_s,
         gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
         band_gain=gain, mic=found.mic, pose=found.pose, order=found.order,
-        kind=_kinds(found),
-        obstacle=_names(tracing.world, found), sequence=found.sequence,
+        kind=kinds_of(tracing.world, found),
+        obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
         phone=phone, poses=len(tracing.pose), rejected=rejected, left_out=left_out,
     )  # fmt: skip
     return paths
 
 
-def _kinds(found: Candidates) -> NDArray[np.str_]:
+def kinds_of(world: World, found: Candidates) -> NDArray[np.str_]:
     """(C,) "direct", "specular", "curved", "edge", or "mixed" for a curved surface or an edge among mirrors."""
-    alone = np.where(found.edge >= 0, "edge", "curved")
+    bent, curved = (found.sequence >= world.first_wedge).any(axis=1), found.sequence >= len(world.patches)
+    alone = np.where(bent, "edge", "curved")
     turning = np.where(found.order == 1, alone, "mixed")
-    return np.where(found.order == 0, "direct", np.where((found.face >= 0) | (found.edge >= 0), turning, "specular"))
+    return np.where(found.order == 0, "direct", np.where(curved.any(axis=1), turning, "specular"))
 
 
-def _names(world: World, found: Candidates) -> NDArray[np.str_]:
+def names_of(world: World, found: Candidates) -> NDArray[np.str_]:
     """(C,) obstacles met, joined by " > "."""
     owner = world.owner
     if not len(found):

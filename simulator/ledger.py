@@ -1,0 +1,51 @@
+"""What the masks turn away while paths are traced: counted in every run, kept path by path where a run asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.candidates import Candidates
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Turned:
+    """R candidates that one mask turned away.
+
+    Attributes:
+        amplitude: (R,) estimated gain.
+        candidates: the geometry of chosen ones of the R, worked out for these alone.
+    """
+
+    amplitude: Floats
+    candidates: Callable[[Ints], Candidates]
+
+
+@dataclass
+class Ledger:
+    """Collects, in the order in which the masks are applied.
+
+    Attributes:
+        listed: strongest candidates kept of each group turned away; 0 only counts.
+        counts: candidates turned away by each mask.
+        entries: (mask, amplitude, candidates) of what is kept.
+    """
+
+    listed: int = 0
+    counts: dict[str, int] = field(default_factory=dict)
+    entries: list[tuple[str, Floats, Candidates]] = field(default_factory=list)
+
+    def turn_away(self, mask: str, count: int, describe: Callable[[], Turned]) -> None:
+        """Book `count` candidates; `describe` is asked about them only if they are listed."""
+        self.counts[mask] = self.counts.get(mask, 0) + int(count)
+        if not (self.listed and count):
+            return
+        turned = describe()
+        strongest = np.argsort(-turned.amplitude, kind="stable")[: self.listed]
+        self.entries.append((mask, turned.amplitude[strongest], turned.candidates(strongest)))

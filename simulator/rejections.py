@@ -1,0 +1,116 @@
+"""The contributions that were found and turned away: which way they would have gone, by which mask, at what level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simulator.candidates import concatenated, nothing
+from simulator.fidelity import Fidelity
+from simulator.ledger import Ledger
+from simulator.phone import Phone
+from simulator.pose import Pose
+from simulator.scene import Scene
+from simulator.trace import instants, kinds_of, names_of, still_tracing, traced
+from simulator.world import World
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Rejections:
+    """R contributions that a validity mask turned away, strongest first.
+
+    Attributes:
+        mask: (R,) name of the mask, as in `Paths.rejected`.
+        level_db: (R,) estimated level at 20 kHz, dB re the free field 1 m in front of the speaker. With air, materials
+            and directivity where the geometry is whole; sequences that miss their patches have the level of their
+            image (behind a mirror: one over its distance), edges an upper bound, both without them.
+        pose, mic, order: (R,) as in `Paths`.
+        kind: (R,) as in `Paths`.
+        obstacle: (R,) names of the obstacles that would have been met, joined by " > ".
+        sequence: (R, N) reflectors, -1 padded, as in `Paths`.
+        points_m: (R, N + 2, 3) source, reflection points, microphone (repeated), world frame. Where a patch is missed
+            these are the crossings with its endless plane, on either side of the two ends; NaN where the unfolded way
+            runs along the plane and there is none.
+        counts: all that each mask turned away, listed or not.
+    """
+
+    mask: NDArray[np.str_]
+    level_db: NDArray[np.float64]
+    pose: Ints
+    mic: Ints
+    order: Ints
+    kind: NDArray[np.str_]
+    obstacle: NDArray[np.str_]
+    sequence: Ints
+    points_m: NDArray[np.float64]
+    counts: Mapping[str, int]
+
+    def __len__(self) -> int:
+        return len(self.mask)
+
+    def __getitem__(self, mask: ArrayLike) -> Rejections:
+        """Those that a boolean mask, an index array or a slice selects."""
+        index = mask if isinstance(mask, slice) else np.asarray(mask)
+        return replace(self, **{f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "counts"})
+
+    @property
+    def left_out(self) -> int:
+        """How many were turned away and are not listed here."""
+        return sum(self.counts.values()) - len(self)
+
+    def explain(self) -> str:
+        """One line each, strongest first."""
+        lines = [f"{len(self)} contributions turned away, {self.left_out} more not listed"]
+        for k in range(len(self)):
+            points = self.points_m[k, 1 : self.order[k] + 1]
+            way = " ".join("(" + ", ".join(f"{x:.2f}" for x in point) + ")" for point in points)
+            lines.append(
+                f"  {self.level_db[k]:.1f} dB, pose {self.pose[k]}, microphone {self.mic[k]}, {self.kind[k]}: "
+                f"{self.obstacle[k]} at {way}: {self.mask[k]}"
+            )
+        return "\n".join(lines)
+
+
+def trace_rejected(
+    scene: Scene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0,
+    limit: int = 1000,
+) -> Rejections:  # fmt: skip
+    """What `trace_paths` with the same arguments turns away, by the masks of that very run.
+
+    Sequences of mirrors that the search never builds, because a patch cannot be lit through the one before it or lies
+    beyond the range, are no contributions and not listed.
+
+    Args:
+        scene, phone, pose, fidelity, time_s: as for `trace_paths`.
+        limit: the strongest so many are listed; `Rejections.left_out` counts the rest.
+
+    Raises:
+        ValueError: as `trace_paths`, or a limit below 1.
+    """
+    if not (isinstance(limit, int) and limit >= 1):
+        raise ValueError(f"limit must be a whole number from 1 on, got {limit!r}")
+    fidelity = fidelity or Fidelity()
+    tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
+    ledger = Ledger(limit)
+    traced(tracing, scene, phone, fidelity, ledger)
+    return _listed(tracing.world, ledger, max(fidelity.max_order, 1))
+
+
+def _listed(world: World, ledger: Ledger, width: int) -> Rejections:
+    """The strongest of all groups, in one order."""
+    amplitude = np.concatenate([np.zeros(0)] + [each for _, each, _ in ledger.entries])
+    mask = np.repeat(
+        np.array([name for name, _, _ in ledger.entries], dtype=np.str_),
+        np.array([len(each) for _, each, _ in ledger.entries], dtype=np.int64),
+    )
+    rank = np.argsort(-amplitude, kind="stable")[: ledger.listed]
+    found = concatenated([nothing(width)] + [found for _, _, found in ledger.entries])[rank]
+    return Rejections(
+        mask[rank], 20.0 * np.log10(amplitude[rank]), found.pose, found.mic, found.order, kinds_of(world, found),
+        names_of(world, found), found.sequence, found.points_m + world.origin_m, dict(ledger.counts),
+    )  # fmt: skip
