@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.store import write_atomically
+from benchmarks.store import cell_path, cost_path, read_cell, write_atomically
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class RunData:
 
 
 def load_run(folder: str | Path) -> RunData:
-    """Read a run's manifest and every cell that its plan names and that is there.
+    """Read a run's manifest and every cell that its plan names and that is there whole.
 
     Raises:
         ValueError: the folder holds no run, or its manifest is damaged.
@@ -50,11 +50,11 @@ def load_run(folder: str | Path) -> RunData:
         raise ValueError(f"'{path}' must be JSON: {error}") from error
     cells, costs = [], []
     for digest in manifest["plan"]:
-        record = folder / "cells" / digest[:2] / f"{digest}.json"
-        if not record.is_file():
+        record = read_cell(cell_path(folder, digest), digest)
+        if record is None:
             continue
-        cells.append(json.loads(record.read_text(encoding="utf-8")))
-        cost = folder / "costs" / digest[:2] / f"{digest}.json"
+        cells.append(record)
+        cost = cost_path(folder, digest)
         costs.append(json.loads(cost.read_text(encoding="utf-8")) if cost.is_file() else {})
     return RunData(folder, manifest, tuple(cells), tuple(costs))
 

@@ -1,4 +1,4 @@
-"""Cells on disk: one file each, named by content, written whole or not at all.
+"""Cells on disk: one file each, named by content, sealed by a checksum, written whole or not at all.
 
 A cell's file holds only what its inputs decide, so it is the same byte for byte whoever computes it; what it cost
 lies beside it in a file of its own.
@@ -6,9 +6,13 @@ lies beside it in a file of its own.
 
 from __future__ import annotations
 
+import fcntl
+import hashlib
 import json
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,20 +45,59 @@ def write_atomically(path: Path, text: str) -> None:
         partial.unlink(missing_ok=True)
 
 
-def to_json(value: Any) -> str:
-    """JSON with sorted keys; NaN, which JSON lacks, is null."""
-    return json.dumps(_nan_to_none(value), sort_keys=True, indent=1, allow_nan=False) + "\n"
+def write_cell(path: Path, record: str) -> None:
+    """Store a record, JSON text from `to_json`, with the checksum of that text as its first entry."""
+    write_atomically(path, _seal(record) + record[1:])
 
 
 def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
     """A stored cell, or None where there is none, or only a damaged one, which is then to be computed again."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (FileNotFoundError, json.JSONDecodeError, UnicodeDecodeError):
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, UnicodeDecodeError):
         return None
-    if not isinstance(record, dict) or record.get("digest") != digest or record.get("status") not in ("ok", "failed"):
+    record = "{" + text[len(_seal("")) :]
+    if not text.startswith(_seal(record)):
         return None
-    return record
+    found: dict[str, Any] = json.loads(record)
+    if found.get("digest") != digest or found.get("status") not in ("ok", "failed"):
+        return None
+    return found
+
+
+def to_json(value: Any) -> str:
+    """JSON with sorted keys; NaN, which JSON lacks, is null."""
+    return json.dumps(_nan_to_none(value), sort_keys=True, indent=1, allow_nan=False) + "\n"
+
+
+def point_to(folder: Path, link: Path) -> None:
+    """Make `link` a symbolic link to a folder beside it, replacing an older one in one step."""
+    partial = link.with_name(f".{link.name}.{os.getpid()}.partial")
+    partial.unlink(missing_ok=True)
+    partial.symlink_to(folder.name, target_is_directory=True)
+    os.replace(partial, link)
+
+
+@contextmanager
+def only_one_process(run: Path) -> Iterator[None]:
+    """Hold a run's folder while it is computed, and clear what an earlier process was killed over.
+
+    Raises:
+        ValueError: another process holds it.
+    """
+    run.mkdir(parents=True, exist_ok=True)
+    with (run / ".lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise ValueError(f"a run must be computed by one process at a time; another works on '{run}'") from error
+        for partial in run.rglob(".*.partial"):
+            partial.unlink()
+        yield
+
+
+def _seal(record: str) -> str:
+    return f'{{\n "sha256": "{hashlib.sha256(record.encode()).hexdigest()}",'
 
 
 def _nan_to_none(value: Any) -> Any:

@@ -10,14 +10,16 @@ import yaml
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.executors import EXECUTORS, choose_executor
 from benchmarks.figures import draw_figures
+from benchmarks.label_filter import label_filter
 from benchmarks.manifest import manifest
 from benchmarks.plan import plan_cells, plan_digest
 from benchmarks.report import write_report
 from benchmarks.results import load_run, write_results_csv
-from benchmarks.runner import run_cells
+from benchmarks.runner import Tally, run_cells
 from benchmarks.scores import summary
-from benchmarks.store import to_json, write_atomically
+from benchmarks.store import cell_path, point_to, read_cell, to_json, write_atomically
 from benchmarks.suite import Suite, load_suite
 from benchmarks.verdict import verdict_lines
 
@@ -33,11 +35,17 @@ INCOMPLETE, NOTHING_MEASURED = 3, 4
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
 @click.option("--limit", type=int, help="so many cells at most, spread evenly")
 @click.option("--only", metavar="LABEL", help="one cell alone, e.g. supermarket/dustbin/17")
+@click.option("-k", "expression", metavar="EXPR", help="cells whose label fits, e.g. 'dustbin and not campus'")
+@click.option("--executor", type=click.Choice(EXECUTORS), help="where cells are computed  [local if -j > 1]")
+@click.option("--scheduler", metavar="ADDR", help="of a Dask scheduler, e.g. tcp://10.0.0.1:8786; --executor dask")
+@click.option("--retries", default=1, show_default=True, help="how often failed or lost cells are tried again")
+@click.option("--keep-going/--fail-fast", default=True, show_default=True, help="after a cell has failed")
 @click.option("-n", "--dry-run", is_flag=True, help="print the plan and stop")
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 def run(
     suite: str, tier: str, jobs: int, seed: int | None, split: str | None, settings: tuple[str, ...],
-    limit: int | None, only: str | None, dry_run: bool, out: Path,
+    limit: int | None, only: str | None, expression: str | None, executor: str | None, scheduler: str | None,
+    retries: int, keep_going: bool, dry_run: bool, out: Path,
 ) -> None:  # fmt: skip
     """Run SUITE (a name or a YAML file) and leave a run folder with results, figures and report.
 
@@ -45,23 +53,23 @@ def run(
     missing and never mixes results of another plan or version.
     """
     chosen = load_suite(suite, [*settings, *([f"split={split}"] if split else [])], seed)
-    cells = _only(plan_cells(chosen, tier, limit), only)
+    cells = _fitting(_only(plan_cells(chosen, tier, limit), only), expression)
     if dry_run:
         _print_plan(chosen, tier, cells)
         return
-    if jobs < 1:
-        raise ValueError(f"jobs must be at least 1, got {jobs}")
+    place = choose_executor(executor, jobs, scheduler)
     folder = _prepared(out, chosen, tier, cells)
     click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
-    records = run_cells(folder, cells, jobs)
+    try:
+        tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
+    except OSError as error:
+        click.echo(f"cannot store cells: {error}; what is done is kept, the same command goes on", err=True)
+        sys.exit(INCOMPLETE)
     finish(folder)
-    failed = [record for record in records if record["status"] == "failed"]
-    for record in failed[:5]:
-        click.echo(f"failed: {record['label']}: {record['error'].strip().splitlines()[-1]}", err=True)
-    if len(failed) == len(cells):
+    _say_what_failed(folder, tally)
+    if not tally.ok:
         sys.exit(NOTHING_MEASURED)
-    if failed or len(records) < len(cells):
-        click.echo(f"{len(failed)} of {len(cells)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
+    if not tally.complete:
         sys.exit(INCOMPLETE)
 
 
@@ -77,6 +85,28 @@ def finish(folder: Path) -> None:
     report = write_report(data)
     click.echo("\n".join(verdict_lines(found)))
     click.echo(f"report: {report}")
+
+
+def _say_what_failed(folder: Path, tally: Tally) -> None:
+    """The last lines of a few failures, and how many cells failed or are missing."""
+    for digest in tally.failed[:5]:
+        record = read_cell(cell_path(folder, digest), digest)
+        if record is not None:
+            click.echo(f"failed: {record['label']}: {record['error'].strip().splitlines()[-1]}", err=True)
+    if tally.failed:
+        click.echo(f"{len(tally.failed)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
+    if tally.missing:
+        click.echo(f"{len(tally.missing)} cells are missing; the same command goes on with them", err=True)
+
+
+def _fitting(cells: list[Cell], expression: str | None) -> list[Cell]:
+    if expression is None:
+        return cells
+    fits = label_filter(expression)
+    kept = [cell for cell in cells if fits(cell.label)]
+    if not kept:
+        raise ValueError(f"-k must fit a cell of the plan such as '{cells[0].label}', got '{expression}'")
+    return kept
 
 
 def _only(cells: list[Cell], label: str | None) -> list[Cell]:
@@ -103,4 +133,5 @@ def _prepared(out: Path, suite: Suite, tier: str, cells: list[Cell]) -> Path:
         resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
         write_atomically(folder / "config.resolved.yaml", resolved)
         write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, sys.argv[1:])))
+    point_to(folder, folder.with_name("latest"))
     return folder

@@ -13,8 +13,9 @@ from click.testing import CliRunner
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
 from benchmarks.cli import cli, main
+from benchmarks.executors import choose_executor
 from benchmarks.runner import run_cells
-from benchmarks.store import cell_path, to_json
+from benchmarks.store import cell_path, read_cell
 from benchmarks.suite import load_suite
 
 CATEGORIES = ("wall", "dustbin", "car", "sign", "pedestrian")
@@ -54,31 +55,21 @@ def test_a_wall_that_faces_the_walker_is_heard_in_most_beeps():
     assert -0.45 < bias < 0.05  # range-Doppler coupling: 0.205 s times a closing speed of 0-1.6 m/s
 
 
-def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
+def test_real_cells_do_not_depend_on_the_number_of_workers(tmp_path):
     cells = [_cell("dustbin"), _cell("wall", collision=False)]
-    alone, together = run_cells(tmp_path / "1", cells, 1), run_cells(tmp_path / "2", cells, 2)
-    assert [record["status"] for record in alone] == ["ok", "ok"]
-    assert to_json(alone) == to_json(together)
-    for record in alone:
-        files = [cell_path(tmp_path / name, record["digest"]) for name in "12"]
-        assert files[0].read_bytes() == files[1].read_bytes()
+    for jobs in (1, 2):
+        assert run_cells(tmp_path / str(jobs), cells, choose_executor(None, jobs)).complete
+    alone, together = ({p.name: p.read_bytes() for p in (tmp_path / name / "cells").rglob("*.json")} for name in "12")
+    assert len(alone) == 2
+    assert alone == together
 
 
-def test_a_damaged_cell_is_computed_again(tmp_path):
-    cell = _cell("dustbin", index=5)
-    (record,) = run_cells(tmp_path, [cell])
-    path = cell_path(tmp_path, record["digest"])
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-    run_cells(tmp_path, [cell])
-    assert path.read_bytes() == whole
-
-
-def test_a_failing_cell_is_recorded_and_the_others_go_on(tmp_path):
+def test_an_unknown_phone_is_a_failed_cell(tmp_path):
     bad = _cell("wall").model_copy(update={"phone": "nokia"})
-    records = run_cells(tmp_path, [bad, _cell("dustbin", index=5)])
-    assert [record["status"] for record in records] == ["failed", "ok"]
-    assert "nokia" in records[0]["error"]
+    (digest,) = run_cells(tmp_path, [bad], retries=0).failed
+    record = read_cell(cell_path(tmp_path, digest), digest)
+    assert record is not None
+    assert "nokia" in record["error"]
 
 
 @pytest.mark.parametrize("suffix", ["wav", "flac"])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.store import cell_path, read_cell, to_json, write_atomically
+from benchmarks.store import cell_path, point_to, read_cell, to_json, write_atomically, write_cell
 
 
 def test_a_cell_comes_back_as_written(tmp_path: Path) -> None:
@@ -16,7 +16,8 @@ def test_a_cell_comes_back_as_written(tmp_path: Path) -> None:
     assert path.parent.name == "ab"
     assert read_cell(path, digest) is None
     record = {"digest": digest, "status": "ok", "values": [0.1, 1e-300, 2.0 / 3.0]}
-    write_atomically(path, to_json(record))
+    write_cell(path, to_json(record))
+    assert json.loads(path.read_text(encoding="utf-8")).keys() == {"sha256", *record}
     assert read_cell(path, digest) == record
 
 
@@ -25,17 +26,35 @@ def test_numbers_that_are_not_finite_become_null() -> None:
     assert json.loads(text) == {"a": [None, [None, 1.0]], "b": {"c": None}}
 
 
-@pytest.mark.parametrize(
-    "text",
-    ['{"digest": "ab', '{"digest": "cd", "status": "ok"}', '{"digest": "ab", "status": "half"}', "[]", ""],
-    ids=["cut short", "another cell's", "unknown status", "no record", "empty"],
-)
-def test_what_is_damaged_or_another_s_is_computed_again(tmp_path: Path, text: str) -> None:
+def test_a_change_of_any_character_is_found(tmp_path: Path) -> None:
     path = tmp_path / "cell.json"
-    path.write_text('{"digest": "ab", "status": "ok"}', encoding="utf-8")
+    write_cell(path, to_json({"digest": "ab", "status": "ok", "x": [1.5]}))
+    whole = path.read_text(encoding="utf-8")
     assert read_cell(path, "ab") is not None
-    path.write_text(text, encoding="utf-8")
+    for k, character in enumerate(whole):
+        path.write_text(whole[:k] + chr(ord(character) ^ 1) + whole[k + 1 :], encoding="utf-8")
+        assert read_cell(path, "ab") is None
+        path.write_text(whole[:k], encoding="utf-8")
+        assert read_cell(path, "ab") is None
+
+
+@pytest.mark.parametrize(
+    "record",
+    [{"digest": "cd", "status": "ok"}, {"digest": "ab", "status": "half"}, {"status": "ok"}],
+    ids=["another cell's", "unknown status", "no digest"],
+)
+def test_what_is_another_s_is_computed_again(tmp_path: Path, record: dict[str, str]) -> None:
+    path = tmp_path / "cell.json"
+    write_cell(path, to_json(record))
     assert read_cell(path, "ab") is None
+
+
+def test_a_link_points_to_the_newest(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        point_to(tmp_path / name, tmp_path / "latest")
+        assert (tmp_path / "latest").resolve() == tmp_path / name
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["latest", "one", "two"]
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
