@@ -31,6 +31,7 @@ def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]
         "split": suite.split,
         "detectors": list(suite.detectors),
         "fidelity": suite.fidelity,
+        "figures": list(suite.figures),
         "plan_sha256": plan_digest(cells, fingerprint),
         "source_sha256": fingerprint,
         "plan": [cell.digest(fingerprint) for cell in cells],

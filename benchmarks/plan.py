@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.check import check_cell
+from benchmarks.cells.detectors import parse_detector, source_digest
 from benchmarks.cells.spec import Cell
-from benchmarks.suite import Group, Standing, Suite
+from benchmarks.suite import Group, Probe, Standing, Suite
+from benchmarks.sweep import at_point
 
 
 def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
@@ -16,10 +21,11 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
 
     A smaller tier holds the first walks of every stratum (scene x category, or category x distance), so its cells
     are also cells of the larger tiers and every stratum is present. Collision and non-collision walks, and the
-    phones, alternate within a stratum. With `limit`, the cells kept are taken evenly over the whole list.
+    phones, alternate within a stratum. A sweep plans each of them at all of its points, one after the other. With
+    `limit`, the cells kept are taken evenly over the whole list.
 
     Raises:
-        ValueError: an unknown tier, a limit below 1, or a plan without a cell.
+        ValueError: an unknown tier, a limit below 1, a plan without a cell, or a cell that could not run.
     """
     if limit is not None and limit < 1:
         raise ValueError(f"limit must be at least 1, got {limit}")
@@ -27,9 +33,14 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
     if suite.standing is not None:
         cells += _standing(suite, suite.standing, chosen.size)
+    cells += [cell for probe in suite.probes for cell in _probes(suite, probe)]
+    points = [{}] if suite.sweep is None else suite.sweep.visited()
+    cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
     if not cells:
         raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
-    return _thinned(cells, limit)
+    cells = _thinned(cells, limit)
+    _check(cells)
+    return cells
 
 
 def plan_digest(cells: Sequence[Cell], fingerprint: str) -> str:
@@ -61,12 +72,10 @@ def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[C
                 seed=cell_seed(suite, f"{group.scene}/{category}", index),
                 collision=is_collision(index, suite.collision_fraction),
                 approach=group.approach,
-                beep=suite.beep,
-                fidelity=suite.fidelity,
-                knowledge=suite.knowledge,
                 settings=suite.settings,
                 detectors=suite.detectors,
                 scoring=suite.scoring,
+                **_shared(suite),
             )
 
 
@@ -81,17 +90,60 @@ def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> l
             seed=cell_seed(suite, f"standing/{category}/{range_m:g}", index),
             collision=False,
             range_m=range_m,
-            beep=suite.beep,
-            fidelity=suite.fidelity,
-            knowledge=suite.knowledge,
+            bearing_rad=bearing_rad,
             settings=suite.settings | {"reject_static": False},
-            detectors=("PaperDetector",),
+            detectors=standing.detectors,
             scoring=suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
+            **_shared(suite),
         )
         for category, count in standing.counts.items()
         for range_m in standing.range_m
+        for bearing_rad in standing.bearing_rad
         for index in range(size(count))
     ]
+
+
+def _probes(suite: Suite, probe: Probe) -> Iterator[Cell]:
+    """One cell for every phone and every combination of the probe's values."""
+    values = [dict(zip(probe.over, chosen, strict=True)) for chosen in product(*probe.over.values())]
+    for index, (phone, swept) in enumerate(product(probe.phones, values)):
+        yield Cell(
+            kind=probe.kind,  # type: ignore[arg-type]  # the suite's schema has checked it
+            scene=probe.kind,
+            category=probe.name,
+            index=index,
+            phone=phone,
+            seed=cell_seed(suite, f"{probe.kind}/{probe.name}", 0),
+            collision=False,
+            probe=probe.parameters | swept,
+            settings=suite.settings,
+            detectors=(),
+            scoring=suite.scoring,
+            **_shared(suite),
+        )
+
+
+def _shared(suite: Suite) -> dict[str, Any]:
+    """What every cell takes from its suite unchanged."""
+    names = ("walk", "phone_change", "air", "beep", "fidelity", "recording", "interferer", "knowledge")
+    return {name: getattr(suite, name) for name in names}
+
+
+def _with_sources(cell: Cell) -> Cell:
+    """The cell with the digest of every detector that is not obstaclewatch's own, whose source names cells too."""
+    named = [parse_detector(text) for text in cell.detectors]
+    sources = {name.text: source_digest(name) for name in named if name.module}
+    return cell.model_copy(update={"detector_sources": sources}) if sources else cell
+
+
+def _check(cells: Sequence[Cell]) -> None:
+    """Refuse what could not run before anything runs; cells that differ in their walk alone are looked at once."""
+    seen = set()
+    for cell in cells:
+        alike = cell.model_copy(update={"index": 0, "seed": 0, "collision": False, "category": ""}).model_dump_json()
+        if alike not in seen:
+            seen.add(alike)
+            check_cell(cell)
 
 
 def _thinned(cells: list[Cell], limit: int | None) -> list[Cell]:

@@ -10,7 +10,17 @@ from typing import Annotated, Any
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from benchmarks.cells.spec import BeepSetting, Knowledge, Scoring
+from benchmarks.cells.detectors import detector_label, parse_detector
+from benchmarks.cells.spec import (
+    BeepSetting,
+    Interferer,
+    Knowledge,
+    PhoneChange,
+    RecordingChange,
+    Scoring,
+    WalkChange,
+)
+from benchmarks.sweep import Sweep
 
 Count = Annotated[int, Field(ge=0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -30,7 +40,7 @@ class Group(_Strict):
 
 
 class Standing(_Strict):
-    """Standing measurements: how many for each category and distance, and how near a candidate must be to count.
+    """Standing measurements: how many for each category, distance and bearing, and how near a candidate must be.
 
     Static peaks are kept there: a standing walker has no others.
     """
@@ -38,7 +48,27 @@ class Standing(_Strict):
     phones: Annotated[tuple[str, ...], Field(min_length=1)]
     counts: dict[str, Count]
     range_m: tuple[Annotated[float, Field(gt=0.0)], ...] = (1.5, 3.0, 5.0)
+    bearing_rad: Annotated[tuple[Annotated[float, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
+    detectors: tuple[str, ...] = ("PaperDetector",)
     gate_m: Annotated[float, Field(gt=0.0)] = 0.2
+
+
+class Probe(_Strict):
+    """Cells that are neither walks nor standing measurements.
+
+    Attributes:
+        kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme.
+        name: which signal or check; see `docs/suites.md`.
+        phones: one cell for each.
+        parameters: plain values that the probe understands.
+        over: lists of values by parameter; every combination is a cell.
+    """
+
+    kind: Annotated[str, Field(pattern="^(signal|numerics)$")]
+    name: str
+    phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
+    parameters: dict[str, Any] = {}
+    over: dict[str, tuple[Any, ...]] = {}
 
 
 class Tier(_Strict):
@@ -55,8 +85,16 @@ class Tier(_Strict):
 class Suite(_Strict):
     """A whole suite, validated.
 
-    `collision_fraction` is the share of walks that are on a collision course; `split` chooses which seeds are used,
-    so that what a detector is tuned on ("dev") is never what is reported ("test").
+    Attributes:
+        seed, split: which walks are drawn; what a detector is tuned on ("dev") is never what is reported ("test").
+        collision_fraction: share of the walks that are on a collision course.
+        groups, standing, probes: what is planned.
+        sweep: the points at which all of it is planned.
+        tiers: how much of it.
+        detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
+        walk, phone_change, air, beep, fidelity, recording, interferer, knowledge, settings, scoring: see
+            `benchmarks.cells.spec.Cell`.
+        figures: names of the figures that a run draws; none draws all that have data.
     """
 
     name: str
@@ -65,28 +103,43 @@ class Suite(_Strict):
     seed: Annotated[int, Field(ge=0)]
     split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
     collision_fraction: Fraction = 0.5
-    groups: tuple[Group, ...]
+    groups: tuple[Group, ...] = ()
     standing: Standing | None = None
+    probes: tuple[Probe, ...] = ()
+    sweep: Sweep | None = None
     tiers: dict[str, Tier]
     detectors: Annotated[tuple[str, ...], Field(min_length=1)]
+    walk: WalkChange = WalkChange()
+    phone_change: PhoneChange = PhoneChange()
+    air: dict[str, Any] = {}
     beep: BeepSetting = BeepSetting()
     fidelity: dict[str, Any] = {}
+    recording: RecordingChange = RecordingChange()
+    interferer: Interferer | None = None
     knowledge: Knowledge = Knowledge()
     settings: dict[str, Any] = {}
     scoring: Scoring = Scoring()
+    figures: tuple[str, ...] = ()
 
     @field_validator("detectors")
     @classmethod
-    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        unknown = [name for name in names if not name.endswith("Detector")]
+    def _told_apart(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        parsed = [parse_detector(name) for name in names]
+        unknown = [name.text for name in parsed if not name.module and not name.cls.endswith("Detector")]
         if unknown:
-            raise ValueError(f"detectors must be class names of obstaclewatch that end in 'Detector', got {unknown}")
+            raise ValueError(
+                f"detectors must be class names of obstaclewatch that end in 'Detector', or package.module:Class, "
+                f"got {unknown}"
+            )
+        labels = [detector_label(name) for name in names]
+        if len(set(labels)) < len(labels):
+            raise ValueError(f"detectors must have different names, module apart, got {labels}")
         return names
 
     @model_validator(mode="after")
     def _something_to_do(self) -> Suite:
-        if not self.groups and self.standing is None:
-            raise ValueError("a suite must have groups or standing measurements")
+        if not self.groups and self.standing is None and not self.probes:
+            raise ValueError("a suite must have groups, standing measurements or probes")
         return self
 
     def tier(self, name: str) -> Tier:

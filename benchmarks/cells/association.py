@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db")
+COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad")
 
 
 class DetectionLike(Protocol):
@@ -43,6 +43,14 @@ class DetectionLike(Protocol):
     def snr_db(self) -> Array:
         """(K,) peak over noise."""
 
+    @property
+    def range_std_m(self) -> Array:
+        """(K,) claimed standard deviation of range_m; NaN without a claim."""
+
+    @property
+    def bearing_std_rad(self) -> Array:
+        """(K,) claimed standard deviation of bearing_rad; NaN without a claim."""
+
 
 @dataclass(frozen=True)
 class Estimates:
@@ -50,6 +58,7 @@ class Estimates:
 
     Attributes:
         range_m, range2_m, bearing_rad, radius_m, snr_db: (T,) of the associated candidate.
+        range_std_m, bearing_std_rad: (T,) what the detector claims of its own errors.
         candidates: (T,) how many candidates the beep had.
     """
 
@@ -58,6 +67,8 @@ class Estimates:
     bearing_rad: Array
     radius_m: Array
     snr_db: Array
+    range_std_m: Array
+    bearing_std_rad: Array
     candidates: NDArray[np.int64]
 
     @property

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 
 from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.association import Estimates, associate
+from benchmarks.cells.channel import through_channel
+from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.outcome import distance_before, outcomes
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.standing import standing_situation
-from obstaclewatch import BeepDesign
+from benchmarks.cells.variation import varied
+from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
 from scenes.truth import GroundTruth
@@ -36,17 +40,22 @@ def compute(cell: Cell) -> dict[str, Any]:
         ValueError: the cell names something unknown or out of range.
     """
     begin = perf_counter()
-    setting = SITUATIONS[cell.kind](cell)
+    if cell.kind not in SITUATIONS:
+        raise ValueError(f"a cell's kind must be one of {sorted(SITUATIONS)}, got '{cell.kind}'")
+    setting = varied(SITUATIONS[cell.kind](cell), cell)
     beep = BeepDesign(**cell.beep.model_dump())
     fidelity = Fidelity(**cell.fidelity)
-    recording = render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
+    rendered = render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
+    recording = through_channel(with_interferer(rendered, setting, beep, cell.interferer), cell.recording)
     simulated = perf_counter()
     truths = _truths(cell, setting, beep, recording)
-    found = {name: _judged(cell, name, setting, beep, recording, truths) for name in cell.detectors}
+    found = {detector_label(name): _judged(cell, name, setting, beep, recording, truths) for name in cell.detectors}
     cost = {
         "simulate_s": simulated - begin,
         "detect_s": {name: entry.pop("detect_s") for name, entry in found.items()},
+        "detect_cpu_s": {name: entry.pop("detect_cpu_s") for name, entry in found.items()},
         "recording_s": recording.duration_s,
+        "beeps": len(truths[0].time_s),
         "total_s": perf_counter() - begin,
     }
     return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost}
@@ -71,13 +80,21 @@ def _judged(
 ) -> dict[str, Any]:
     """One detector on the recording: its first alert, the outcome, and its estimates of every target."""
     detector = detector_for(cell, name, setting, beep)
-    begin = perf_counter()
-    detections = list(detector.stream(recording))
-    detect_s = perf_counter() - begin
+    begin, begin_cpu = perf_counter(), process_time()
+    detections, no_beep = _detections(detector, recording)
+    cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     alert = _first_alert(detections)
-    entry = {**alert, **_alert_scores(cell, alert, setting.walk, truths[0]), "detect_s": detect_s}
+    entry = {**alert, **_alert_scores(cell, alert, setting.walk, truths[0]), **cost, "no_beep": no_beep}
     entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
     return entry
+
+
+def _detections(detector: Any, recording: Recording) -> tuple[list[Any], bool]:
+    """All detections, and whether the detector found no beep at all: a result, not a failure of the bench."""
+    try:
+        return list(detector.stream(recording)), False
+    except NoBeepError:
+        return [], True
 
 
 def _first_alert(detections: Sequence[Any]) -> dict[str, Any]:
@@ -123,12 +140,15 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
         "true_range2_m": path_m[rows, 1],
         "low": low[rows],
         "true_bearing_rad": truth.bearing_rad[rows],
+        "true_signed_bearing_rad": truth.signed_bearing_rad[rows],
         "true_radius_m": truth.radius_m[rows],
         "range_m": estimates.range_m,
         "range2_m": estimates.range2_m,
         "bearing_rad": estimates.bearing_rad,
         "radius_m": estimates.radius_m,
         "snr_db": estimates.snr_db,
+        "range_std_m": estimates.range_std_m,
+        "bearing_std_rad": estimates.bearing_std_rad,
         "candidates": estimates.candidates,
     }
     return {name: column[inside].tolist() for name, column in columns.items()}

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-import obstaclewatch
+from benchmarks.cells.detectors import build_detector, paper_settings
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.ranging import measured_direct_delay_s
-from obstaclewatch.settings import PaperSettings
 from simulator import Phone, Scene, StraightWalk, render_walk
 from simulator.pose import Walk
 
@@ -22,17 +21,14 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     """A detector of that name for the cell's phone.
 
     Raises:
-        ValueError: obstaclewatch has no such detector, or a setting is unknown or out of range.
+        ValueError: there is no such detector, or a setting is unknown or out of range.
     """
-    if not hasattr(obstaclewatch, name):
-        raise ValueError(f"detectors must be classes of obstaclewatch, got '{name}'")
     delay = {"direct_delay_s": direct_delay_s(cell.phone, cell.beep)} if cell.knowledge.direct_delay else {}
-    try:
-        settings = PaperSettings(**(delay | cell.settings))
-    except TypeError as error:
-        raise ValueError(f"settings must be those of PaperSettings: {error}") from error
+    settings = paper_settings(delay | cell.settings)
     pitch = mean_pitch_rad(setting.walk) if cell.knowledge.pitch else None
-    return getattr(obstaclewatch, name)(beep, setting.phone.geometry, settings=settings, pitch_rad=pitch)
+    if pitch is not None:
+        pitch += cell.knowledge.pitch_error_rad
+    return build_detector(name, beep, setting.phone.geometry, settings, pitch)
 
 
 @lru_cache(maxsize=32)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class BeepSetting(BaseModel):
@@ -34,12 +36,14 @@ class Knowledge(BaseModel):
         pitch: the mean lift of the phone's top edge, as its accelerometer gives it.
         direct_delay: the delay of the direct sound, measured once in free space: sound through the case is earlier
             than sound through the air.
+        pitch_error_rad: what the accelerometer adds to the lift.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     pitch: bool = True
     direct_delay: bool = True
+    pitch_error_rad: Finite = 0.0
 
 
 class Scoring(BaseModel):
@@ -63,20 +67,101 @@ class Scoring(BaseModel):
     max_range_m: Positive = 7.0
 
 
-class Cell(BaseModel):
-    """One walk, or one standing measurement, with everything that decides its numbers.
+class WalkChange(BaseModel):
+    """What is different about a walk that was drawn.
 
     Attributes:
-        kind: "approach" walks towards (or past) an obstacle; "standing" measures at a fixed distance.
-        index: number of the walk within its scene and category.
-        seed: of the walk's own random stream.
-        range_m: distance of a standing measurement, m; None for a walk.
-        settings: constants of the detector, arguments of `obstaclewatch.PaperSettings`.
+        speed_m_s: mean speed instead of the drawn one; the way stays, so the walk lasts as much longer or shorter.
+        pitch_rad, roll_rad: how the phone is held, instead of the drawn lift and of no roll.
+        gait_scale: factor on all amplitudes of the gait; 0 glides.
+        holding: "portrait" with the top edge forwards, or "landscape" with the top edge to the left.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    kind: Literal["approach", "standing"]
+    speed_m_s: Positive | None = None
+    pitch_rad: Finite | None = None
+    roll_rad: Finite | None = None
+    gait_scale: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 1.0
+    holding: Literal["portrait", "landscape"] = "portrait"
+
+
+class PhoneChange(BaseModel):
+    """What is different about a phone; see the fields of the same names of `simulator.Phone`.
+
+    Attributes:
+        body: whether the walker's body stands behind the phone.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    level_spl_db: Finite | None = None
+    noise_spl_db: Annotated[float, Field(lt=200.0)] | None = None
+    full_scale_spl_db: Finite | None = None
+    body: bool = True
+
+
+class RecordingChange(BaseModel):
+    """What happens to the samples between the microphones and the detector, in this order.
+
+    Attributes:
+        mic_gain_db: of each microphone; -200 silences it.
+        mic_delay_samples: whole samples by which each channel lags.
+        clock_ppm: how much faster than the loudspeaker's clock the recorder's runs.
+        clip_level: greatest amplitude, relative to digital full scale; None does not clip.
+        identical: whether both channels hold microphone 0.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    mic_gain_db: tuple[Finite, Finite] = (0.0, 0.0)
+    mic_delay_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
+    clock_ppm: Annotated[float, Field(gt=-1e4, lt=1e4)] = 0.0
+    clip_level: Positive | None = None
+    identical: bool = False
+
+
+class Interferer(BaseModel):
+    """A second phone nearby that sends beeps of its own; only its direct sound is heard.
+
+    Attributes:
+        distance_m, bearing_rad: where it stands, seen from the start of the walk; positive bearings are to the left.
+        level_spl_db: of its beep at 1 m, dB re 20 uPa.
+        start_hz, stop_hz, duration_s, gap_s: its beep; None takes ours.
+        delay_s: when its first beep leaves, after ours.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    distance_m: Positive = 3.0
+    bearing_rad: Finite = 0.5
+    level_spl_db: Finite = 55.0
+    start_hz: Positive | None = None
+    stop_hz: Positive | None = None
+    duration_s: Positive | None = None
+    gap_s: Annotated[float, Field(ge=0.0)] | None = None
+    delay_s: Annotated[float, Field(ge=0.0)] = 0.0123
+
+
+class Cell(BaseModel):
+    """One walk, one standing measurement or one probe, with everything that decides its numbers.
+
+    Attributes:
+        kind: "approach" walks towards (or past) an obstacle; "standing" measures at a fixed distance; "signal" stores
+            what the paper's Figures 3 to 12 show; "numerics" compares the simulator with formulas at an extreme.
+        index: number of the walk within its scene and category.
+        seed: of the walk's own random stream.
+        range_m, bearing_rad: place of the target of a standing measurement; range_m is None for all else.
+        air: arguments of `simulator.Air`.
+        settings: constants of the detector, arguments of `obstaclewatch.PaperSettings`.
+        probe: parameters of a "signal" or "numerics" cell.
+        variant: the point of the suite's sweep that this cell is; for labels and figures.
+        detector_sources: SHA-256 of the file of each detector that is not obstaclewatch's own.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "scene"]
     scene: str
     category: str
     index: Annotated[int, Field(ge=0)]
@@ -84,13 +169,22 @@ class Cell(BaseModel):
     seed: Annotated[int, Field(ge=0)]
     collision: bool
     range_m: float | None = None
+    bearing_rad: Finite = 0.0
     approach: dict[str, Any] = {}
+    walk: WalkChange = WalkChange()
+    phone_change: PhoneChange = PhoneChange()
+    air: dict[str, Any] = {}
     beep: BeepSetting = BeepSetting()
     fidelity: dict[str, Any] = {}
+    recording: RecordingChange = RecordingChange()
+    interferer: Interferer | None = None
     knowledge: Knowledge = Knowledge()
     settings: dict[str, Any] = {}
     detectors: tuple[str, ...]
     scoring: Scoring = Scoring()
+    probe: dict[str, Any] = {}
+    variant: dict[str, Any] = {}
+    detector_sources: dict[str, str] = {}
 
     @property
     def beep_period_s(self) -> float:
@@ -99,10 +193,17 @@ class Cell(BaseModel):
 
     @property
     def label(self) -> str:
-        """Short name for people: "supermarket/dustbin/17"."""
+        """Short name for people: "supermarket/dustbin/17", and what of a sweep it is: "[beep.start_hz=16000]"."""
         distance = "" if self.range_m is None else f"/{self.range_m:g}m"
-        return f"{self.scene}/{self.category}{distance}/{self.index}"
+        turned = "" if self.bearing_rad == 0.0 else f"/{np.rad2deg(self.bearing_rad):.3g}deg"
+        return f"{self.scene}/{self.category}{distance}{turned}/{self.index}{variant_text(self.variant)}"
 
     def digest(self, fingerprint: str) -> str:
         """SHA-256 of the cell and of the source that computes it, hexadecimal."""
         return hashlib.sha256(f"{fingerprint}\n{self.model_dump_json()}".encode()).hexdigest()
+
+
+def variant_text(variant: dict[str, Any]) -> str:
+    """A point of a sweep in brackets, empty for none: "[air.temperature_c=40]"."""
+    parts = [f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in variant.items()]
+    return f"[{', '.join(parts)}]" if parts else ""

@@ -17,7 +17,7 @@ SIDE_WALL_M = 2.2  # the second obstacle: a wall along the way, so that several 
 
 
 def standing_situation(cell: Cell) -> Situation:
-    """The obstacle straight ahead, its front at the cell's distance from the phone.
+    """The obstacle at the cell's bearing, straight ahead by default, its front at the cell's distance from the phone.
 
     Raises:
         ValueError: no distance, an unknown category or phone.
@@ -28,10 +28,11 @@ def standing_situation(cell: Cell) -> Situation:
     drawn = random_obstacle(cell.category, rng, "target")
     turned = placed(drawn, (0.0, 0.0), float(rng.uniform(-0.1, 0.1)), velocity_m_s=(0.0, 0.0, 0.0))
     front = float(np.asarray(turned.mesh.vertices)[:, 0].min())
-    target = placed(turned, (cell.range_m - front, float(rng.uniform(-0.1, 0.1))))
+    ahead = placed(turned, (cell.range_m - front, float(rng.uniform(-0.1, 0.1))))
+    target = placed(ahead, (0.0, 0.0), cell.bearing_rad)
     side = placed(
         Obstacle(wall(6.0, 3.0), Material.named("concrete"), "side wall", category="wall"),
-        (3.0, SIDE_WALL_M),
+        (3.0, -SIDE_WALL_M if cell.bearing_rad > 0.0 else SIDE_WALL_M),  # away from the target
         np.pi / 2,
     )
     floor = Obstacle(ground(), Material.named("asphalt"), "ground", category="ground")

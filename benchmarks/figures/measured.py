@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.cells.detectors import detector_label
 from benchmarks.figures.data import Bar, Curve, distribution_steps
 from benchmarks.paper_values import PaperValue
 from benchmarks.results import RunData
@@ -19,8 +20,9 @@ DISPLAY = {"m": (100.0, "cm"), "rad": (180.0 / np.pi, "°")}
 
 
 def detectors_of(run: RunData) -> list[str]:
-    """Detectors in the order of the suite."""
-    return list(dict.fromkeys(name for cell in run.cells for name in cell["cell"]["detectors"]))
+    """Detectors in the order of the suite, as results call them: classes of a user's own without their module."""
+    names = dict.fromkeys(name for cell in run.cells for name in cell["cell"]["detectors"])
+    return [detector_label(name) for name in names]
 
 
 def judged_detectors(run: RunData) -> list[str]:

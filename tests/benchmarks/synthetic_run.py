@@ -91,12 +91,15 @@ def beeps(range_m: Sequence[float], bearing_rad: float, radius_m: float) -> dict
         "true_ground_range_m": truth.tolist(),
         "low": [False] * count,
         "true_bearing_rad": [bearing_rad] * count,
+        "true_signed_bearing_rad": [bearing_rad] * count,
         "true_radius_m": [radius_m] * count,
         "range_m": estimated(truth - RANGE_ERROR_M),
         "range2_m": estimated(truth + 0.1 + RANGE2_ERROR_M),
         "bearing_rad": estimated(np.full(count, bearing_rad + BEARING_ERROR_RAD)),
         "radius_m": estimated(np.full(count, radius_m + RADIUS_ERROR_M)),
         "snr_db": estimated(np.full(count, 25.0)),
+        "range_std_m": estimated(np.full(count, RANGE_ERROR_M)),
+        "bearing_std_rad": estimated(np.full(count, BEARING_ERROR_RAD)),
         "candidates": [0, *[2] * (count - 1)],
     }
 

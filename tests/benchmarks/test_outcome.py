@@ -71,6 +71,8 @@ def detection(*ranges: float) -> SimpleNamespace:
         bearing_rad=place,
         radius_m=place + 10.0,
         snr_db=place,
+        range_std_m=place,
+        bearing_std_rad=place,
     )
 
 

@@ -1,0 +1,152 @@
+"""Detectors by name: obstaclewatch's own, or any class by its dotted path, with changed constants in brackets.
+
+    PaperDetector
+    PaperDetector(walker_half_width_m=0.35, votes_needed=3)
+    mine.detectors:CautiousDetector(reach_m=2.5)
+
+A constant in brackets goes to `PaperSettings` or `Errata` where these know its name, else to the class itself.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib
+import inspect
+import re
+import sys
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import obstaclewatch
+from obstaclewatch import BeepDesign, Errata, PaperSettings, PhoneGeometry
+
+_NAME = re.compile(r"^(?:(?P<module>[A-Za-z_][\w.]*):)?(?P<cls>[A-Za-z_]\w*)(?:\((?P<arguments>.*)\))?$", re.DOTALL)
+SETTINGS = frozenset(field.name for field in fields(PaperSettings)) - {"errata"}
+ERRATA = frozenset(field.name for field in fields(Errata))
+
+
+@dataclass(frozen=True)
+class DetectorName:
+    """A detector as a suite names it.
+
+    Attributes:
+        text: the whole of it.
+        module: where the class is; empty for obstaclewatch.
+        cls: name of the class.
+        arguments: the constants in brackets.
+    """
+
+    text: str
+    module: str
+    cls: str
+    arguments: dict[str, Any]
+
+    @property
+    def label(self) -> str:
+        """How figures and results call it: without the module."""
+        return self.text.removeprefix(f"{self.module}:")
+
+
+def parse_detector(text: str) -> DetectorName:
+    """Take a detector's name apart.
+
+    Raises:
+        ValueError: it is not a class name, package.module:Class, or either with constants in brackets.
+    """
+    match = _NAME.match(text.strip())
+    if match is None:
+        raise ValueError(f"a detector must read Class, package.module:Class or Class(constant=value), got '{text}'")
+    arguments = _arguments(match["arguments"] or "", text)
+    return DetectorName(text.strip(), match["module"] or "", match["cls"], arguments)
+
+
+def detector_label(text: str) -> str:
+    """How figures and results call a detector: without the module."""
+    return parse_detector(text).label
+
+
+def detector_class(name: DetectorName) -> type:
+    """The class, imported if need be; the working directory counts as a place of modules.
+
+    Raises:
+        ValueError: there is no such module or class, or it cannot stream recordings.
+    """
+    if not name.module:
+        found = getattr(obstaclewatch, name.cls, None) if name.cls.endswith("Detector") else None
+    else:
+        found = getattr(_imported(name.module), name.cls, None)
+    if not inspect.isclass(found):
+        where = name.module or "obstaclewatch"
+        raise ValueError(f"detectors must be classes of obstaclewatch or package.module:Class, "
+                         f"got '{name.text}': {where} has no class '{name.cls}'")  # fmt: skip
+    if not callable(getattr(found, "stream", None)):
+        raise ValueError(f"a detector must have a method stream(recording), which '{name.text}' has not")
+    return found
+
+
+def source_digest(name: DetectorName) -> str:
+    """SHA-256 of the file that defines a detector, hexadecimal."""
+    return hashlib.sha256(Path(inspect.getfile(detector_class(name))).read_bytes()).hexdigest()
+
+
+def build_detector(
+    text: str, beep: BeepDesign, phone: PhoneGeometry, settings: PaperSettings, pitch_rad: float | None
+) -> Any:
+    """The detector that a suite names, with the constants in brackets on top of the given settings.
+
+    Raises:
+        ValueError: an unknown class or constant, or a value out of range.
+    """
+    name = parse_detector(text)
+    own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA}
+    errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
+    changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
+    settings = replace(settings, errata=replace(settings.errata, **errata), **changed)
+    try:
+        return detector_class(name)(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
+    except TypeError as error:
+        raise ValueError(f"detector '{text}' cannot be made: {error}") from error
+
+
+def paper_settings(values: dict[str, Any]) -> PaperSettings:
+    """Settings from plain values; `errata` is a mapping of switches.
+
+    Raises:
+        ValueError: an unknown name or a value out of range.
+    """
+    try:
+        errata = Errata(**values.get("errata", {}))
+        plain = {key: _tuple(value) for key, value in values.items() if key != "errata"}
+        return PaperSettings(**plain, errata=errata)
+    except TypeError as error:
+        raise ValueError(f"settings must be those of PaperSettings: {error}") from error
+
+
+def _arguments(text: str, whole: str) -> dict[str, Any]:
+    try:
+        call = ast.parse(f"f({text})", mode="eval").body
+        if not isinstance(call, ast.Call) or call.args:
+            raise ValueError("constants must be named")
+        return {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
+    except (SyntaxError, ValueError) as error:
+        raise ValueError(f"the brackets of detector '{whole}' must hold constant=value, ...: {error}") from error
+
+
+def _imported(module: str) -> Any:
+    here = str(Path.cwd())
+    missing = here not in sys.path
+    if missing:
+        sys.path.append(here)
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ValueError(f"detector module '{module}' cannot be imported: {error}") from error
+    finally:
+        if missing:
+            sys.path.remove(here)
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

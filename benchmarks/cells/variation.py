@@ -1,0 +1,96 @@
+"""What a cell changes about a situation that was drawn: the air, how the phone is held and walks, its levels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from benchmarks.cells.situation import Situation
+from benchmarks.cells.spec import Cell, PhoneChange, WalkChange
+from scenes import GaitWalk
+from simulator import Air, Phone, Pose
+from simulator.pose import Walk
+
+LANDSCAPE = Rotation.from_euler("z", 90.0, degrees=True)
+"""Turns the phone in its own plane: the top edge, which pointed forwards, points to the left."""
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A walk with the phone turned in the hand.
+
+    Attributes:
+        walk: with the phone held as usual.
+        turn: phone frame after the turn -> phone frame before it.
+    """
+
+    walk: Walk
+    turn: Rotation
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the walk, s."""
+        return self.walk.duration_s
+
+    def pose(self, time_s: ArrayLike) -> Pose:
+        """(N,) times, s, to N poses; the body faces where it did."""
+        held = self.walk.pose(time_s)
+        return Pose(held.position_m, held.rotation * self.turn, held.body_heading_rad())
+
+
+def varied(setting: Situation, cell: Cell) -> Situation:
+    """The situation with the cell's changes.
+
+    Raises:
+        ValueError: a change that the walk does not know, or a number out of range.
+    """
+    scene = replace(setting.scene, air=air_of(cell)) if cell.air else setting.scene
+    walk = changed_walk(setting.walk, cell.walk, cell.beep_period_s)
+    return replace(setting, scene=scene, walk=walk, phone=changed_phone(setting.phone, cell.phone_change))
+
+
+def air_of(cell: Cell) -> Air:
+    """The cell's air.
+
+    Raises:
+        ValueError: an unknown name or a number out of range.
+    """
+    try:
+        return Air(**cell.air)
+    except TypeError as error:
+        raise ValueError(f"air must have the arguments of simulator.Air: {error}") from error
+
+
+def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
+    """The walk with another speed, lift, gait or holding; its way stays as long, or up to two beeps longer.
+
+    Raises:
+        ValueError: the walk is not one with a gait, and the change asks for more than another holding.
+    """
+    if change.model_copy(update={"holding": "portrait"}) != WalkChange():
+        if not isinstance(walk, GaitWalk):
+            raise ValueError(f"walk changes need a walk with gait, got {type(walk).__name__}")
+        walk = replace(walk, **_gait_fields(walk, change, period_s))
+    return Turned(walk, LANDSCAPE) if change.holding == "landscape" else walk
+
+
+def changed_phone(phone: Phone, change: PhoneChange) -> Phone:
+    """The phone with other levels, or without the walker's body behind it."""
+    louder = replace(phone, **change.model_dump(exclude={"body"}, exclude_none=True))
+    return louder if change.body else louder.held_by(None)
+
+
+def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:
+    fields: dict[str, Any] = change.model_dump(include={"pitch_rad", "roll_rad"}, exclude_none=True)
+    gait = walk.motion
+    if change.speed_m_s is not None and walk.speed_m_s > 0.0:
+        # one beep more than the way takes: another gait surges otherwise, and contact must not fall off the end
+        beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / change.speed_m_s / period_s - 1e-9)
+        fields |= {"speed_m_s": change.speed_m_s, "duration_s": beeps * period_s}
+        gait = type(gait).at_speed(change.speed_m_s, gait.phase_rad)
+    amplitudes = ("bob_m", "sway_m", "surge_m", "pitch_wobble_rad", "roll_wobble_rad")
+    return fields | {"gait": replace(gait, **{name: change.gait_scale * getattr(gait, name) for name in amplitudes})}

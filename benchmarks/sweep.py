@@ -1,0 +1,184 @@
+"""Sweeps: the same cells at many points of any parameters.
+
+A point is a mapping from dotted names to values, such as {"beep.start_hz": 16000.0, "air.temperature_c": 35.0}. Every
+cell of a suite is planned once at every point, with the same seed: the walks of two points are the same walks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from scipy.stats import qmc
+
+from benchmarks.cells.spec import Cell
+
+Point = dict[str, Any]
+
+_PARTS = {
+    "scene": ("approach",),
+    "walk": ("walk",),
+    "phone": ("phone_change",),
+    "noise": ("phone_change",),
+    "air": ("air",),
+    "beep": ("beep",),
+    "fidelity": ("fidelity",),
+    "recording": ("recording",),
+    "interferer": ("interferer",),
+    "knowledge": ("knowledge",),
+    "detector": ("settings",),
+    "scoring": ("scoring",),
+    "probe": ("probe",),
+}
+_WHOLE = {
+    "scene.name": "scene",
+    "scene.category": "category",
+    "scene.collision": "collision",
+    "scene.range_m": "range_m",
+    "scene.bearing_rad": "bearing_rad",
+    "phone.name": "phone",
+    "detector.name": "detectors",
+}
+_RENAMED = {"noise.level_spl_db": ("phone_change", "noise_spl_db")}
+
+
+class Range(BaseModel):
+    """An interval that is sampled.
+
+    Attributes:
+        low, high: its ends; both are points of a grid.
+        count: points of a grid; random and Latin hypercube sweeps ignore it.
+        scale: "linear", or "log" for even steps in the logarithm.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    low: Annotated[float, Field(allow_inf_nan=False)]
+    high: Annotated[float, Field(allow_inf_nan=False)]
+    count: Annotated[int, Field(ge=2)] = 5
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Range:
+        if not self.low < self.high:
+            raise ValueError(f"low must lie below high, got {self.low} and {self.high}")
+        if self.scale == "log" and self.low <= 0.0:
+            raise ValueError(f"low must be positive on a log scale, got {self.low}")
+        return self
+
+    def at(self, share: float) -> float:
+        """The value at a share of the way, 0 to 1; to 12 digits, so that cells have short names."""
+        if self.scale == "log":
+            return float(f"{self.low * (self.high / self.low) ** share:.12g}")
+        return float(f"{self.low + (self.high - self.low) * share:.12g}")
+
+    @property
+    def grid(self) -> list[float]:
+        """`count` values from end to end."""
+        return [self.at(k / (self.count - 1)) for k in range(self.count)]
+
+
+class Sweep(BaseModel):
+    """Which points are visited.
+
+    Attributes:
+        method: "grid" takes every combination, "one-at-a-time" the unchanged suite and then every value alone,
+            "list" the points as they are written, "random" and "latin-hypercube" `samples` points of the ranges.
+        over: values or ranges by dotted name, for all methods but "list".
+        points: for "list".
+        samples, seed: of "random" and "latin-hypercube".
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    method: Literal["grid", "one-at-a-time", "list", "random", "latin-hypercube"] = "grid"
+    over: dict[str, Range | list[Any]] = {}
+    points: tuple[Point, ...] = ()
+    samples: Annotated[int, Field(ge=1)] = 16
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    @field_validator("over")
+    @classmethod
+    def _some_values(cls, over: dict[str, Range | list[Any]]) -> dict[str, Range | list[Any]]:
+        _check_names(over)
+        empty = [name for name, values in over.items() if isinstance(values, list) and not values]
+        if empty:
+            raise ValueError(f"a swept parameter must have values, got none for {empty}")
+        return over
+
+    @model_validator(mode="after")
+    def _fits_method(self) -> Sweep:
+        _check_names(name for point in self.points for name in point)
+        if self.method == "list":
+            if not self.points or self.over:
+                raise ValueError("method 'list' must have points and no over")
+        elif not self.over or self.points:
+            raise ValueError(f"method '{self.method}' must have over and no points")
+        if self.method in ("random", "latin-hypercube"):
+            listed = [name for name, values in self.over.items() if isinstance(values, list)]
+            if listed:
+                raise ValueError(f"method '{self.method}' must have ranges with low and high, got lists for {listed}")
+        return self
+
+    def visited(self) -> list[Point]:
+        """The points in their order."""
+        if self.method == "list":
+            return [dict(point) for point in self.points]
+        if self.method in ("random", "latin-hypercube"):
+            return self._sampled()
+        values = {name: each.grid if isinstance(each, Range) else each for name, each in self.over.items()}
+        if self.method == "one-at-a-time":
+            return [{}, *({name: value} for name, each in values.items() for value in each)]
+        return [dict(zip(values, combination, strict=True)) for combination in product(*values.values())]
+
+    def _sampled(self) -> list[Point]:
+        rng, shape = np.random.default_rng(self.seed), (self.samples, len(self.over))
+        latin = self.method == "latin-hypercube"
+        shares = qmc.LatinHypercube(shape[1], rng=rng).random(shape[0]) if latin else rng.random(shape)
+        ranges = [each for each in self.over.values() if isinstance(each, Range)]
+        return [
+            {name: each.at(float(share)) for name, each, share in zip(self.over, ranges, row, strict=True)}
+            for row in shares
+        ]
+
+
+def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
+    """The cell at a point of a sweep.
+
+    Raises:
+        ValueError: a name that no cell has, or a value out of range.
+    """
+    if not point:
+        return cell
+    data = cell.model_dump(mode="json")
+    for name, value in point.items():
+        if name in _WHOLE:
+            data[_WHOLE[name]] = [value] if name == "detector.name" else value
+        else:
+            _put(data, _path(name), value)
+    data["variant"] = data["variant"] | dict(point)
+    return Cell.model_validate(data)
+
+
+def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
+    *parents, last = path
+    node = data
+    for parent in parents:
+        node[parent] = node.get(parent) or {}
+        node = node[parent]
+    node[last] = value
+
+
+def _path(name: str) -> tuple[str, ...]:
+    part, *rest = name.split(".")
+    return _RENAMED.get(name) or (*_PARTS[part], *rest)
+
+
+def _check_names(names: Iterable[str]) -> None:
+    for name in names:
+        part, _, rest = name.partition(".")
+        if part not in _PARTS or not rest:
+            raise ValueError(f"a swept parameter must read part.name with part one of {sorted(_PARTS)}, got '{name}'")

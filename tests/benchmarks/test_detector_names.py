@@ -1,0 +1,107 @@
+"""Detectors by name: with constants in brackets, and from a user's own module."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cells.compute import compute
+from benchmarks.cells.detectors import build_detector, detector_class, detector_label, parse_detector, source_digest
+from benchmarks.cells.spec import Cell
+from benchmarks.plan import plan_cells
+from benchmarks.suite import load_suite
+from obstaclewatch import BeepDesign, PaperDetector, PaperSettings
+from simulator import Phone
+
+PHONE = Phone.named("galaxy-s5").geometry
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """A user's folder with a detector in it, as the working directory."""
+    folder = tmp_path / "mine_for_a_test"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "detectors.py").write_text(
+        "from obstaclewatch import PaperDetector\nclass Mine(PaperDetector):\n    pass\nclass Odd:\n    pass\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    yield folder / "detectors.py"
+    for name in [name for name in sys.modules if name.startswith("mine_for_a_test")]:
+        del sys.modules[name]
+
+
+def test_constants_in_brackets_reach_settings_errata_and_class():
+    detector = build_detector(
+        "PaperDetector(votes_needed=1, one_way_range=False, closing_speed_m_s=[0.2, 3.0], sound_speed_m_s=340.0)",
+        BeepDesign(), PHONE, PaperSettings(), None,
+    )  # fmt: skip
+    assert isinstance(detector, PaperDetector)
+    assert (detector.settings.votes_needed, detector.settings.errata.one_way_range) == (1, False)
+    assert detector.settings.closing_speed_m_s == (0.2, 3.0)
+    assert PaperSettings().votes_needed == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Paper Detector", "must read Class"),
+        ("PaperDetector(3)", "constants must be named"),
+        ("PaperDetector(votes_needed=)", "must hold constant=value"),
+        ("PaperDetector(votes_needed=open('x'))", "must hold constant=value"),
+        ("PaperDetector(no_such=1)", "cannot be made.*no_such"),
+        ("PaperDetector(votes_needed=99)", "votes_needed must be"),
+    ],
+)
+def test_wrong_names_are_one_clear_error(text, message):
+    with pytest.raises(ValueError, match=message):
+        build_detector(text, BeepDesign(), PHONE, PaperSettings(), None)
+
+
+def test_a_module_is_left_out_of_the_label():
+    assert detector_label("a.b:Mine(x=1)") == "Mine(x=1)"
+    assert detector_label("PaperDetector") == "PaperDetector"
+
+
+def test_a_user_s_class_is_found_in_the_working_directory(module):
+    assert detector_class(parse_detector("mine_for_a_test.detectors:Mine")).__name__ == "Mine"
+    with pytest.raises(ValueError, match="must have a method stream"):
+        detector_class(parse_detector("mine_for_a_test.detectors:Odd"))
+    with pytest.raises(ValueError, match="has no class 'None_'"):
+        detector_class(parse_detector("mine_for_a_test.detectors:None_"))
+
+
+def test_its_source_names_the_cells(module):
+    suite = load_suite("paper", ["detectors=[PaperDetector, 'mine_for_a_test.detectors:Mine']"])
+    first = plan_cells(suite, "smoke", limit=1)[0]
+    assert set(first.detector_sources) == {"mine_for_a_test.detectors:Mine"}
+    module.write_text(module.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    assert plan_cells(suite, "smoke", limit=1)[0].digest("v") != first.digest("v")
+    assert source_digest(parse_detector("PaperDetector")) == source_digest(parse_detector("DistanceOnlyDetector"))
+
+
+def test_two_detectors_of_one_label_are_refused():
+    with pytest.raises(ValueError, match="different names"):
+        load_suite("paper", ["detectors=['a.b:PaperDetector', PaperDetector]"])
+
+
+def test_it_is_scored_beside_ours(module):
+    cell = Cell(
+        kind="standing", scene="standing", category="wall", index=0, phone="galaxy-s5", seed=1, collision=False,
+        range_m=1.5, settings={"reject_static": False},
+        detectors=("PaperDetector", "mine_for_a_test.detectors:Mine", "PaperDetector(max_candidates=1)"),
+    )  # fmt: skip
+    found = compute(cell)["detectors"]
+    assert set(found) == {"PaperDetector", "Mine", "PaperDetector(max_candidates=1)"}
+    heard = [value for value in found["PaperDetector"]["beeps"][0]["range_m"] if value == value]
+    assert heard
+    assert found["Mine"]["beeps"] == found["PaperDetector"]["beeps"]
+    assert max(found["PaperDetector(max_candidates=1)"]["beeps"][0]["candidates"]) == 1
+
+
+def test_the_working_directory_is_not_left_on_the_path(module):
+    detector_class(parse_detector("mine_for_a_test.detectors:Mine"))
+    assert str(Path.cwd()) not in sys.path

@@ -1,0 +1,150 @@
+"""Sweeps: which points are visited, and what a point changes in a cell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.cells.spec import Cell
+from benchmarks.plan import plan_cells
+from benchmarks.suite import load_suite
+from benchmarks.sweep import Sweep, at_point
+
+
+def cell(**changes: Any) -> Cell:
+    given_: dict[str, Any] = {
+        "kind": "approach", "scene": "supermarket", "category": "wall", "index": 0, "phone": "galaxy-s5", "seed": 1,
+        "collision": True, "detectors": ("PaperDetector",),
+    }  # fmt: skip
+    return Cell(**(given_ | changes))
+
+
+def test_a_grid_is_every_combination() -> None:
+    sweep = Sweep.model_validate(
+        {"over": {"beep.start_hz": [16e3, 18e3], "air.temperature_c": {"low": -10, "high": 40, "count": 3}}}
+    )
+    points = sweep.visited()
+    assert len(points) == 6
+    assert {(p["beep.start_hz"], p["air.temperature_c"]) for p in points} == {
+        (f, t) for f in (16e3, 18e3) for t in (-10.0, 15.0, 40.0)
+    }
+
+
+def test_one_at_a_time_starts_from_the_suite_as_it_is() -> None:
+    points = Sweep(
+        method="one-at-a-time", over={"walk.gait_scale": [0.0, 2.0], "recording.clock_ppm": [50.0]}
+    ).visited()
+    assert points == [{}, {"walk.gait_scale": 0.0}, {"walk.gait_scale": 2.0}, {"recording.clock_ppm": 50.0}]
+
+
+@given(samples=st.integers(2, 40), seed=st.integers(0, 99))
+@settings(max_examples=25, deadline=None)
+def test_a_latin_hypercube_has_one_point_in_every_stratum_of_every_parameter(samples: int, seed: int) -> None:
+    over = {"noise.level_spl_db": {"low": 20.0, "high": 60.0}, "walk.pitch_rad": {"low": 0.0, "high": 1.0}}
+    sweep = Sweep.model_validate({"method": "latin-hypercube", "over": over, "samples": samples, "seed": seed})
+    points = sweep.visited()
+    for name, ends in over.items():
+        share = (np.array([point[name] for point in points]) - ends["low"]) / (ends["high"] - ends["low"])
+        assert sorted(np.floor(share * samples).astype(int)) == list(range(samples))
+    assert points == sweep.visited()
+
+
+def test_a_log_range_has_even_ratios_and_random_points_stay_inside() -> None:
+    over = {"scene.range_m": {"low": 0.1, "high": 10.0, "count": 5, "scale": "log"}}
+    grid = [point["scene.range_m"] for point in Sweep.model_validate({"over": over}).visited()]
+    np.testing.assert_allclose(np.diff(np.log(grid)), np.log(10.0) / 2)
+    random = Sweep.model_validate({"method": "random", "over": over, "samples": 50}).visited()
+    values = np.array([point["scene.range_m"] for point in random])
+    assert len(np.unique(values)) == 50
+    assert ((values >= 0.1) & (values <= 10.0)).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "path"),
+    [
+        ("scene.name", "campus", ("scene",)),
+        ("scene.category", "sign", ("category",)),
+        ("scene.range_m", 2.5, ("range_m",)),
+        ("scene.bearing_rad", 0.3, ("bearing_rad",)),
+        ("scene.beep_period_s", 0.1, ("approach", "beep_period_s")),
+        ("walk.speed_m_s", 1.1, ("walk", "speed_m_s")),
+        ("phone.name", "galaxy-note5", ("phone",)),
+        ("phone.level_spl_db", 60.0, ("phone_change", "level_spl_db")),
+        ("noise.level_spl_db", 45.0, ("phone_change", "noise_spl_db")),
+        ("air.temperature_c", -5.0, ("air", "temperature_c")),
+        ("beep.start_hz", 16e3, ("beep", "start_hz")),
+        ("fidelity.max_order", 1, ("fidelity", "max_order")),
+        ("recording.clock_ppm", 30.0, ("recording", "clock_ppm")),
+        ("interferer.distance_m", 1.5, ("interferer", "distance_m")),
+        ("knowledge.pitch", False, ("knowledge", "pitch")),
+        ("detector.votes_needed", 3, ("settings", "votes_needed")),
+        ("detector.errata.one_way_range", False, ("settings", "errata", "one_way_range")),
+        ("scoring.alert_margin_m", 0.5, ("scoring", "alert_margin_m")),
+    ],
+)
+def test_a_point_changes_its_field_and_the_name_alone(name: str, value: Any, path: tuple[str, ...]) -> None:
+    before, after = cell().model_dump(mode="json"), at_point(cell(), {name: value}).model_dump(mode="json")
+    node = after
+    for part in path:
+        node = node[part]
+    assert node == value
+    assert after["variant"] == {name: value}
+    changed = {key for key in after if after[key] != before[key]}
+    assert changed == {path[0], "variant"}
+    assert at_point(cell(), {name: value}).digest("v") != cell().digest("v")
+
+
+def test_the_detector_itself_can_be_swept() -> None:
+    assert at_point(cell(), {"detector.name": "TrackingDetector"}).detectors == ("TrackingDetector",)
+
+
+@pytest.mark.parametrize(
+    ("sweep", "message"),
+    [
+        ({"over": {"colour.red": [1]}}, "part.name with part one of"),
+        ({"over": {"beep": [1]}}, "part.name"),
+        ({"over": {"beep.start_hz": []}}, "must have values"),
+        ({"over": {"beep.start_hz": {"low": 2.0, "high": 1.0}}}, "low must lie below high"),
+        ({"over": {"beep.start_hz": {"low": 0.0, "high": 1.0, "scale": "log"}}}, "log"),
+        ({"method": "random", "over": {"beep.start_hz": [1, 2]}}, "ranges with low and high"),
+        ({"method": "list"}, "must have points"),
+        ({"method": "grid"}, "must have over"),
+    ],
+)
+def test_a_wrong_sweep_is_one_clear_error(sweep: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Sweep.model_validate(sweep)
+
+
+def test_a_suite_is_planned_at_every_point_with_the_same_walks() -> None:
+    plain = plan_cells(load_suite("paper"), "smoke")
+    sweep = "sweep={over: {air.temperature_c: [0.0, 40.0], noise.level_spl_db: [20.0, 50.0]}}"
+    swept = plan_cells(load_suite("paper", [sweep]), "smoke")
+    assert len(swept) == 4 * len(plain)
+    assert len({c.digest("v") for c in swept}) == len({c.label for c in swept}) == len(swept)
+    assert {(c.seed, c.index, c.category) for c in swept} == {(c.seed, c.index, c.category) for c in plain}
+    assert swept[1].label.endswith("[air.temperature_c=0, noise.level_spl_db=50]")
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("fidelity.max_ordre=2", "max_ordre"),
+        ("fidelity.max_order=99", "max_order must be .* got 99"),
+        ("air={temperature_c: 99.0}", "temperature_c must be .* got 99"),
+        ("air={temprature_c: 20.0}", "temprature_c"),
+        ("settings={votes_needed: 12}", "votes_needed"),
+        ("settings={errata: {no_such: true}}", "no_such"),
+        ("beep.stop_hz=99000", "half the sample rate"),
+        ("detectors=[NoSuchDetector]", "no class 'NoSuchDetector'"),
+        ("detectors=['no.such.module:Thing']", "cannot be imported"),
+        ("sweep={over: {fidelity.max_order: [1, -1]}}", "max_order=-1.*got -1"),
+    ],
+)
+def test_what_cannot_run_is_refused_before_anything_runs(setting: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        plan_cells(load_suite("paper", [setting]), "smoke")

@@ -1,0 +1,124 @@
+"""What a cell changes: the walk, the phone, the samples, a second phone. Each against what it must amount to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.cells.approaching import approach_situation
+from benchmarks.cells.channel import through_channel
+from benchmarks.cells.interference import with_interferer
+from benchmarks.cells.situation import Situation
+from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange, WalkChange
+from benchmarks.cells.standing import standing_situation
+from benchmarks.cells.variation import changed_phone, changed_walk, varied
+from obstaclewatch import BeepDesign, MatchedFilter, Recording
+from scenes import GaitWalk, ground_truth
+from simulator import Phone, Scene, StraightWalk
+
+BEEP = BeepDesign()
+PERIOD_S = BEEP.period_s
+
+
+def sine(frequency_hz: float, seconds: float = 0.5) -> Recording:
+    wave = np.sin(2 * np.pi * frequency_hz * np.arange(int(192_000 * seconds)) / 192_000)
+    return Recording(np.stack([wave, 0.5 * wave]), 192_000.0)
+
+
+def test_no_change_changes_nothing():
+    recording = sine(20_000.0)
+    assert through_channel(recording, RecordingChange()) is recording
+    walk, phone = GaitWalk(np.zeros(3)), Phone.named("galaxy-s5")
+    assert changed_walk(walk, WalkChange(), PERIOD_S) is walk
+    assert changed_phone(phone, PhoneChange()).level_spl_db == phone.level_spl_db
+
+
+def test_gains_lags_clipping_and_equal_channels():
+    recording = sine(20_000.0)
+    changed = through_channel(recording, RecordingChange(mic_gain_db=(-20.0, 0.0), mic_delay_samples=(0, 2)))
+    np.testing.assert_allclose(changed.samples[0], 0.1 * recording.samples[0], rtol=1e-6)
+    np.testing.assert_array_equal(changed.samples[1, 2:], recording.samples[1, :-2])
+    assert np.abs(through_channel(recording, RecordingChange(clip_level=0.3)).samples).max() == np.float32(0.3)
+    equal = through_channel(recording, RecordingChange(identical=True)).samples
+    np.testing.assert_array_equal(equal[0], equal[1])
+
+
+@pytest.mark.parametrize("ppm", [-200.0, 50.0, 200.0])
+def test_another_clock_hears_another_frequency(ppm):
+    """A recorder that is fast by p takes more samples a cycle: f / (1 + p), exactly."""
+    heard = through_channel(sine(20_000.0), RecordingChange(clock_ppm=ppm)).samples[0]
+    expected = np.sin(2 * np.pi * 20_000.0 / (1 + 1e-6 * ppm) * np.arange(len(heard)) / 192_000)
+    inner = slice(200, -200)
+    assert np.abs(heard[inner] - expected[inner]).max() < 5e-3
+
+
+def test_gait_can_be_taken_away_and_speed_changed():
+    walk = GaitWalk(np.array([0.0, 0.0, 1.3]), speed_m_s=1.2, duration_s=3.6)
+    still = changed_walk(walk, WalkChange(gait_scale=0.0), PERIOD_S)
+    time = np.linspace(0.0, 3.6, 50)
+    np.testing.assert_allclose(still.pose(time).position_m[:, 1:], [[0.0, 1.3]] * 50, atol=1e-12)
+    slow = changed_walk(walk, WalkChange(speed_m_s=0.8), PERIOD_S)
+    assert 3.6 * 1.2 / 0.8 <= slow.duration_s <= 3.6 * 1.2 / 0.8 + 2 * PERIOD_S
+    with pytest.raises(ValueError, match="walk with gait"):
+        changed_walk(StraightWalk(np.zeros(3), 0.0, 1.0, 1.0), WalkChange(pitch_rad=0.1), PERIOD_S)
+
+
+def test_landscape_puts_the_top_edge_to_the_left():
+    walk = changed_walk(GaitWalk(np.zeros(3), heading_rad=0.4, pitch_rad=0.0), WalkChange(holding="landscape"), 0.09)
+    pose = walk.pose([0.0])
+    edge = pose.to_world([0.0, 1.0, 0.0])[0] - pose.position_m[0]
+    np.testing.assert_allclose(edge[:2], [-np.sin(0.4), np.cos(0.4)], atol=0.03)  # the hand's wobble is 1.5 degrees
+    assert pose.body_heading_rad()[0] == 0.4
+
+
+def test_a_walk_at_another_speed_still_knows_its_truth():
+    cell = Cell(
+        kind="approach", scene="supermarket", category="wall", index=2, phone="galaxy-s5", seed=3, collision=True,
+        detectors=("PaperDetector",), walk=WalkChange(speed_m_s=0.9), air={"temperature_c": 35.0},
+    )  # fmt: skip
+    plain, changed = approach_situation(cell), varied(approach_situation(cell), cell)
+    assert changed.scene.air.temperature_c == 35.0
+    first, then = (ground_truth(s.scene, s.walk, s.phone, [0.0], target=s.targets[0]) for s in (plain, changed))
+    assert first.range_m[0] == pytest.approx(then.range_m[0], abs=0.03)  # the surge of the other gait
+    assert then.contact_time_s * 0.9 == pytest.approx(first.contact_time_s * plain.walk.speed_m_s, abs=0.05)
+
+
+@pytest.mark.parametrize("bearing_rad", [0.0, 0.35, -0.6])
+def test_a_standing_target_stands_at_its_bearing(bearing_rad):
+    cell = Cell(
+        kind="standing", scene="standing", category="pedestrian", index=0, phone="galaxy-s5", seed=3, collision=False,
+        range_m=3.0, bearing_rad=bearing_rad, detectors=("PaperDetector",),
+    )  # fmt: skip
+    setting = standing_situation(cell)
+    truth = ground_truth(setting.scene, setting.walk, setting.phone, [0.0], target="target")
+    assert truth.signed_bearing_rad[0] == pytest.approx(bearing_rad, abs=0.08)
+    assert truth.range_m[0] == pytest.approx(3.0, abs=0.1)
+
+
+def test_the_second_phone_is_as_loud_and_as_late_as_its_distance_says():
+    phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
+    walk = StraightWalk(np.zeros(3), 0.0, 0.0, 2 * PERIOD_S)
+    setting = Situation(Scene(()), walk, phone, ())
+    silent = Recording(np.zeros((2, 2 * BEEP.period_samples)), BEEP.sample_rate_hz)
+    other = Interferer(distance_m=2.0, bearing_rad=0.0, level_spl_db=phone.full_scale_spl_db, delay_s=0.0)
+    heard = with_interferer(silent, setting, BEEP, other)
+    profile = MatchedFilter(BEEP, 0.03).compress(heard.samples[:, : BEEP.period_samples])
+    peak = profile.magnitude.argmax(axis=1)
+    distance = np.array([1.93, 2.07])
+    speed = setting.scene.air.sound_speed_m_s
+    np.testing.assert_allclose(profile.delay_s[peak] * speed, distance, atol=0.5 * speed / profile.rate_hz)
+    np.testing.assert_allclose(profile.magnitude.max(axis=1), 1.0 / distance, rtol=0.01)
+
+
+def test_a_second_phone_in_another_band_leaves_ours_alone():
+    phone = Phone.named("ideal")
+    ours = BeepDesign(18_000.0, 20_000.0)
+    setting = Situation(Scene(()), StraightWalk(np.zeros(3), 0.0, 0.0, 2 * PERIOD_S), phone, ())
+    silent = Recording(np.zeros((2, 2 * ours.period_samples)), ours.sample_rate_hz)
+    peaks = []
+    for band in ((18_000.0, 20_000.0), (21_000.0, 23_000.0)):
+        other = Interferer(start_hz=band[0], stop_hz=band[1])
+        heard = with_interferer(silent, setting, ours, other).samples[:, : ours.period_samples]
+        peaks.append(MatchedFilter(ours, 0.03).compress(heard).magnitude.max())
+    assert peaks[0] > 0.0
+    assert 20 * np.log10(peaks[1] / peaks[0]) < -50.0
