@@ -1,6 +1,7 @@
 """Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
 
 from scenes.approaches import DATA_COLLECTION, Approach, make_approach
+from scenes.encounter import Encounter, load_encounter
 from scenes.layouts import list_scenes, load_scene
 from scenes.obstacles import walker_body
 from scenes.routes import Pace, Route, RouteWalk, Stop
@@ -10,6 +11,7 @@ from scenes.walks import Gait, GaitWalk
 __all__ = [
     "DATA_COLLECTION",
     "Approach",
+    "Encounter",
     "Gait",
     "GaitWalk",
     "GroundTruth",
@@ -19,6 +21,7 @@ __all__ = [
     "Stop",
     "ground_truth",
     "list_scenes",
+    "load_encounter",
     "load_scene",
     "make_approach",
     "walker_body",

@@ -1,7 +1,8 @@
 """Scenes as YAML files: what may stand in one, and how it becomes a `Scene`.
 
-A file names a scene, its air, its ground and its obstacles. An obstacle is one of the kinds below with its measures
-in metres, or a mesh file with its unit. Angles are in degrees, as people write them. Example:
+A file names a scene, its air, its ground and its obstacles, and may hold a walk, a phone and a target (see
+`scenes.encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL,
+glTF, ...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
 
     name: back-yard
     air: {temperature_c: 12, relative_humidity: 0.7}
@@ -10,6 +11,9 @@ in metres, or a mesh file with its unit. Angles are in degrees, as people write 
       - {kind: wall, name: garage, at_m: [6, 0], parameters: {length_m: 8, height_m: 3}, material: brick}
       - {kind: litter_bin, name: bin, at_m: [3, 1], parameters: {radius_m: 0.3}}
       - {mesh: statue.ply, units: mm, name: statue, at_m: [4, -2], material: concrete, category: clutter}
+    walk: {start_m: [0, 0], heading_deg: 0, speed_m_s: 1.3, duration_s: 4}
+    phone: {preset: galaxy-s5}
+    target: bin
 """
 
 from __future__ import annotations
@@ -18,13 +22,13 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import trimesh
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
+from scenes.fields import Number, Plan, Positive, Strict
 from scenes.obstacles import (
     a_frame,
     bench,
@@ -42,12 +46,16 @@ from scenes.obstacles import (
     wheeled_bin,
 )
 from scenes.placing import placed
-from scenes.solids import box, cylinder
+from scenes.solids import box, cylinder, shifted
+from scenes.walk_schema import PhoneSpec, WalkSpec
+from scenes.yaml_file import YamlFile
 from simulator.air import Air
 from simulator.materials import Material
 from simulator.scene import Obstacle, Scene
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""From axes with y up, as in glTF, to axes with z up."""
 
 
 @dataclass(frozen=True)
@@ -78,37 +86,53 @@ KINDS: dict[str, Kind] = {
 }
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-
-
-class AirSpec(_Strict):
+class AirSpec(Strict):
     """Weather."""
 
-    temperature_c: float = 20.0
-    relative_humidity: float = 0.5
-    pressure_pa: float = 101_325.0
+    temperature_c: Number = 20.0
+    relative_humidity: Number = 0.5
+    pressure_pa: Number = 101_325.0
+
+    @model_validator(mode="after")
+    def _breathable(self) -> AirSpec:
+        Air(**self.model_dump())
+        return self
 
 
-class GroundSpec(_Strict):
+def _known_material(name: str) -> str:
+    Material.named(name)
+    return name
+
+
+MaterialName = Annotated[str, AfterValidator(_known_material)]
+
+
+class GroundSpec(Strict):
     """A level patch of ground in z = 0, centred at the origin."""
 
-    material: str = "asphalt"
-    size_m: tuple[float, float] = (60.0, 60.0)
+    material: MaterialName = "asphalt"
+    size_m: tuple[Positive, Positive] = (60.0, 60.0)
 
 
-class ObstacleSpec(_Strict):
-    """One obstacle: a kind with parameters, or a mesh file with its unit."""
+class ObstacleSpec(Strict):
+    """One obstacle: a kind with parameters, or a mesh file with its unit.
 
-    name: str
+    Attributes:
+        up: the axis of the mesh file that points up; glTF files have "y".
+        lift_m: how far the obstacle is raised from where its mesh stands.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
     kind: str | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
     mesh: str | None = None
-    units: Literal["m", "cm", "mm", "in", "ft"] = "m"
-    at_m: tuple[float, float] = (0.0, 0.0)
-    yaw_deg: float = 0.0
-    velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    material: str | None = None
+    units: Literal["m", "cm", "mm", "in", "ft"] | None = None
+    up: Literal["z", "y"] = "z"
+    at_m: Plan = (0.0, 0.0)
+    lift_m: Number = 0.0
+    yaw_deg: Number = 0.0
+    velocity_m_s: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    material: MaterialName | None = None
     category: str | None = None
     surface: Literal["auto", "flat", "smooth"] = "auto"
 
@@ -123,8 +147,11 @@ class ObstacleSpec(_Strict):
     def _one_source(self) -> ObstacleSpec:
         if (self.kind is None) == (self.mesh is None):
             raise ValueError(f"obstacle '{self.name}' must have either a kind or a mesh")
-        if self.mesh is not None and (self.parameters or self.material is None):
-            raise ValueError(f"obstacle '{self.name}' with a mesh must have a material and no parameters")
+        if self.mesh is not None:
+            if self.parameters or self.material is None:
+                raise ValueError(f"obstacle '{self.name}' with a mesh must have a material and no parameters")
+            if self.units is None:
+                raise ValueError(f"obstacle '{self.name}' with a mesh must have units, one of {list(UNITS_M)}")
         if self.kind is not None:
             known = list(inspect.signature(KINDS[self.kind].mesh).parameters)
             unknown = sorted(set(self.parameters) - set(known))
@@ -133,49 +160,51 @@ class ObstacleSpec(_Strict):
         return self
 
 
-class SceneSpec(_Strict):
-    """A whole scene."""
+class SceneSpec(Strict):
+    """A whole scene, and what a walk through it needs."""
 
     name: str
     air: AirSpec = AirSpec()
     ground: GroundSpec | None = GroundSpec()
     obstacles: list[ObstacleSpec]
+    walk: WalkSpec | None = None
+    phone: PhoneSpec | None = None
+    target: str | None = None
 
 
 def read_scene(path: str | Path) -> Scene:
     """The scene in a YAML file; mesh files are looked for beside it.
 
     Raises:
-        ValueError: a file that is not YAML or does not fit the schema; the message says where and why.
+        ValueError: a file that is not YAML or does not fit the schema; the message has file, line and field.
         FileNotFoundError: the file or one of its meshes is missing.
     """
-    path = Path(path)
-    try:
-        spec = SceneSpec.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except yaml.YAMLError as error:
-        raise ValueError(f"scene file must be YAML, got {path}: {error}") from error
-    except ValidationError as error:
-        problems = "; ".join(f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors())
-        raise ValueError(f"scene file {path} must fit the schema: {problems}") from error
-    return scene_of(spec, path.parent)
+    source = YamlFile.read(path)
+    return scene_of(source.as_model(SceneSpec), source)
 
 
-def scene_of(spec: SceneSpec, folder: Path) -> Scene:
-    """The scene that a specification describes; mesh files are relative to the folder."""
-    obstacles = [_obstacle(one, folder) for one in spec.obstacles]
+def scene_of(spec: SceneSpec, source: YamlFile) -> Scene:
+    """The scene that a specification describes, with the file it was read from."""
+    obstacles = []
+    for number, one in enumerate(spec.obstacles):
+        with source.at("obstacles", number):
+            obstacles.append(_obstacle(one, source.path.parent))
     if spec.ground is not None:
         floor = ground(spec.ground.size_m)
         material = Material.named(spec.ground.material)
         obstacles.insert(0, Obstacle(floor, material, "ground", surface="flat", category="ground"))
-    return Scene(obstacles, air=Air(**spec.air.model_dump()), name=spec.name)
+    with source.at("obstacles"):
+        return Scene(obstacles, air=Air(**spec.air.model_dump()), name=spec.name)
 
 
 def _obstacle(spec: ObstacleSpec, folder: Path) -> Obstacle:
     if spec.kind is not None:
         kind = KINDS[spec.kind]
-        mesh, material, category = kind.mesh(**spec.parameters), spec.material or kind.material, kind.category
+        mesh, material, category = _made(kind, spec), spec.material or kind.material, kind.category
     else:
-        mesh, material, category = _mesh_file(folder / str(spec.mesh), spec.units), str(spec.material), ""
+        mesh, material, category = _mesh_file(folder / str(spec.mesh), spec), str(spec.material), ""
+    if spec.lift_m:
+        mesh = shifted(mesh, [0.0, 0.0, spec.lift_m])
     obstacle = Obstacle(
         mesh,
         Material.named(material),
@@ -186,14 +215,32 @@ def _obstacle(spec: ObstacleSpec, folder: Path) -> Obstacle:
     return placed(obstacle, spec.at_m, np.deg2rad(spec.yaw_deg), spec.velocity_m_s)
 
 
-def _mesh_file(path: Path, units: str) -> trimesh.Trimesh:
-    """The mesh of a file, in metres.
+def _made(kind: Kind, spec: ObstacleSpec) -> trimesh.Trimesh:
+    """The mesh of a kind.
+
+    Raises:
+        ValueError: a parameter is missing, of another type, or refused by the kind.
+    """
+    try:
+        return kind.mesh(**spec.parameters)
+    except TypeError as error:
+        raise ValueError(f"parameters of kind '{spec.kind}' must fit it, got {spec.parameters}: {error}") from error
+
+
+def _mesh_file(path: Path, spec: ObstacleSpec) -> trimesh.Trimesh:
+    """The mesh of a file, in metres, z up.
 
     Raises:
         FileNotFoundError: there is no such file.
+        ValueError: it holds no triangles that trimesh can read.
     """
     if not path.is_file():
         raise FileNotFoundError(f"mesh file must exist, got {path}")
-    mesh: trimesh.Trimesh = trimesh.load_mesh(path)
-    mesh.apply_scale(UNITS_M[units])
-    return mesh
+    try:
+        mesh: trimesh.Trimesh = trimesh.load_mesh(path)
+        vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
+    except Exception as error:  # readers of a dozen formats raise whatever they like on a damaged file
+        raise ValueError(f"mesh file must be one that trimesh reads, got {path.name}: {error}") from error
+    if spec.up == "y":
+        vertices = vertices @ Y_UP.T
+    return trimesh.Trimesh(UNITS_M[spec.units or "m"] * vertices, faces, process=False)

@@ -1,0 +1,83 @@
+"""A scene file that can be walked through: scene, walk, phone, and the obstacle that it is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scenes.schema import SceneSpec, scene_of
+from scenes.truth import NOT_IN_THE_WAY, Contact, contact
+from scenes.walk_schema import PhoneSpec, phone_of, walk_of
+from scenes.yaml_file import YamlFile
+from simulator.phone import Phone
+from simulator.pose import Walk
+from simulator.scene import Obstacle, Scene
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """One walk through a user's scene.
+
+    Attributes:
+        scene: with its obstacles.
+        walk: of the phone.
+        phone: held by the walker's body.
+        targets: name of the obstacle that the walk is about: the one that the file names, else the one that the
+            walker meets first, else the one passed most closely.
+    """
+
+    scene: Scene
+    walk: Walk
+    phone: Phone
+    targets: tuple[str, ...]
+
+    @property
+    def target(self) -> Obstacle:
+        """The obstacle that the walk is about."""
+        return self.scene.obstacle(self.targets[0])
+
+
+def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) -> Encounter:
+    """The scene, walk, phone and target of a YAML file (see `scenes.schema` for its fields).
+
+    Args:
+        path: of the file; meshes are looked for beside it.
+        seed: draws what the walk's `vary` leaves open; without `vary` it changes nothing.
+        phone: name of a preset to use instead of the file's phone.
+
+    Raises:
+        ValueError: the file does not fit the schema, has no walk, or nothing to walk to; with file, line and field.
+        FileNotFoundError: the file or one of its meshes is missing.
+    """
+    source = YamlFile.read(path)
+    spec = source.as_model(SceneSpec)
+    scene = scene_of(spec, source)
+    if spec.walk is None:
+        raise ValueError(source.message((), "walk: is missing, and without one nothing can be simulated"))
+    with source.at("walk"):
+        walk = walk_of(spec.walk, seed)
+    with source.at("phone"):
+        chosen = spec.phone or PhoneSpec() if phone is None else PhoneSpec(preset=phone)
+        held = phone_of(chosen, spec.walk)
+    with source.at("target" if spec.target is not None else "obstacles"):
+        return Encounter(scene, walk, held, (_target(scene, walk, spec.target),))
+
+
+def _target(scene: Scene, walk: Walk, wanted: str | None) -> str:
+    """The obstacle wanted, or the one met first, or passed most closely."""
+    candidates = [obstacle for obstacle in scene.obstacles if obstacle.category not in NOT_IN_THE_WAY]
+    names = [obstacle.name for obstacle in candidates]
+    if not candidates:
+        raise ValueError("a scene to walk through must have an obstacle other than its ground, got none")
+    if wanted is not None:
+        if wanted not in names:
+            raise ValueError(f"target must be an obstacle of the scene, got '{wanted}'; there are {names}")
+        return wanted
+    return min(zip([contact(o, walk) for o in candidates], names, strict=True), key=lambda item: _order(item[0]))[1]
+
+
+def _order(met: Contact) -> tuple[float, float]:
+    """Earliest contact first, then the smallest gap."""
+    return (np.inf if np.isnan(met.contact_time_s) else met.contact_time_s), met.clearance_m

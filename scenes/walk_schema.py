@@ -1,0 +1,206 @@
+"""The walk and the phone of a scene file, and what they become."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from obstaclewatch.recording import PhoneGeometry
+from scenes.fields import NotNegative, Number, Plan, Positive, Strict
+from scenes.obstacles import walker_body
+from scenes.routes import Pace, Route, RouteWalk, Stop, time_to_walk
+from scenes.walks import Gait, GaitWalk, Holding
+from simulator.phone import Phone, StructureBorne
+from simulator.phone_presets import list_phones
+
+Point = tuple[Number, Number, Number]
+STRAIGHT_S = 4.0
+"""How long a straight walk lasts if the file does not say."""
+
+
+class ArcSpec(Strict):
+    """A turn of so many degrees, positive to the left."""
+
+    radius_m: Positive
+    turn_deg: Annotated[Number, Field(ge=-360.0, le=360.0)]
+
+
+class StopSpec(Strict):
+    """A pause."""
+
+    at_s: Number
+    for_s: Positive
+
+
+class WalkerSpec(Strict):
+    """The body behind the phone."""
+
+    stature_m: Positive = 1.75
+    girth: Positive = 1.0
+    phone_distance_m: Positive = 0.35
+
+
+class VarySpec(Strict):
+    """Half ranges, drawn evenly by the seed of a run; the phase of the step is drawn with them."""
+
+    lateral_m: NotNegative = 0.0
+    heading_deg: NotNegative = 0.0
+    speed_m_s: NotNegative = 0.0
+
+
+class WalkSpec(Strict):
+    """A straight walk, one along waypoints, or one along an arc; with or without stops."""
+
+    start_m: Plan | None = None
+    heading_deg: Number | None = None
+    waypoints_m: Annotated[tuple[Plan, ...], Field(min_length=2)] | None = None
+    rounding_m: Positive = 0.8
+    arc: ArcSpec | None = None
+    stops: tuple[StopSpec, ...] = ()
+    speed_m_s: NotNegative = 1.3
+    duration_s: Positive | None = None
+    height_m: Positive = 1.3
+    pitch_deg: Annotated[Number, Field(ge=-90.0, le=90.0)] = 30.0
+    roll_deg: Annotated[Number, Field(ge=-180.0, le=180.0)] = 0.0
+    holding: Holding = "vertical"
+    gait: Literal["natural", "none"] = "natural"
+    walker: WalkerSpec = WalkerSpec()
+    vary: VarySpec | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> WalkSpec:
+        placed = self.start_m is not None or self.heading_deg is not None or self.arc is not None
+        if self.waypoints_m is not None and placed:
+            raise ValueError("a walk with waypoints_m must have no start_m, heading_deg or arc")
+        return self
+
+
+class PhoneSpec(Strict):
+    """A preset, changed where the file says so.
+
+    With `length_m` the microphones sit at the ends of the middle line and the speaker as far below the top one as in
+    the preset; `speaker_m` and `mics_m` place them in the phone frame.
+    """
+
+    preset: str = "galaxy-s5"
+    name: str | None = None
+    length_m: Positive | None = None
+    speaker_m: Point | None = None
+    mics_m: tuple[Point, Point] | None = None
+    level_spl_db: Number | None = None
+    noise_spl_db: Number | None = None
+
+    @field_validator("preset")
+    @classmethod
+    def _known(cls, preset: str) -> str:
+        Phone.named(preset)
+        return preset
+
+    @model_validator(mode="after")
+    def _one_geometry(self) -> PhoneSpec:
+        if (self.speaker_m is None) != (self.mics_m is None):
+            raise ValueError(f"speaker_m and mics_m must be given together; presets are {list_phones()}")
+        if self.length_m is not None and self.mics_m is not None:
+            raise ValueError("a phone must have either length_m or speaker_m and mics_m, got both")
+        return self
+
+
+def walk_of(spec: WalkSpec, seed: int) -> GaitWalk | RouteWalk:
+    """The walk of a file; a seed changes it only within what `vary` allows.
+
+    Raises:
+        ValueError: a route or stops that cannot be walked.
+    """
+    side, turn, faster, phase = _drawn(spec.vary, seed)
+    speed = spec.speed_m_s + faster
+    gait = Gait() if spec.gait == "none" else Gait.at_speed(max(speed, 0.0), phase)
+    pitch, roll = np.deg2rad(spec.pitch_deg), np.deg2rad(spec.roll_deg)
+    route = _route(spec, speed)
+    if route is None:
+        start, heading = _moved(np.array([spec.start_m or (0.0, 0.0)]), _heading(spec), side, turn)[0], _heading(spec)
+        return GaitWalk(
+            np.append(start, spec.height_m), heading + turn, speed, spec.duration_s or STRAIGHT_S,
+            pitch, roll, gait, spec.holding,
+        )  # fmt: skip
+    first = np.diff(route.waypoints_m[:2], axis=0)[0]
+    points = _moved(route.waypoints_m, float(np.arctan2(first[1], first[0])), side, turn)
+    route = Route(points, route.rounding_m)
+    pace = Pace(speed, [Stop(stop.at_s, stop.for_s) for stop in spec.stops])
+    duration = time_to_walk(route, pace) if spec.duration_s is None else spec.duration_s
+    return RouteWalk(route, pace, duration, spec.height_m, pitch, roll, gait, spec.holding)
+
+
+def _drawn(vary: VarySpec | None, seed: int) -> tuple[float, float, float, float]:
+    """Shift to the left, turn, greater speed and phase of the step."""
+    if vary is None:
+        return 0.0, 0.0, 0.0, 0.0
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    ranges = vary.lateral_m, np.deg2rad(vary.heading_deg), vary.speed_m_s
+    side, turn, faster = (float(half * rng.uniform(-1.0, 1.0)) for half in ranges)
+    return side, turn, faster, float(rng.uniform(0.0, 4.0 * np.pi))
+
+
+def _heading(spec: WalkSpec) -> float:
+    return float(np.deg2rad(spec.heading_deg or 0.0))
+
+
+def _route(spec: WalkSpec, speed_m_s: float) -> Route | None:
+    """The route of a walk that is not simply straight."""
+    if spec.waypoints_m is not None:
+        return Route(np.array(spec.waypoints_m), spec.rounding_m)
+    start = np.array(spec.start_m or (0.0, 0.0))
+    if spec.arc is not None:
+        return Route.arc(start, _heading(spec), spec.arc.radius_m, np.deg2rad(spec.arc.turn_deg))
+    if not spec.stops:
+        return None
+    reach = max(1.0, speed_m_s * (spec.duration_s or STRAIGHT_S))
+    return Route(np.stack([start, start + reach * np.array([np.cos(_heading(spec)), np.sin(_heading(spec))])]))
+
+
+def _moved(points_m: NDArray[np.float64], heading_rad: float, left_m: float, turn_rad: float) -> NDArray[np.float64]:
+    """Points shifted to the left of a heading, then turned about the first of them."""
+    shifted = points_m + left_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+    cos, sin = np.cos(turn_rad), np.sin(turn_rad)
+    moved: NDArray[np.float64] = (shifted - shifted[0]) @ np.array([[cos, sin], [-sin, cos]]) + shifted[0]
+    return moved
+
+
+def phone_of(spec: PhoneSpec, walk: WalkSpec) -> Phone:
+    """The phone of a file in the hands of its walker.
+
+    Raises:
+        ValueError: a walker or a geometry out of range.
+    """
+    phone = Phone.named(spec.preset)
+    phone = replace(
+        phone,
+        level_spl_db=phone.level_spl_db if spec.level_spl_db is None else spec.level_spl_db,
+        noise_spl_db=phone.noise_spl_db if spec.noise_spl_db is None else spec.noise_spl_db,
+    )
+    if spec.length_m is not None or spec.mics_m is not None:
+        phone = _rebuilt(phone, _geometry(spec, phone.geometry))
+    elif spec.name is not None:
+        phone = replace(phone, geometry=replace(phone.geometry, name=spec.name))
+    who = walk.walker
+    return phone.held_by(walker_body(who.phone_distance_m, walk.height_m, who.stature_m, who.girth))
+
+
+def _geometry(spec: PhoneSpec, base: PhoneGeometry) -> PhoneGeometry:
+    name = spec.name or f"changed {base.name}"
+    if spec.mics_m is not None and spec.speaker_m is not None:
+        return PhoneGeometry(name, np.array(spec.speaker_m), np.array(spec.mics_m))
+    end = np.array([0.0, 0.5 * float(spec.length_m or 0.0), 0.0])
+    return PhoneGeometry(name, end + base.speaker_m - base.mics_m[0], np.stack([end, -end]))
+
+
+def _rebuilt(phone: Phone, geometry: PhoneGeometry) -> Phone:
+    """The same transducers elsewhere; sound through the case takes as much longer as its way, and is as much weaker."""
+    case = phone.structure_borne
+    if case is not None:
+        stretch = geometry.speaker_to_mic_m / phone.geometry.speaker_to_mic_m
+        case = StructureBorne(case.delay_s * stretch, case.gain / stretch)
+    return replace(phone, geometry=geometry, structure_borne=case)
