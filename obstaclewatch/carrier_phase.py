@@ -35,12 +35,13 @@ def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_spe
     return turned.astype(np.complex64)
 
 
-def coherent_power(second: NDArray[np.complex64], u_m: Array, wavelength_m: float) -> Array:
+def coherent_power(second: NDArray[np.complex64], u_m: Array, u_now_m: Array, wavelength_m: float) -> Array:
     """(H,) what H courses gather at microphone 1 from K beeps, in units of noise power: 1 is noise.
 
     Args:
         second: (K, W) from `second_channel`.
-        u_m: (H, K) path differences that the courses predict.
+        u_m: (H, K) path differences that the courses predict for the times that the envelope reads.
+        u_now_m: (H, K) the same for the times at which the beep met the obstacle, which the phase reads.
         wavelength_m: c / reference_hz.
     """
     count, width = second.shape
@@ -52,7 +53,7 @@ def coherent_power(second: NDArray[np.complex64], u_m: Array, wavelength_m: floa
     index = low + width * np.arange(count, dtype=np.int32)
     value = flat[index]
     value += rest * (flat[index + 1] - value)
-    turn = np.asarray(2.0 * np.pi / wavelength_m * u_m, dtype=np.float32)
+    turn = np.asarray(2.0 * np.pi / wavelength_m * u_now_m, dtype=np.float32)
     phasor = np.empty(turn.shape, dtype=np.complex64)
     phasor.real, phasor.imag = np.cos(turn), np.sin(turn)
     total = np.einsum("hk,hk->h", value, phasor)

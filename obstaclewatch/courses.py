@@ -4,7 +4,9 @@ A walker at speed v passes a point at a miss distance b and a height difference 
 range = sqrt((v (t0 - t))^2 + b^2 + h^2) - r, with r the radius of curvature of a round body; and the microphones differ
 by the cosine of the cone that the point and the phone's long axis make. A wall, which mirrors, stays at an angle a:
 its range falls by v cos(a) a second. Constant bearing and falling range are a collision course. The chirp reads ranges
-`range_doppler_s` ahead of their time; all of this is written for the times that are read, so nothing is biased by it.
+`range_doppler_s` ahead of their time, and so do envelopes; the phase between the microphones is that of the moment:
+    arg y(peak) = -2 pi center_hz tau(t), peak at tau(t) + range_doppler_s dtau/dt.
+Ranges are therefore compared at the times that are read, phases at the times at which the beep met the obstacle.
 """
 
 from __future__ import annotations
@@ -88,10 +90,14 @@ class CourseGrid:
         wavelength_m: of the carrier.
         pitch_rad: lift of the phone's top edge.
         half_width_m: of the walker.
+        ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
     """
 
-    def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float) -> None:
+    def __init__(
+        self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float, ahead_s: float
+    ) -> None:
         self._separation_m, self._wavelength_m = separation_m, wavelength_m
+        self._ahead_s = np.float32(ahead_s)
         self.cos_pitch = float(np.cos(pitch_rad))
         point = np.meshgrid(SPEEDS_M_S, MISSES_M, RADII_M, HEIGHTS_M, [0.0], indexing="ij")
         wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, -1]], WALL_ANGLES_RAD, indexing="ij")
@@ -128,22 +134,30 @@ class CourseGrid:
         weight = (along / center_m) ** 2
         passing_s = np.sum(weight * (time_s + along / self._closing), axis=1) / np.sum(weight, axis=1)
         ahead = self._closing * (passing_s[:, None] - time_s)
-        center = np.sqrt(ahead**2 + self._across2)
-        range_m = np.maximum(center - self.radius, np.float32(0.1))
-        lean = self._separation_m * (ahead * self._forwards - self._downwards) / center
-        u_m = np.sqrt(range_m * (range_m + 2.0 * lean) + self._separation_m**2) - range_m
-        log = self._log_prior + self._likelihood(samples, range_m, u_m)
+        range_m, u_m = self._seen(ahead)
+        _, u_now_m = self._seen(ahead + self._closing * self._ahead_s)
+        log = self._log_prior + self._likelihood(samples, range_m, u_m, u_now_m)
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), passing_s)
 
-    def _likelihood(self, samples: Samples, range_m: Array, u_m: Array) -> Array:
+    def _seen(self, ahead_m: Array) -> tuple[Array, Array]:
+        """(H, K) ranges and path differences with the obstacle that far ahead."""
+        center = np.sqrt(ahead_m**2 + self._across2)
+        range_m = np.maximum(center - self.radius, np.float32(0.1))
+        lean = self._separation_m * (ahead_m * self._forwards - self._downwards) / center
+        u_m: Array = np.sqrt(range_m * (range_m + 2.0 * lean) + self._separation_m**2) - range_m
+        return range_m, u_m
+
+    def _likelihood(self, samples: Samples, range_m: Array, u_m: Array, u_now_m: Array) -> Array:
         """(H,) log likelihood; the tails are Student's, so that a wrong echo does not decide."""
         deviation = np.hypot(GAIT_RANGE_M, samples.range_std_m).astype(np.float32)
         total = _student(samples.range_m.astype(np.float32) - range_m, deviation)
         total = INDEPENDENT * total
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            total += COHERENT * coherent_power(samples.second[heard], u_m[:, heard], self._wavelength_m)
+            total += COHERENT * coherent_power(
+                samples.second[heard], u_m[:, heard], u_now_m[:, heard], self._wavelength_m
+            )
         return total
 
     def _summary(self, share: Array, passing_s: Array) -> Course:

@@ -57,7 +57,11 @@ class TrackingDetector(EchoDetector):
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s)
         self._approaches = Approaches(beep.range_doppler_s)
         self._grid = CourseGrid(
-            phone.mic_separation_m, self._finder.wavelength_m, pitch_rad or 0.0, self.settings.walker_half_width_m
+            phone.mic_separation_m,
+            self._finder.wavelength_m,
+            pitch_rad or 0.0,
+            self.settings.walker_half_width_m,
+            beep.range_doppler_s,
         )
 
     def reset(self) -> None:
