@@ -15,6 +15,7 @@ from obstaclewatch.detectors import DistanceOnlyDetector, PaperDetector
 from obstaclewatch.errata import Errata
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.recording import PhoneGeometry, Recording
+from obstaclewatch.recording_health import Fault, RecordingHealth, inspect_recording
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.tracking import TrackingDetector
 
@@ -25,6 +26,7 @@ __all__ = [
     "DistanceOnlyDetector",
     "EchoProfile",
     "Errata",
+    "Fault",
     "Flag",
     "MatchedFilter",
     "NoBeepError",
@@ -32,7 +34,9 @@ __all__ = [
     "PaperSettings",
     "PhoneGeometry",
     "Recording",
+    "RecordingHealth",
     "TrackingDetector",
+    "inspect_recording",
     "read_recording",
     "write_recording",
 ]
