@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import Any
@@ -33,7 +34,7 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
     if suite.standing is not None:
         cells += _standing(suite, suite.standing, chosen.size)
-    cells += [cell for probe in suite.probes for cell in _probes(suite, probe)]
+    cells += list(_probes(suite))
     points = [{}] if suite.sweep is None else suite.sweep.visited()
     cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
     if not cells:
@@ -103,15 +104,17 @@ def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> l
     ]
 
 
-def _probes(suite: Suite, probe: Probe) -> Iterator[Cell]:
-    """One cell for every phone and every combination of the probe's values."""
-    values = [dict(zip(probe.over, chosen, strict=True)) for chosen in product(*probe.over.values())]
-    for index, (phone, swept) in enumerate(product(probe.phones, values)):
+def _probes(suite: Suite) -> Iterator[Cell]:
+    """One cell for every probe, phone and combination of values, numbered within its kind and name."""
+    numbers: Counter[tuple[str, str]] = Counter()
+    for probe, phone, swept in _probe_points(suite):
+        number = numbers[probe.kind, probe.name]
+        numbers[probe.kind, probe.name] += 1
         yield Cell(
-            kind=probe.kind,  # type: ignore[arg-type]  # the suite's schema has checked it
+            kind=probe.kind,
             scene=probe.kind,
             category=probe.name,
-            index=index,
+            index=number,
             phone=phone,
             seed=cell_seed(suite, f"{probe.kind}/{probe.name}", 0),
             collision=False,
@@ -121,6 +124,13 @@ def _probes(suite: Suite, probe: Probe) -> Iterator[Cell]:
             scoring=suite.scoring,
             **_shared(suite),
         )
+
+
+def _probe_points(suite: Suite) -> Iterator[tuple[Probe, str, dict[str, Any]]]:
+    for probe in suite.probes:
+        for phone in probe.phones:
+            for chosen in product(*probe.over.values()):
+                yield probe, phone, dict(zip(probe.over, chosen, strict=True))
 
 
 def _shared(suite: Suite) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -64,7 +64,7 @@ class Probe(_Strict):
         over: lists of values by parameter; every combination is a cell.
     """
 
-    kind: Annotated[str, Field(pattern="^(signal|numerics)$")]
+    kind: Literal["signal", "numerics"]
     name: str
     phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
     parameters: dict[str, Any] = {}

@@ -17,6 +17,7 @@ from scipy.stats import qmc
 from benchmarks.cells.spec import Cell
 
 Point = dict[str, Any]
+NAME = "name"
 
 _PARTS = {
     "scene": ("approach",),
@@ -88,7 +89,7 @@ class Sweep(BaseModel):
         method: "grid" takes every combination, "one-at-a-time" the unchanged suite and then every value alone,
             "list" the points as they are written, "random" and "latin-hypercube" `samples` points of the ranges.
         over: values or ranges by dotted name, for all methods but "list".
-        points: for "list".
+        points: for "list"; a point may also have a `name`, by which labels and figures call it.
         samples, seed: of "random" and "latin-hypercube".
     """
 
@@ -111,7 +112,7 @@ class Sweep(BaseModel):
 
     @model_validator(mode="after")
     def _fits_method(self) -> Sweep:
-        _check_names(name for point in self.points for name in point)
+        _check_names(name for point in self.points for name in point if name != NAME)
         if self.method == "list":
             if not self.points or self.over:
                 raise ValueError("method 'list' must have points and no over")
@@ -155,6 +156,8 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
         return cell
     data = cell.model_dump(mode="json")
     for name, value in point.items():
+        if name == NAME:
+            continue
         if name in _WHOLE:
             data[_WHOLE[name]] = [value] if name == "detector.name" else value
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from time import perf_counter, process_time
 from typing import Any
 
@@ -15,7 +16,9 @@ from benchmarks.cells.channel import through_channel
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.interference import with_interferer
+from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
+from benchmarks.cells.signals import signal_result
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.standing import standing_situation
@@ -28,6 +31,7 @@ from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation}
+PROBES = {"signal": signal_result, "numerics": numerics_result}
 
 LOW_M = 1.1
 """An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
@@ -39,13 +43,13 @@ def compute(cell: Cell) -> dict[str, Any]:
     Raises:
         ValueError: the cell names something unknown or out of range.
     """
-    begin = perf_counter()
+    if cell.kind in PROBES:
+        return PROBES[cell.kind](cell)
     if cell.kind not in SITUATIONS:
-        raise ValueError(f"a cell's kind must be one of {sorted(SITUATIONS)}, got '{cell.kind}'")
-    setting = varied(SITUATIONS[cell.kind](cell), cell)
+        raise ValueError(f"a cell's kind must be one of {sorted(SITUATIONS | PROBES)}, got '{cell.kind}'")
+    begin = perf_counter()
+    setting, rendered = _simulated(simulated_part(cell).model_dump_json())
     beep = BeepDesign(**cell.beep.model_dump())
-    fidelity = Fidelity(**cell.fidelity)
-    rendered = render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
     recording = through_channel(with_interferer(rendered, setting, beep, cell.interferer), cell.recording)
     simulated = perf_counter()
     truths = _truths(cell, setting, beep, recording)
@@ -59,6 +63,22 @@ def compute(cell: Cell) -> dict[str, Any]:
         "total_s": perf_counter() - begin,
     }
     return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost}
+
+
+def simulated_part(cell: Cell) -> Cell:
+    """The cell with everything left out that changes nothing before the microphones: its simulation can be shared."""
+    heard_only = ("recording", "interferer", "knowledge", "settings", "scoring", "variant", "detector_sources")
+    kept = cell.model_dump(mode="json", exclude=set(heard_only))
+    return Cell.model_validate(kept | {"detectors": ()})
+
+
+@lru_cache(maxsize=1)
+def _simulated(cell_json: str) -> tuple[Situation, Recording]:
+    """What is rendered, kept for the next cell: the points of a sweep over detectors come one after another."""
+    cell = Cell.model_validate_json(cell_json)
+    setting = varied(SITUATIONS[cell.kind](cell), cell)
+    beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
+    return setting, render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
 
 
 def _truths(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:

@@ -204,6 +204,8 @@ class Cell(BaseModel):
 
 
 def variant_text(variant: dict[str, Any]) -> str:
-    """A point of a sweep in brackets, empty for none: "[air.temperature_c=40]"."""
+    """A point of a sweep in brackets, empty for none: its name, or "[air.temperature_c=40]"."""
+    if "name" in variant:
+        return f"[{variant['name']}]"
     parts = [f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in variant.items()]
     return f"[{', '.join(parts)}]" if parts else ""

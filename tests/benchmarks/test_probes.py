@@ -1,0 +1,134 @@
+"""Cells that are no walks: extremes against formulas, and the signals behind the paper's first figures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.cells import compute as computing
+from benchmarks.cells.compute import compute, simulated_part
+from benchmarks.cells.numerics import CHECKS
+from benchmarks.cells.spec import Cell
+from benchmarks.plan import plan_cells
+from benchmarks.store import to_json
+from benchmarks.suite import load_suite
+
+
+def probe(kind: str, name: str, **parameters) -> dict:
+    cell = Cell(
+        kind=kind, scene=kind, category=name, index=0, phone="galaxy-s8-plus", seed=7, collision=False,
+        probe=parameters, detectors=(),
+    )  # fmt: skip
+    return compute(cell)[kind]
+
+
+def test_the_extremes_are_those_promised():
+    swept: dict[str, list[float]] = {}
+    for cell in plan_cells(load_suite("extremes"), "full"):
+        swept.setdefault(cell.category, []).extend(cell.probe.values())
+    assert set(swept) == set(CHECKS)
+    promised = {
+        "wall-distance": (0.01, 1000.0), "temperature": (-40.0, 60.0), "sample-rate": (44_100.0, 384_000.0),
+        "detector-snr": (-20.0, 120.0),
+    }  # fmt: skip
+    assert {name: (min(swept[name]), max(swept[name])) for name in promised} == promised
+    assert max(swept["wall-offset"]) == 1e6
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("wall-distance", {"distance_m": 0.01}),
+        ("wall-distance", {"distance_m": 1000.0}),
+        ("grazing", {"angle_rad": 1e-8}),
+        ("slivers", {"aspect": 1e9}),
+        ("coincident", {"gap_m": 1e-9}),
+    ],
+)
+def test_a_mirror_is_exact_at_every_extreme(name, parameters):
+    errors = probe("numerics", name, **parameters)
+    assert errors["echoes"] == 0.0  # both were found, and no others
+    assert max(errors.values()) < 1e-14
+
+
+def test_far_from_the_origin_only_the_vertices_round():
+    assert probe("numerics", "wall-offset", offset_m=1e6)["field"] < 1e-6  # k times 1e-10 m, some ten times over
+
+
+@pytest.mark.parametrize("temperature_c", [-40.0, 60.0])
+def test_air_at_its_ends(temperature_c):
+    errors = probe("numerics", "temperature", temperature_c=temperature_c)
+    assert errors["delay"] < 1e-14
+    assert errors["pressure"] < 1e-6  # of the Chebyshev fit of the absorption
+    assert abs(errors["speed_over_dry"]) < 0.02
+
+
+@pytest.mark.parametrize("rate_hz", [44_100.0, 384_000.0])
+def test_samples_are_those_of_the_formula_at_every_rate(rate_hz):
+    assert probe("numerics", "sample-rate", sample_rate_hz=rate_hz)["samples"] < 1e-4
+
+
+def test_the_detector_hears_nothing_in_noise_and_keeps_to_its_bound_above():
+    assert probe("numerics", "detector-snr", snr_db=-20.0)["missed"] == 1.0
+    errors = probe("numerics", "detector-snr", snr_db=40.0)
+    assert errors["missed"] == 0.0
+    assert 0.7 < errors["range_rms_m"] / errors["bound_m"] < 1.5
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "parameters", "message"),
+    [
+        ("numerics", "nothing", {}, "must be one of .*wall-distance"),
+        ("numerics", "slivers", {"colour": 1}, "colour"),
+        ("signal", "nothing", {}, "must be one of .*response"),
+        ("signal", "body", {"colour": 1}, "colour"),
+    ],
+)
+def test_an_unknown_probe_is_one_clear_error(kind, name, parameters, message):
+    with pytest.raises(ValueError, match=message):
+        probe(kind, name, **parameters)
+
+
+def test_an_envelope_peaks_where_the_wall_is():
+    signal = probe("signal", "envelope", things=[["wall", 3.0, 0.0]])
+    level, axis = np.array(signal["level_db"]), np.array(signal["range_m"])
+    near = np.abs(axis - signal["true_m"][0]) < 0.3
+    assert abs(axis[near][level[near].argmax()] - signal["true_m"][0]) < 0.05
+    assert np.abs(np.array(signal["candidate_m"]) - signal["true_m"][0]).min() < 0.05
+    assert len(signal["threshold_db"]) == len(level)
+
+
+def test_a_walk_up_to_a_wall_shows_it_closing_in():
+    signal = probe("signal", "approach", category="wall")
+    true = np.array(signal["true_m"])
+    assert (np.diff(true) < 0.0).all()
+    found = [min(row, key=lambda r: abs(r - t)) for row, t in zip(signal["candidate_m"], true, strict=True) if row]
+    assert len(found) > 0.4 * len(true)
+    level = np.array(signal["level_db"])
+    assert level.shape == (len(true), len(signal["range_m"]))
+    assert np.isfinite(signal["crest_samples"]).mean() > 0.5
+
+
+def test_the_body_raises_what_comes_after_the_direct_sound():
+    signal = probe("signal", "body")
+    path = np.array(signal["path_m"])
+    behind = np.abs(path - signal["body_m"]) < 0.1
+    gained = np.array(signal["with_db"])[behind].max() - np.array(signal["without_db"])[behind].max()
+    assert gained > 6.0
+
+
+def test_what_changes_only_the_listening_shares_a_simulation(monkeypatch):
+    calls = []
+    render = computing.render_walk
+    monkeypatch.setattr(computing, "render_walk", lambda *a, **k: calls.append(1) or render(*a, **k))
+    computing._simulated.cache_clear()
+    sweep = "sweep={over: {detector.votes_needed: [1, 3], knowledge.pitch: [true, false]}}"
+    cells = plan_cells(load_suite("ranging", [sweep]), "smoke", limit=None)[:4]
+    assert len({simulated_part(cell).model_dump_json() for cell in cells}) == 1
+    shared = [compute(cell) for cell in cells]
+    assert len(calls) == 1
+    computing._simulated.cache_clear()
+    alone = compute(cells[2])
+    for result in (alone, shared[2]):
+        del result["cost"]
+    assert to_json(alone) == to_json(shared[2])
