@@ -16,7 +16,7 @@ COMMANDS = {
     "validate": "Check a suite file.",
     "simulate": "Render what a phone records on a walk, to a WAV or FLAC file.",
     "detect": "Run a detector on a stereo WAV or FLAC file.",
-    "scene": "Draw a scene or an approach.",
+    "scene": "Check or draw a scene or an approach.",
 }
 
 USAGE = 2

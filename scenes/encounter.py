@@ -81,3 +81,14 @@ def _target(scene: Scene, walk: Walk, wanted: str | None) -> str:
 def _order(met: Contact) -> tuple[float, float]:
     """Earliest contact first, then the smallest gap."""
     return (np.inf if np.isnan(met.contact_time_s) else met.contact_time_s), met.clearance_m
+
+
+def has_walk(name: str | Path) -> bool:
+    """Whether that is a scene file that can be walked through.
+
+    Raises:
+        ValueError, FileNotFoundError: as `load_encounter`.
+    """
+    if Path(name).suffix not in (".yaml", ".yml"):
+        return False
+    return YamlFile.read(name).as_model(SceneSpec).walk is not None

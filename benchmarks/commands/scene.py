@@ -2,17 +2,89 @@
 
 from __future__ import annotations
 
+import json
+import sys
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import click
+import numpy as np
 
-from scenes import load_scene, make_approach
+from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
+from scenes.check import Finding, check_scene
+from scenes.encounter import has_walk
+from scenes.needs import Cost, Need, needs_of, rendering_cost
 from scenes.preview import preview_approach, preview_scene
+from simulator import Phone
+
+UNFIT = 2
+"""Exit code of a scene with errors."""
 
 
 @click.group()
 def scene() -> None:
-    """Draw a scene or an approach."""
+    """Check or draw a scene or an approach."""
+
+
+@scene.command()
+@click.argument("name")
+@click.option("--seed", default=0, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+@click.option("--cost/--no-cost", default=True, show_default=True, help="render some beeps to say what a walk takes")
+def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
+    """Check NAME (a scene or a YAML file) and say what the simulator will need for it.
+
+    Exit codes: 0 fit, warnings or none; 2 an error that would make its echoes wrong.
+    """
+    if has_walk(name):
+        met = load_encounter(name, seed)
+        findings = check_scene(met.scene, met.walk, met.phone)
+    else:
+        met = _walked_straight(name, seed)
+        findings = check_scene(met.scene)
+    needs = needs_of(met.scene)
+    sound = not any(finding.severity == "error" for finding in findings)
+    price = rendering_cost(met.scene, met.phone, met.walk) if cost and sound else None
+    click.echo(_as_json(name, findings, needs, price) if as_json else _as_text(name, findings, needs, price))
+    if not sound:
+        sys.exit(UNFIT)
+
+
+def _walked_straight(name: str, seed: int) -> Encounter:
+    """A scene without a walk of its own on the one that `simulate` takes: from the origin along +x."""
+    held = Phone.named("galaxy-s5").held_by(walker_body(phone_height_m=1.3))
+    return Encounter(load_scene(name, seed), GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=4.5), held, ())
+
+
+def _as_json(name: str, findings: list[Finding], needs: list[Need], cost: Cost | None) -> str:
+    rows = [asdict(need) | {"mechanisms": need.mechanisms} for need in needs]
+    price: dict[str, Any] | None = None if cost is None else asdict(cost) | {"walk_s": cost.walk_s}
+    return json.dumps(
+        {"scene": name, "findings": [asdict(one) for one in findings], "obstacles": rows, "cost": price}, indent=1
+    )
+
+
+def _as_text(name: str, findings: list[Finding], needs: list[Need], cost: Cost | None) -> str:
+    width = max(len(need.name) for need in needs)
+    lines = [f"{'obstacle':{width}}  category    triangles  closed  planes  curved  edges  size / m"]
+    for need in needs:
+        size = " x ".join(f"{extent:.3g}" for extent in need.size_m)
+        closed = "yes" if need.closed else "no"
+        lines.append(
+            f"{need.name:{width}}  {need.category or '-':10}  {need.triangles:9d}  {closed:6}  {need.planes:6d}"
+            f"  {need.curved:6d}  {need.edges:5d}  {size}{'  moves' if need.moves else ''}"
+        )
+    asked = sorted({mechanism for need in needs for mechanism in need.mechanisms})
+    lines.append(f"mechanisms needed: {', '.join(asked) or 'none'}")
+    if cost is not None:
+        lines.append(
+            f"rendering: {cost.prepare_s:.2f} s and {1e3 * cost.per_beep_s:.0f} ms a beep here, "
+            f"{cost.walk_s:.1f} s for {cost.beeps} beeps"
+        )
+    lines += [f"{one.severity}: {one.obstacle}: {one.rule}: {one.message}" for one in findings]
+    errors = sum(one.severity == "error" for one in findings)
+    return "\n".join([*lines, f"{name}: errors: {errors}, warnings: {len(findings) - errors}"])
 
 
 @scene.command()

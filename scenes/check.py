@@ -1,0 +1,195 @@
+"""Is a scene fit to be simulated? Meshes, their places, and the phone's way through them.
+
+An error says that the simulation would be wrong: a closed body whose normals point inwards returns no echo, a phone
+inside an obstacle hears nothing real. A warning says what is probably not meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from scenes.overlap import inside, overlap_depth
+from scenes.truth import NOT_IN_THE_WAY, contact
+from simulator.phone import Phone
+from simulator.pose import Walk
+from simulator.scene import Obstacle, Scene
+
+Array = NDArray[np.float64]
+
+SMALLEST_M, LARGEST_M = 0.03, 60.0
+"""Outside these an obstacle's greatest extent is not that of a thing in a street: its unit is probably another."""
+
+TOUCH_M = 1e-4
+"""Overlaps and gaps up to this count as touching."""
+
+AFLOAT_M = 0.02
+"""Something this far above the ground hangs in the air: soles and tyres are meshed within this."""
+
+BESIDE_GROUND_M = 0.02
+WALK_STEP_S = 0.02
+
+UNITS_M = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "m": 1.0}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong.
+
+    Attributes:
+        severity: "error" or "warning".
+        obstacle: name of what it is about; "phone" or "scene" for the rest.
+        rule: short name of the rule.
+        message: what was found, with its numbers.
+    """
+
+    severity: Literal["error", "warning"]
+    obstacle: str
+    rule: str
+    message: str
+
+
+def check_scene(scene: Scene, walk: Walk | None = None, phone: Phone | None = None) -> list[Finding]:
+    """All findings: obstacle by obstacle, then between them, then along the walk.
+
+    Args:
+        scene: to check; overlaps are looked for where its obstacles are at time 0.
+        walk: the phone's way, followed from 0 to its duration every 20 ms; None leaves it out.
+        phone: its transducers; None takes the phone's origin alone.
+    """
+    found = [finding for obstacle in scene.obstacles for finding in _mesh_findings(obstacle)]
+    found += _ground_findings(scene)
+    found += _overlap_findings(scene)
+    if walk is not None:
+        found += _walk_findings(scene, walk, phone)
+    return found
+
+
+def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
+    mesh, name = obstacle.mesh, obstacle.name
+    if obstacle.category not in NOT_IN_THE_WAY:
+        yield from _scale_findings(name, mesh)
+    joined = trimesh.Trimesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), process=False)
+    joined.merge_vertices(merge_tex=True, merge_norm=True)
+    yield from _triangle_findings(name, joined)
+    if obstacle.category not in NOT_IN_THE_WAY:
+        yield from _shell_findings(name, joined)
+
+
+def _scale_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
+    size = float(mesh.extents.max())
+    if SMALLEST_M <= size <= LARGEST_M:
+        return
+    fits = [unit for unit, scale in UNITS_M.items() if unit != "m" and 0.2 <= size * scale <= 20.0]
+    fits += [unit for unit, scale in UNITS_M.items() if unit != "m" and 0.2 <= size / scale <= 20.0]
+    hint = f"; read in another of {', '.join(dict.fromkeys(fits))} it would be of usual size" if fits else ""
+    yield Finding("warning", name, "scale", f"is {size:.4g} m large, outside {SMALLEST_M}-{LARGEST_M:g} m{hint}")
+
+
+def _triangle_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
+    corners = mesh.vertices[mesh.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    flat = int((mesh.area_faces <= 1e-9 * longest**2).sum())
+    if flat:
+        yield Finding("warning", name, "slivers", f"has {flat} triangles without area, which are left out")
+    twice = len(mesh.faces) - len(np.unique(np.sort(mesh.faces, axis=1), axis=0))
+    if twice:
+        yield Finding("warning", name, "doubles", f"has {twice} triangles on the same corners as others")
+
+
+def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
+    if not mesh.is_watertight:
+        used = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
+        open_, many = int((used == 1).sum()), int((used > 2).sum())
+        parts = [f"{open_} open edges"] * (open_ > 0) + [f"{many} edges of more than two triangles"] * (many > 0)
+        message = f"is not watertight ({', '.join(parts)}): both sides of its faces reflect"
+        yield Finding("warning", name, "open", message)
+    if not mesh.is_winding_consistent:
+        message = "has neighbouring triangles wound against each other: both sides of its faces reflect"
+        yield Finding("warning", name, "winding", message)
+    elif mesh.is_watertight:
+        inverted = [part for part in _bodies(mesh) if _signed_volume(part) < 0.0]
+        if inverted:
+            message = f"has {len(inverted)} closed bodies with normals inwards: they return no echo; flip their faces"
+            yield Finding("error", name, "normals", message)
+
+
+def _bodies(mesh: trimesh.Trimesh) -> list[Array]:
+    """Triangles (F, 3, 3) of every connected part."""
+    parts = trimesh.graph.connected_components(mesh.face_adjacency, nodes=np.arange(len(mesh.faces)))
+    return [np.asarray(mesh.triangles)[part] for part in parts]
+
+
+def _signed_volume(triangles_m: Array) -> float:
+    """Volume, negative if the normals point inwards; about the part's own middle, to keep the digits."""
+    a, b, c = np.moveaxis(triangles_m - triangles_m.mean(axis=(0, 1)), 1, 0)
+    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0)
+
+
+def _ground_findings(scene: Scene) -> Iterator[Finding]:
+    level = _ground_level(scene)
+    if level is None:
+        yield Finding("warning", "scene", "ground", "has no ground: its echo and all corners with it are missing")
+        return
+    for obstacle in _things(scene):
+        bottom = float(obstacle.mesh.bounds[0, 2]) - level
+        if bottom < -BESIDE_GROUND_M:
+            yield Finding("warning", obstacle.name, "sunk", f"reaches {-bottom:.3g} m below the ground")
+        if bottom > AFLOAT_M:
+            yield Finding("warning", obstacle.name, "afloat", f"hangs {bottom:.3g} m above the ground")
+        if obstacle.velocity_m_s[2] != 0.0:
+            message = f"moves up or down, at {obstacle.velocity_m_s[2]:g} m/s"
+            yield Finding("warning", obstacle.name, "velocity", message)
+
+
+def _ground_level(scene: Scene) -> float | None:
+    """Height of the ground's highest point; None without a ground."""
+    tops = [float(o.mesh.bounds[1, 2]) for o in scene.obstacles if o.category in NOT_IN_THE_WAY]
+    return max(tops) if tops else None
+
+
+def _things(scene: Scene) -> list[Obstacle]:
+    return [obstacle for obstacle in scene.obstacles if obstacle.category not in NOT_IN_THE_WAY]
+
+
+def _overlap_findings(scene: Scene) -> Iterator[Finding]:
+    for one, other in combinations(_things(scene), 2):
+        depth = overlap_depth(one.mesh, other.mesh)
+        if depth > TOUCH_M:
+            yield Finding("warning", one.name, "overlap", f"and '{other.name}' overlap, by {depth:.3g} m or more")
+
+
+def _walk_findings(scene: Scene, walk: Walk, phone: Phone | None) -> Iterator[Finding]:
+    time = np.arange(0.0, walk.duration_s, WALK_STEP_S)
+    pose = walk.pose(time)
+    parts = np.zeros((1, 3)) if phone is None else np.vstack([phone.geometry.speaker_m, phone.geometry.mics_m])
+    places = pose.to_world(parts)
+    level = _ground_level(scene)
+    lowest = float(places[:, :, 2].min())
+    if level is not None and lowest <= level:
+        message = f"comes down to z = {lowest:.3g} m, and the ground is at {level:g} m"
+        yield Finding("error", "phone", "below ground", message)
+    for obstacle in scene.obstacles:
+        drift = time[:, None, None] * obstacle.velocity_m_s
+        within = inside(obstacle.mesh, (places - drift).reshape(-1, 3)).reshape(len(time), -1).any(axis=1)
+        if within.any():
+            message = f"lies inside '{obstacle.name}' from {time[np.argmax(within)]:.2f} s on"
+            yield Finding("error", "phone", "inside", message)
+    for obstacle in _things(scene):
+        yield from _contact_findings(obstacle, walk)
+
+
+def _contact_findings(obstacle: Obstacle, walk: Walk) -> Iterator[Finding]:
+    met = contact(obstacle, walk).contact_time_s
+    if met == 0.0:
+        yield Finding("error", obstacle.name, "start", "touches the walker's body before the walk begins")
+    elif met < walk.duration_s - 0.1:
+        rest = walk.duration_s - met
+        message = f"is met at {met:.2f} s, and the walk goes on through it for {rest:.2f} s"
+        yield Finding("warning", obstacle.name, "walked through", message)
