@@ -12,8 +12,10 @@ COMMANDS = {
     "status": "Say how far a run is.",
     "figures": "Draw a run's figures again from its stored results.",
     "report": "Write a run's report again from its stored results.",
-    "ls": "List suites, scenes, phones or figures.",
-    "validate": "Check a suite file.",
+    "gate": "Judge a run by its gates: green, red, or nothing measured.",
+    "baseline": "Make or show the baseline that gates compare runs with.",
+    "ls": "List suites, scenes, phones, figures, gates or checks.",
+    "validate": "Check a suite file or a gates file.",
     "simulate": "Render what a phone records on a walk, to a WAV or FLAC file.",
     "detect": "Run a detector on a stereo WAV or FLAC file.",
     "scene": "Check or draw a scene or an approach.",
@@ -46,7 +48,8 @@ class LazyGroup(click.Group):
 def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
-    Exit codes: 0 good; 2 usage or input; 3 failed or missing cells; 4 nothing measured; 130 interrupted, resumable.
+    Exit codes: 0 good; 1 a gate is red; 2 usage or input; 3 failed or missing cells; 4 nothing measured;
+    130 interrupted, resumable.
     """
 
 

@@ -54,6 +54,30 @@ def lower_bound(k: int, n: int, confidence: float = 0.95) -> float:
     return float(stats.binomtest(k, n, alternative="greater").proportion_ci(confidence, method="exact").low)
 
 
+def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
+    """Least k of n whose `lower_bound` reaches a claimed proportion; None if even n of n does not."""
+    if n == 0 or lower_bound(n, n, confidence) < claim:
+        return None
+    below, enough = 0, n
+    while enough - below > 1:
+        middle = (below + enough) // 2
+        if lower_bound(middle, n, confidence) >= claim:
+            enough = middle
+        else:
+            below = middle
+    return enough
+
+
+def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) -> float:
+    """One-sided exact upper bound of a quantile: an order statistic (Conover 1999, 3.2), NaN with too few values.
+
+    The k-th smallest of n values lies above the quantile unless fewer than k lie below it; their number is binomial.
+    """
+    ranked = np.sort(np.asarray(values, dtype=np.float64))
+    k = int(stats.binom.ppf(confidence, len(ranked), q))
+    return float(ranked[k]) if k < len(ranked) else float("nan")
+
+
 def mcnemar(only_first: int, only_second: int) -> float:
     """Exact two-sided p of two detectors on the same walks, from the discordant pairs (McNemar 1947)."""
     discordant = only_first + only_second

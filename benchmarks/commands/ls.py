@@ -6,9 +6,9 @@ import click
 
 
 @click.command()
-@click.argument("what", type=click.Choice(["suites", "scenes", "phones", "figures"]))
+@click.argument("what", type=click.Choice(["suites", "scenes", "phones", "figures", "gates", "checks"]))
 def ls(what: str) -> None:
-    """List the names of suites, scenes, phones or figures."""
+    """List the names of suites, scenes, phones, figures, gates files or physics checks."""
     for name in _names(what):
         click.echo(name)
 
@@ -26,6 +26,14 @@ def _names(what: str) -> list[str]:
         from simulator.phone_presets import list_phones
 
         return list(list_phones())
+    if what == "gates":
+        from benchmarks.gates.config import list_gates
+
+        return list_gates()
+    if what == "checks":
+        from benchmarks.gates.physics import CHECKS
+
+        return list(CHECKS)
     from benchmarks.figures import FIGURES
 
     return list(FIGURES)

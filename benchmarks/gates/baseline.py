@@ -1,0 +1,212 @@
+"""What earlier runs measured on each walk, in one small file with the reasons of its changes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of
+from benchmarks.results import RunData
+from benchmarks.scores import beep_table
+from benchmarks.store import write_atomically
+
+
+class IncompatibleBaselineError(ValueError):
+    """The file is a baseline that this version cannot compare with."""
+
+
+FORMAT = 1
+DIGITS = 6
+
+
+@dataclass(frozen=True)
+class RunBaseline:
+    """One run's walks.
+
+    Attributes:
+        source: fingerprint of the source that measured them.
+        collides: walk's label -> whether it is on a collision course.
+        right: detector -> label -> whether it was right.
+        values: detector -> kind -> quantity -> label -> value; NaN without an estimate.
+    """
+
+    source: str
+    collides: dict[str, bool]
+    right: dict[str, dict[str, bool]]
+    values: dict[str, dict[str, dict[str, dict[str, float]]]]
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Runs by key, and the history: date, reason, runs and counts of every update."""
+
+    runs: dict[str, RunBaseline]
+    history: tuple[dict[str, Any], ...]
+
+
+def run_key(run: RunData) -> str:
+    """Which runs measure the same walks: "suite/tier/split/seed"."""
+    return "/".join(str(run.manifest[name]) for name in ("suite", "tier", "split", "seed"))
+
+
+def baseline_of(run: RunData) -> RunBaseline:
+    """What a run measured.
+
+    Raises:
+        ValueError: cells of the run failed or are missing, or two of its walks have the same label.
+    """
+    if len(run.ok) < len(run.manifest["plan"]):
+        raise ValueError(
+            f"a baseline must rest on a whole run, got {len(run.ok)} good cells of {len(run.manifest['plan'])}"
+        )
+    labels = [record["label"] for record in run.ok]
+    if len(set(labels)) < len(labels):
+        raise ValueError(f"walks of a run must have different labels, got {len(set(labels))} for {len(labels)} cells")
+    detectors = sorted({name for record in run.ok for name in (record["result"].get("detectors") or {})})
+    judged = {name: judged_right(run, name) for name in detectors}
+    return RunBaseline(
+        source=str(run.manifest["source_sha256"]),
+        collides={label: collides for found in judged.values() for label, (collides, _) in found.items()},
+        right={name: {label: right for label, (_, right) in found.items()} for name, found in judged.items()},
+        values={name: {kind: _values(run, name, kind) for kind in KINDS} for name in detectors},
+    )
+
+
+def _values(run: RunData, detector: str, kind: str) -> dict[str, dict[str, float]]:
+    beeps = beep_table(run, detector, kind)
+    return {quantity: per_walk_of(beeps, quantity) for quantity in QUANTITIES}
+
+
+def updated(baseline: Baseline | None, runs: Sequence[RunData], reason: str) -> Baseline:
+    """The baseline with these runs in place of earlier ones of the same key, and why.
+
+    Raises:
+        ValueError: an empty reason, no run, or a run that cannot serve.
+    """
+    if not reason.strip():
+        raise ValueError("a baseline must be updated with a reason, got an empty one")
+    fresh = {run_key(run): baseline_of(run) for run in runs}
+    if not fresh:
+        raise ValueError("a baseline must be updated from at least one run, got none")
+    entry = {
+        "date": datetime.now(UTC).date().isoformat(),
+        "reason": reason.strip(),
+        "revision": runs[0].manifest.get("git_revision"),
+        "runs": {key: _counts(found) for key, found in fresh.items()},
+    }
+    before = baseline or Baseline({}, ())
+    return Baseline(before.runs | fresh, (*before.history, entry))
+
+
+def baseline_walks(found: RunBaseline, detector: str) -> dict[str, bool]:
+    """Label of every walk that a detector was judged on -> whether it collides."""
+    return {label: found.collides[label] for label in found.right.get(detector, {})}
+
+
+def _counts(found: RunBaseline) -> dict[str, str]:
+    """Detector -> "TP 18/57, TN 46/60", so that the history tells what a change did."""
+    lines = {}
+    for name, right in found.right.items():
+        parts = []
+        for rate, side in (("TP", True), ("TN", False)):
+            asked = [good for label, good in right.items() if found.collides[label] is side]
+            parts.append(f"{rate} {sum(asked)}/{len(asked)}")
+        lines[name] = ", ".join(parts)
+    return lines
+
+
+def save_baseline(path: Path, baseline: Baseline) -> None:
+    """Write it: columns over the labels, one line each."""
+    runs = {key: _packed(found) for key, found in baseline.runs.items()}
+    data = {"format": FORMAT, "history": list(baseline.history), "runs": runs}
+    write_atomically(path, _lines(data) + "\n")
+
+
+def load_baseline(path: Path) -> Baseline:
+    """Read it.
+
+    Raises:
+        IncompatibleBaselineError: another format.
+        ValueError: there is none, or it is damaged.
+    """
+    if not path.is_file():
+        raise ValueError(
+            f"a baseline must exist, got '{path}'; `obstaclewatch baseline update RUN --reason ...` makes one"
+        )
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if data.get("format") != FORMAT:
+            found = data.get("format")
+            raise IncompatibleBaselineError(f"baseline '{path}' must have format {FORMAT}, got {found!r}: make it anew")
+        return Baseline({key: _unpacked(run) for key, run in data["runs"].items()}, tuple(data["history"]))
+    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"baseline '{path}' is damaged: {type(error).__name__} {error}") from error
+
+
+def _packed(found: RunBaseline) -> dict[str, Any]:
+    walks = sorted(found.collides)
+    return {
+        "source": found.source,
+        "walks": walks,
+        "collides": _bits([found.collides[label] for label in walks]),
+        "right": {name: _bits([right[label] for label in walks]) for name, right in found.right.items() if right},
+        "values": {
+            name: {kind: _packed_values(columns) for kind, columns in kinds.items()}
+            for name, kinds in found.values.items()
+        },
+    }
+
+
+def _packed_values(columns: dict[str, dict[str, float]]) -> dict[str, Any]:
+    labels = sorted(next(iter(columns.values())))
+    rounded = {
+        name: [float(f"{column[k]:.{DIGITS}g}") if np.isfinite(column[k]) else None for k in labels]
+        for name, column in columns.items()
+    }
+    return {"labels": labels, "columns": rounded} if labels else {"labels": [], "columns": {}}
+
+
+def _unpacked(data: dict[str, Any]) -> RunBaseline:
+    walks = data["walks"]
+    return RunBaseline(
+        source=data["source"],
+        collides=dict(zip(walks, _flags(data["collides"]), strict=True)),
+        right={name: dict(zip(walks, _flags(bits), strict=True)) for name, bits in data["right"].items()},
+        values={
+            name: {kind: _unpacked_values(packed) for kind, packed in kinds.items()}
+            for name, kinds in data["values"].items()
+        },
+    )
+
+
+def _unpacked_values(packed: dict[str, Any]) -> dict[str, dict[str, float]]:
+    return {
+        name: {
+            label: float("nan") if value is None else float(value)
+            for label, value in zip(packed["labels"], column, strict=True)
+        }
+        for name, column in packed["columns"].items()
+    }
+
+
+def _bits(flags: Sequence[bool]) -> str:
+    return "".join("1" if flag else "0" for flag in flags)
+
+
+def _flags(bits: str) -> list[bool]:
+    return [bit == "1" for bit in bits]
+
+
+def _lines(value: Any, depth: int = 0) -> str:
+    """JSON with mappings on lines of their own and each list on one, so that a diff shows which column moved."""
+    if not isinstance(value, dict) or not value:
+        return json.dumps(value, allow_nan=False)
+    pad = " " * (depth + 1)
+    rows = [f"{pad}{json.dumps(key)}: {_lines(value[key], depth + 1)}" for key in sorted(value)]
+    return "{\n" + ",\n".join(rows) + "\n" + " " * depth + "}"

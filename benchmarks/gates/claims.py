@@ -1,0 +1,72 @@
+"""Claims: what a run's rates and medians must be for certain, not on the point estimate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.gates.config import Gates, MedianClaim, RateClaim
+from benchmarks.gates.quantities import QUANTITIES, per_walk_of, walks_where
+from benchmarks.gates.verdict import Verdict
+from benchmarks.results import RunData
+from benchmarks.scores import approach_table, beep_table
+from benchmarks.statistics import lower_bound, needed_of, upper_quantile_bound
+
+GROUP = "claim"
+
+
+def judge_claims(run: RunData, gates: Gates) -> list[Verdict]:
+    """Every claim; unmeasured on another split than the one they are made for."""
+    named = [claim.model_copy(update={"detector": claim.detector or gates.claimed}) for claim in gates.claims]
+    return [_judge(run, claim, gates.split) for claim in named]
+
+
+def _judge(run: RunData, claim: RateClaim | MedianClaim, split: str) -> Verdict:
+    name = _name(claim)
+    if run.manifest["split"] != split:
+        return Verdict.unmeasured(
+            GROUP, name, f"{name} is claimed on split {split}, the run is {run.manifest['split']}"
+        )
+    return _rate(run, claim, name) if isinstance(claim, RateClaim) else _median(run, claim, name)
+
+
+def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
+    walks = approach_table(run, claim.detector)
+    walks = walks_where(walks, scene=claim.scene, category=claim.category, phone=claim.phone)
+    asked = walks["collides"] if claim.rate == "TP" else ~walks["collides"]
+    n = int(asked.sum())
+    if n == 0:
+        return Verdict.unmeasured(GROUP, name, f"{name}: no such walk in the run")
+    right = walks["true_alert"] if claim.rate == "TP" else ~walks["alert"]
+    k = int(right[asked].sum())
+    bound, needed = lower_bound(k, n, claim.confidence), needed_of(n, claim.at_least, claim.confidence)
+    ask = f"{needed} of {n} needed" if needed is not None else f"no count of {n} walks is enough, run more"
+    text = (
+        f"{name}: {k} of {n} ({100 * k / n:.1f} %), at least {100 * bound:.1f} % with {100 * claim.confidence:g} % "
+        f"confidence; claimed {100 * claim.at_least:g} %, {ask}"
+    )
+    return Verdict.of(GROUP, name, bound >= claim.at_least, text, n)
+
+
+def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
+    beeps = beep_table(run, claim.detector, claim.kind)
+    beeps = walks_where(beeps, scene=claim.scene, category=claim.category, standing_range_m=claim.standing_range_m)
+    values = np.array([value for value in per_walk_of(beeps, claim.quantity).values() if np.isfinite(value)])
+    if len(values) == 0:
+        return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in the run")
+    middle, bound = float(np.median(values)), upper_quantile_bound(values, 0.5, claim.confidence)
+    unit = QUANTITIES[claim.quantity].unit
+    if np.isnan(bound):
+        return Verdict.unmeasured(GROUP, name, f"{name}: {len(values)} walks are too few to bound a median, run more")
+    text = (
+        f"{name}: median {middle:.4g} {unit} over {len(values)} walks, at most {bound:.4g} {unit} with "
+        f"{100 * claim.confidence:g} % confidence; claimed {claim.at_most:g} {unit}"
+    )
+    return Verdict.of(GROUP, name, bound <= claim.at_most, text, len(values))
+
+
+def _name(claim: RateClaim | MedianClaim) -> str:
+    what = claim.rate if isinstance(claim, RateClaim) else f"{claim.quantity}, {claim.kind}"
+    where = [part for part in (claim.scene, claim.category, getattr(claim, "phone", None)) if part]
+    distance = getattr(claim, "standing_range_m", None)
+    places = ", ".join([*where, *([f"{distance:g} m"] if distance else [])])
+    return f"{claim.detector} {what}" + (f" ({places})" if places else "")

@@ -1,0 +1,175 @@
+"""A gates file: what must hold, in YAML that a user copies and changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from benchmarks.gates.quantities import QUANTITIES
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Share = Annotated[float, Field(gt=0.0, lt=1.0)]
+Tolerances = dict[str, Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class RateClaim(_Strict):
+    """A rate whose exact one-sided lower bound must reach `at_least`. A point estimate of that value does not pass.
+
+    Attributes:
+        detector: whose; the file's `claimed` by default.
+        scene, category, phone: only those walks; all of them by default.
+    """
+
+    detector: str = ""
+    rate: Literal["TP", "TN"]
+    at_least: Share
+    scene: str | None = None
+    category: str | None = None
+    phone: str | None = None
+    confidence: Share = 0.95
+
+
+class MedianClaim(_Strict):
+    """A quantity's median over walks whose one-sided upper bootstrap bound must stay below `at_most`.
+
+    Attributes:
+        detector: whose; the file's `claimed` by default.
+        quantity: see `benchmarks.gates.quantities`.
+        standing_range_m: only standing measurements at that distance.
+    """
+
+    detector: str = ""
+    quantity: str
+    at_most: Positive
+    kind: Literal["approach", "standing"] = "approach"
+    scene: str | None = None
+    category: str | None = None
+    standing_range_m: float | None = None
+    confidence: Share = 0.95
+
+    @field_validator("quantity")
+    @classmethod
+    def _known(cls, name: str) -> str:
+        return _quantity(name)
+
+
+class Regression(_Strict):
+    """One detector against the baseline on the same walks.
+
+    Attributes:
+        detector: in the run.
+        against: its name in the baseline; the same by default.
+        rates: which rates must not fall.
+        approach, standing: quantity -> how far its paired summary may shift for certain before it is a loss.
+    """
+
+    detector: str
+    against: str | None = None
+    rates: tuple[Literal["TP", "TN"], ...] = ("TP", "TN")
+    approach: Tolerances = {}
+    standing: Tolerances = {}
+
+    @field_validator("approach", "standing")
+    @classmethod
+    def _known(cls, tolerances: dict[str, float]) -> dict[str, float]:
+        for name in tolerances:
+            _quantity(name)
+        return tolerances
+
+
+class Gates(_Strict):
+    """All gates of a file.
+
+    Attributes:
+        claimed: the detector of those claims that name none.
+        baseline: file of the baseline, relative to the gates file.
+        split: the split on which claims are judged.
+        p_below, loss_points: a rate has fallen if McNemar's p is below the one and the loss is at least the other.
+        confidence: of the intervals of shifts.
+        physics: check -> greatest value allowed; see `benchmarks.gates.physics`.
+    """
+
+    title: str
+    claimed: str = ""
+    baseline: str | None = None
+    split: Literal["dev", "test"] = "test"
+    p_below: Share = 0.01
+    loss_points: Positive = 1.5
+    confidence: Share = 0.95
+    claims: tuple[RateClaim | MedianClaim, ...] = ()
+    regression: tuple[Regression, ...] = ()
+    physics: dict[str, Positive] = {}
+
+    @field_validator("physics")
+    @classmethod
+    def _known_checks(cls, asked: dict[str, float]) -> dict[str, float]:
+        from benchmarks.gates.physics import CHECKS
+
+        unknown = sorted(set(asked) - set(CHECKS))
+        if unknown:
+            raise ValueError(f"physics checks must be among {sorted(CHECKS)}, got {unknown}")
+        return asked
+
+    @model_validator(mode="after")
+    def _something(self) -> Gates:
+        if not (self.claims or self.regression or self.physics):
+            raise ValueError("a gates file must hold claims, regression or physics")
+        if not self.claimed and not all(claim.detector for claim in self.claims):
+            raise ValueError("a claim must name its detector, or the file one for all as `claimed`")
+        return self
+
+
+def list_gates() -> list[str]:
+    """Names of the gates files that come with the package."""
+    folder = resources.files("benchmarks") / "gates" / "files"
+    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+
+
+def gates_path(name_or_path: str) -> Path:
+    """Where a gates file lies, by name or by path.
+
+    Raises:
+        ValueError: there is none.
+    """
+    if name_or_path.endswith((".yaml", ".yml")):
+        path = Path(name_or_path)
+    elif name_or_path in list_gates():
+        path = Path(str(resources.files("benchmarks") / "gates" / "files" / f"{name_or_path}.yaml"))
+    else:
+        raise ValueError(f"gates must be one of {list_gates()} or a .yaml file, got '{name_or_path}'")
+    if not path.is_file():
+        raise ValueError(f"a gates file must exist, got '{name_or_path}'")
+    return path
+
+
+def load_gates(path: Path) -> Gates:
+    """Read and check a gates file.
+
+    Raises:
+        ValueError: not YAML, or a value that breaks the schema; the message names it.
+    """
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise ValueError(f"gates file '{path}' must be YAML: {' '.join(str(error).split())}") from error
+    try:
+        return Gates.model_validate(data)
+    except ValidationError as error:
+        first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise ValueError(f"gates file '{path}': {where}: {first['msg']}, got {first['input']!r}") from error
+
+
+def _quantity(name: str) -> str:
+    if name not in QUANTITIES:
+        raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{name}'")
+    return name

@@ -1,0 +1,103 @@
+"""One number per walk for each quantity that a gate can watch: what a change of the detector would move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.results import RunData
+from benchmarks.scores import Table, approach_table, beep_table, chosen
+
+Array = NDArray[np.float64]
+Worse = Literal["up", "either"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column of a walk's beeps, and how it is summed up.
+
+    Attributes:
+        unit: for messages.
+        worse: whether only growth is a loss ("up"), or any shift ("either").
+        of: from a walk's beeps to one value each; NaN without an estimate.
+        summary: of the values of a walk, and of the differences between walks: median, or mean for shares and counts.
+    """
+
+    unit: str
+    worse: Worse
+    of: Callable[[Table], Array]
+    summary: Callable[[Array], float]
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values))
+
+
+def _mean(values: Array) -> float:
+    return float(np.mean(values))
+
+
+QUANTITIES = {
+    "range_error": Quantity("m", "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), _median),
+    "range_bias": Quantity("m", "either", lambda t: t["range_m"] - t["true_range_m"], _median),
+    "range2_error": Quantity("m", "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), _median),
+    "path_difference_bias": Quantity(
+        "m", "either", lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]), _median
+    ),
+    "bearing_error": Quantity("rad", "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), _median),
+    "radius_error": Quantity("m", "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), _median),
+    "no_estimate": Quantity("", "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), _mean),
+    "candidates": Quantity("", "either", lambda t: t["candidates"].astype(np.float64), _mean),
+    "snr": Quantity("dB", "either", lambda t: t["snr_db"], _median),
+}
+"""A channel that comes late shows in `path_difference_bias`; a threshold that has moved in `candidates`, `no_estimate`
+and `snr`."""
+
+KINDS = ("approach", "standing")
+
+
+def per_walk(run: RunData, detector: str, kind: str, quantity: str) -> dict[str, float]:
+    """Label of every walk (or standing measurement) with a beep in range -> the quantity; NaN without an estimate.
+
+    Raises:
+        ValueError: an unknown kind or quantity.
+    """
+    return per_walk_of(beep_table(run, detector, kind), quantity)
+
+
+def per_walk_of(table: Table, quantity: str) -> dict[str, float]:
+    """The same from a table of beeps."""
+    if quantity not in QUANTITIES:
+        raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{quantity}'")
+    asked = QUANTITIES[quantity]
+    labels, owner = np.unique(table["label"], return_inverse=True)
+    values = asked.of(table) if len(labels) else np.empty(0)
+    found: dict[str, float] = {}
+    for k, label in enumerate(labels):
+        own = values[owner == k]
+        own = own[np.isfinite(own)]
+        found[str(label)] = asked.summary(own) if len(own) else float("nan")
+    return found
+
+
+def judged_right(run: RunData, detector: str) -> dict[str, tuple[bool, bool]]:
+    """Label of every walk -> whether it collides, and whether the detector was right: an alert in time, or none."""
+    walks = approach_table(run, detector)
+    right = np.where(walks["collides"], walks["true_alert"], ~walks["alert"])
+    return {
+        str(label): (bool(collides), bool(good))
+        for label, collides, good in zip(walks["label"], walks["collides"], right, strict=True)
+    }
+
+
+def walks_where(table: Table, **values: str | float | None) -> Table:
+    """The rows whose columns have these values; None leaves a column free."""
+    mask = np.ones(len(table["label"]), dtype=bool)
+    for column, value in values.items():
+        if value is not None:
+            mask &= table[column] == value
+    return chosen(table, mask)
