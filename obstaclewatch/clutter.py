@@ -90,25 +90,27 @@ def judge_motion(
     old = age_s >= static_age_s
     if old.sum() < LEAST_BEEPS:
         return Motion(np.zeros(count, bool), np.zeros(count, bool), np.full(count, np.nan), False)
-    speeds = np.arange(closing_speed_m_s[0], closing_speed_m_s[1] + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
-    stays = nearest_offset(range_m[:, None], past_m) <= static_tolerance_m
-    expected = range_m[:, None, None] + speeds[:, None] * age_s
-    offset = nearest_offset(expected, past_m)
-    partners = np.sum(offset <= closing_tolerance_m, axis=-1)
-    best = np.argmax(partners - 1e-3 * np.mean(np.minimum(offset, 1.0), axis=-1), axis=-1)
+    steps = np.arange(closing_speed_m_s[0], closing_speed_m_s[1] + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
+    speeds = np.concatenate([[0.0], steps])
+    offset = nearest_offset(range_m[:, None, None] + speeds[:, None] * age_s, past_m)
+    stays, approach = offset[:, 0] <= static_tolerance_m, offset[:, 1:]
+    partners = np.sum(approach <= closing_tolerance_m, axis=-1)
+    best = np.argmax(partners - 1e-3 * np.mean(np.minimum(approach, 1.0), axis=-1), axis=-1)
     most = partners[np.arange(count), best]
     static = (stays[:, old].mean(axis=1) >= STATIC_SHARE) & (stays.sum(axis=1) >= most)
     closing = (most >= np.maximum(CLOSING_SHARE * len(age_s), LEAST_BEEPS)) & ~static
-    speed = np.where(closing, fitted_speed(range_m, speeds[best], age_s, past_m, closing_tolerance_m), np.nan)
+    speed = np.full(count, np.nan)
+    if closing.any():
+        speed[closing] = fitted_speed(range_m[closing], steps[best[closing]], age_s, past_m, closing_tolerance_m)
     return Motion(static, closing, speed, True)
 
 
 def nearest_offset(expected_m: NDArray[np.float64], past_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(..., K) distance from expected ranges (..., K or 1) to the nearest peak of each beep (K, P); inf if none."""
-    if past_m.shape[1] == 0:
-        return np.full(np.broadcast_shapes(expected_m.shape, past_m.shape[:1]), np.inf)
-    offset = np.abs(expected_m[..., None] - past_m)
-    return np.min(np.where(np.isnan(offset), np.inf, offset), axis=-1)
+    """(..., K) distance from expected ranges (..., K) to the nearest peak of each beep (K, P); inf if none."""
+    nearest = np.full(expected_m.shape, np.inf)
+    for peak in np.where(np.isnan(past_m), np.inf, past_m).T:
+        np.minimum(nearest, np.abs(expected_m - peak), out=nearest)
+    return nearest
 
 
 def fitted_speed(

@@ -59,6 +59,41 @@ def os_cfar_threshold(
     return factor * ndimage.percentile_filter(magnitude, 100.0 * quantile, size=2 * half_width + 1, mode="nearest")
 
 
+def os_cfar_passes(
+    magnitude: NDArray[np.float64],
+    peaks: NDArray[np.intp],
+    factor: float,
+    half_width: int,
+    quantile: float = 0.6,
+) -> NDArray[np.bool_]:
+    """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without computing it elsewhere.
+
+    A peak reaches the multiple of the window's order statistic where so many samples of the window lie below it.
+    """
+    rank = int((2 * half_width + 1) * (100.0 * quantile) / 100.0)
+    height = magnitude[peaks]
+    likely = np.flatnonzero(height >= factor * _least_order_statistic(magnitude, peaks, rank, half_width))
+    index = peaks[likely, None] + np.arange(-half_width, half_width + 1)
+    window = magnitude[np.minimum(np.maximum(index, 0), len(magnitude) - 1)]
+    passes = np.zeros(len(peaks), dtype=bool)
+    passes[likely] = np.count_nonzero(factor * window <= height[likely, None], axis=1) > rank
+    return passes
+
+
+def _least_order_statistic(
+    magnitude: NDArray[np.float64], peaks: NDArray[np.intp], rank: int, half_width: int
+) -> NDArray[np.float64]:
+    """(n,) what the order statistic around each peak cannot fall below: a window's is at least that of all samples.
+
+    At the ends up to `half_width` samples of a window repeat the outermost one.
+    """
+    if not half_width <= rank < len(magnitude):
+        return np.zeros(len(peaks))
+    order = np.partition(magnitude, (rank - half_width, rank))
+    inside = (peaks >= half_width) & (peaks < len(magnitude) - half_width)
+    return np.where(inside, order[rank], order[rank - half_width])
+
+
 def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """(n,) height that the sidelobes of stronger echoes within `half_width` samples may reach."""
     return SIDELOBE * ndimage.maximum_filter1d(magnitude, 2 * half_width + 1, mode="nearest")
@@ -73,20 +108,36 @@ def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
     return float(np.partition(magnitude, quarter)[quarter] / np.sqrt(-np.log(0.75)))
 
 
+def local_maxima(magnitude: NDArray[np.float64]) -> NDArray[np.intp]:
+    """(n,) samples higher than both their neighbours; of a flat top its middle."""
+    return signal.find_peaks(magnitude)[0]
+
+
 def separated_peaks(
     magnitude: NDArray[np.float64], threshold: float | NDArray[np.float64], separation: int
 ) -> NDArray[np.intp]:
     """(n,) local maxima above a threshold; of two nearer than `separation` samples only the higher stays."""
-    return signal.find_peaks(magnitude, height=threshold, distance=max(separation, 1))[0]
+    peaks = local_maxima(magnitude)
+    height = threshold if np.ndim(threshold) == 0 else np.asarray(threshold)[peaks]
+    return keep_separated(magnitude, peaks[magnitude[peaks] >= height], separation)
 
 
-def windowed_peaks(
-    magnitude: NDArray[np.float64], threshold: float | NDArray[np.float64], window: int
-) -> NDArray[np.intp]:
-    """(n,) the highest sample of every non-overlapping window, if above the threshold (section 3.4 as printed)."""
+def keep_separated(magnitude: NDArray[np.float64], peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
+    """Of peaks nearer to one another than `separation` samples, the highest; peaks come and go in order."""
+    if len(peaks) < 2 or separation < 2 or np.diff(peaks).min() >= separation:
+        return peaks
+    kept = np.ones(len(peaks), dtype=bool)
+    for best in np.argsort(magnitude[peaks])[::-1]:
+        if kept[best]:
+            kept[np.abs(peaks - peaks[best]) < separation] = False
+            kept[best] = True
+    return peaks[kept]
+
+
+def highest_of_windows(magnitude: NDArray[np.float64], window: int) -> NDArray[np.intp]:
+    """(n,) the highest sample of every non-overlapping window (section 3.4 as printed)."""
     whole = len(magnitude) // window * window
-    best = np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
-    return best[magnitude[best] > np.broadcast_to(threshold, magnitude.shape)[best]]
+    return np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
 
 
 def refine_peaks(

@@ -1,7 +1,8 @@
 """Pulse compression: a beep's worth of samples in, the complex envelope over delay out (paper section 3.4, Eq. 1).
 
 The band of the beep is cropped in the frequency domain, correlated with the beep once, and brought back as a complex
-envelope at a low rate. Cropping, band-pass and decimation are one slice of the spectrum.
+envelope at a low rate. Cropping, band-pass and decimation are one slice of the spectrum, and only that slice is computed
+(`band_spectrum`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from obstaclewatch.band_spectrum import BandSpectrum
 from obstaclewatch.beep import BeepDesign
 
 BAND_MARGIN = 0.1
@@ -75,12 +77,13 @@ class MatchedFilter:
     ) -> None:
         self.beep = beep
         self.block_samples = beep.period_samples if block_samples is None else block_samples
-        self._length = fft.next_fast_len(self.block_samples, real=True)
+        self._length = BandSpectrum.whole_length(self.block_samples)
         bin_hz = beep.sample_rate_hz / self._length
         low, high = _band_bins(beep, bin_hz, self._length // 2)
-        self._band = slice(low, high)
+        self._band = BandSpectrum(self._length, low, high)
         self._count = fft.next_fast_len(max(int(np.ceil(rate_hz / bin_hz)), high - low))
         center = round(beep.center_hz / bin_hz)
+        self._below = center - low
         self._slots = (np.arange(low, high) - center) % self._count
         self.rate_hz = self._count * bin_hz
         self.reference_hz = center * bin_hz
@@ -108,14 +111,18 @@ class MatchedFilter:
         return self._envelope(block, 2.0 / self._length)
 
     def _envelope(self, block: NDArray[np.floating], weight: NDArray[np.complex128] | float) -> NDArray[np.complex128]:
+        """(C, count) envelope of the weighted band: its middle goes to zero frequency, its lower half behind it."""
+        band = self._band(block) * weight
+        above = band.shape[1] - self._below
         spectrum = np.zeros((len(block), self._count), dtype=np.complex128)
-        spectrum[:, self._slots] = fft.rfft(block, self._length)[:, self._band] * weight
+        spectrum[:, :above] = band[:, self._below :]
+        spectrum[:, self._count - self._below :] = band[:, : self._below]
         return fft.ifft(spectrum, norm="forward", overwrite_x=True)
 
     def _conjugate_replica(self, reverse: bool) -> NDArray[np.complex128]:
         """Conjugate spectrum of the beep, scaled to unit gain and delayed so that the output starts `lead_s` early."""
         samples = self.beep.samples()
-        bins = fft.rfft(samples[::-1] if reverse else samples, self._length)[self._band]
+        bins = self._band((samples[::-1] if reverse else samples)[None])[0]
         shift = -2j * np.pi * self._slots * self._lead / self._count
         return bins.conj() * np.exp(shift) / np.sum(np.abs(bins) ** 2)
 

@@ -21,12 +21,14 @@ from obstaclewatch.detection import Flag
 from obstaclewatch.echoes import (
     Echoes,
     echoes_at,
+    highest_of_windows,
+    keep_separated,
+    local_maxima,
     mean_threshold,
     noise_amplitude,
-    os_cfar_threshold,
+    os_cfar_passes,
     separated_peaks,
     sidelobe_floor,
-    windowed_peaks,
 )
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.measurement import Measurement, nothing_measured
@@ -157,20 +159,26 @@ class EchoPipeline:
         )
         heard = profile.magnitude[0, first : last + 1]
         window = round(settings.peak_window_s * profile.rate_hz)
-        threshold = self._threshold(heard, profile.rate_hz, direct)
         if settings.errata.separated_peaks:
-            peaks = separated_peaks(heard, threshold, round(SEPARATION_SHARE * window))
+            high = self._high_enough(heard, local_maxima(heard), profile.rate_hz, direct)
+            peaks = keep_separated(heard, high, round(SEPARATION_SHARE * window))
         else:
-            peaks = windowed_peaks(heard, threshold, window)
+            best = highest_of_windows(heard, window)
+            peaks = self._high_enough(heard, best, profile.rate_hz, direct)
         return echoes_at(profile, 0, peaks + first), noise_amplitude(heard)
 
-    def _threshold(self, heard: NDArray[np.float64], rate_hz: float, direct: float) -> float | NDArray[np.float64]:
+    def _high_enough(
+        self, heard: NDArray[np.float64], peaks: NDArray[np.intp], rate_hz: float, direct: float
+    ) -> NDArray[np.intp]:
+        """Those of the peaks that reach the threshold."""
         settings = self.settings
+        height = heard[peaks]
         if not settings.errata.local_threshold:
-            return mean_threshold(heard, settings.threshold_factor)
-        local = os_cfar_threshold(heard, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))
-        least = sidelobe_floor(heard, round(SIDELOBE_HALF_WIDTH_S * rate_hz))
-        return np.maximum(np.maximum(local, least), direct * 10.0 ** (settings.floor_db / 20.0))
+            return peaks[height >= mean_threshold(heard, settings.threshold_factor)]
+        least = sidelobe_floor(heard, round(SIDELOBE_HALF_WIDTH_S * rate_hz))[peaks]
+        peaks = peaks[height >= np.maximum(least, direct * 10.0 ** (settings.floor_db / 20.0))]
+        half_width = round(CFAR_HALF_WIDTH_S * rate_hz)
+        return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, half_width)]
 
     def _motion(self, range_m: NDArray[np.float64], time_s: float) -> Motion:
         """Compare the peaks with those of earlier beeps, then remember them."""

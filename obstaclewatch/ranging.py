@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.echoes import echoes_at, separated_peaks
+from obstaclewatch.echoes import echoes_at, refine_peaks, separated_peaks
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 
 DIRECT_SEARCH_S = 1.2e-3
@@ -40,12 +40,13 @@ def direct_sound(profile: EchoProfile) -> DirectSound:
     first, last = profile.position(-DIRECT_SEARCH_S), profile.position(DIRECT_SEARCH_S) + 1
     height = profile.magnitude[:, first:last]
     peaks = np.argmax(height, axis=1) + first
-    echoes = [echoes_at(profile, channel, peaks[channel : channel + 1]) for channel in range(2)]
+    rows = profile.magnitude.shape[1] * np.arange(2)
+    position, amplitude = refine_peaks(profile.magnitude.reshape(-1), peaks + rows)
     strongest = profile.magnitude[0].max()
     inside = first < peaks[0] < last - 1
     return DirectSound(
-        np.array([echo.delay_s[0] for echo in echoes]),
-        np.array([echo.amplitude[0] for echo in echoes]),
+        profile.start_s + (position - rows) / profile.rate_hz,
+        amplitude,
         bool(inside and strongest > 0.0 and profile.magnitude[0, peaks[0]] == strongest),
     )
 

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import signal
 
 from obstaclewatch.echoes import (
+    highest_of_windows,
+    local_maxima,
     mean_threshold,
     noise_amplitude,
+    os_cfar_passes,
     os_cfar_threshold,
     refine_peaks,
     separated_peaks,
-    windowed_peaks,
 )
 
 
@@ -45,10 +48,28 @@ def test_of_two_near_peaks_the_higher_stays():
     assert separated_peaks(envelope, 0.7, 9).tolist() == [50]
 
 
+@given(seed=st.integers(0, 999), separation=st.integers(1, 30), threshold=st.floats(0.0, 2.0))
+@settings(max_examples=50, deadline=None)
+def test_separated_peaks_are_scipys(seed, separation, threshold):
+    envelope = np.random.default_rng(seed).rayleigh(size=400)
+    expected = signal.find_peaks(envelope, height=threshold, distance=separation)[0]
+    assert separated_peaks(envelope, threshold, separation).tolist() == expected.tolist()
+
+
+@given(seed=st.integers(0, 999), count=st.integers(3, 400), half_width=st.integers(1, 90), factor=st.floats(0.5, 3.0))
+@settings(max_examples=100, deadline=None)
+def test_passing_a_cfar_is_reaching_its_threshold(seed, count, half_width, factor):
+    """Whole threshold curve and single peaks agree bit for bit, at the ends and for windows longer than the envelope."""
+    envelope = np.random.default_rng(seed).rayleigh(size=count)
+    peaks = local_maxima(envelope)
+    expected = envelope[peaks] >= os_cfar_threshold(envelope, factor, half_width)[peaks]
+    assert os_cfar_passes(envelope, peaks, factor, half_width).tolist() == expected.tolist()
+
+
 def test_fixed_windows_split_a_peak_at_their_edge():
     """Erratum `separated_peaks`: section 3.4's windows count one echo twice."""
     envelope = _pulse(95.5)
-    assert len(windowed_peaks(envelope, 0.5, 96)) == 2
+    assert np.sum(envelope[highest_of_windows(envelope, 96)] > 0.5) == 2
     assert len(separated_peaks(envelope, 0.5, 9)) == 1
 
 
