@@ -12,9 +12,11 @@ import numpy as np
 
 from benchmarks.cells.check import check_cell
 from benchmarks.cells.detectors import parse_detector, source_digest
+from benchmarks.cells.own_scene import scene_digest
 from benchmarks.cells.spec import Cell
-from benchmarks.suite import Group, Probe, Standing, Suite
+from benchmarks.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.sweep import at_point
+from scenes import load_encounter
 
 
 def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
@@ -32,6 +34,7 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
         raise ValueError(f"limit must be at least 1, got {limit}")
     chosen = suite.tier(tier)
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
+    cells += [cell for own in suite.scenes for cell in _own_walks(suite, own, chosen.size)]
     if suite.standing is not None:
         cells += _standing(suite, suite.standing, chosen.size)
     cells += list(_probes(suite))
@@ -78,6 +81,28 @@ def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[C
                 scoring=suite.scoring,
                 **_shared(suite),
             )
+
+
+def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Iterator[Cell]:
+    digest, phones = scene_digest(own.file), own.phones or (None,)
+    for index in range(size(own.count)):
+        phone = phones[index % len(phones)]
+        seed = cell_seed(suite, f"scene/{own.file}", index)
+        met = load_encounter(own.file, seed, phone)
+        yield Cell(
+            kind="scene",
+            scene=met.scene.name,
+            category=met.target.category or "other",
+            index=index,
+            phone=met.phone.geometry.name,
+            seed=seed,
+            collision=False,  # not ours to choose: the ground truth says
+            approach={"file": own.file, "sha256": digest, "phone": phone},
+            settings=suite.settings,
+            detectors=suite.detectors,
+            scoring=suite.scoring,
+            **_shared(suite),
+        )
 
 
 def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> list[Cell]:

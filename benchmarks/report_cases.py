@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.measured import detectors_of, judged_detectors, part, strata
 from benchmarks.report_verdict import Measured, rate_measured
 from benchmarks.results import RunData
@@ -56,7 +57,7 @@ def strata_table(run: RunData) -> list[Stratum]:
     planned = {
         (c["cell"]["scene"], c["cell"]["category"], c["cell"]["phone"])
         for c in run.cells
-        if c["cell"]["kind"] == "approach"
+        if counts_as(c["cell"], "approach")
     }
     every = product(*(strata(run, column) for column in ("scene", "category", "phone")))
     return [

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from benchmarks.cells.spec import counts_as
 from benchmarks.results import RunData
 from benchmarks.statistics import Rate, quantile_with_interval, wilson
 
@@ -28,7 +29,7 @@ def approach_table(run: RunData, detector: str) -> Table:
     """
     rows = []
     for record in run.ok:
-        if record["cell"]["kind"] != "approach" or detector not in record["result"]["detectors"]:
+        if not counts_as(record["cell"], "approach") or detector not in record["result"]["detectors"]:
             continue
         entry, truth = record["result"]["detectors"][detector], record["result"]["truth"]
         rows.append(
@@ -51,7 +52,7 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
     columns: dict[str, list[Any]] = {}
     for record in run.ok:
         cell = record["cell"]
-        if cell["kind"] != kind or detector not in record["result"]["detectors"]:
+        if not counts_as(cell, kind) or detector not in record["result"]["detectors"]:
             continue
         for beeps in record["result"]["detectors"][detector]["beeps"]:
             count = len(beeps["beep"])

@@ -39,6 +39,20 @@ class Group(_Strict):
     approach: dict[str, Any] = {}
 
 
+class OwnScene(_Strict):
+    """Walks through a scene file: how many, each with its own seed, and with which phones in turn.
+
+    Attributes:
+        file: a YAML file; a path relative to where the run starts.
+        count: walks; they differ in their noise, and in what the walk of the file leaves open (`vary`).
+        phones: presets; none takes the phone of the file.
+    """
+
+    file: str
+    count: Count
+    phones: tuple[str, ...] = ()
+
+
 class Standing(_Strict):
     """Standing measurements: how many for each category, distance and bearing, and how near a candidate must be.
 
@@ -88,7 +102,7 @@ class Suite(_Strict):
     Attributes:
         seed, split: which walks are drawn; what a detector is tuned on ("dev") is never what is reported ("test").
         collision_fraction: share of the walks that are on a collision course.
-        groups, standing, probes: what is planned.
+        groups, scenes, standing, probes: what is planned.
         sweep: the points at which all of it is planned.
         tiers: how much of it.
         detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
@@ -104,6 +118,7 @@ class Suite(_Strict):
     split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
     collision_fraction: Fraction = 0.5
     groups: tuple[Group, ...] = ()
+    scenes: tuple[OwnScene, ...] = ()
     standing: Standing | None = None
     probes: tuple[Probe, ...] = ()
     sweep: Sweep | None = None
@@ -138,8 +153,8 @@ class Suite(_Strict):
 
     @model_validator(mode="after")
     def _something_to_do(self) -> Suite:
-        if not self.groups and self.standing is None and not self.probes:
-            raise ValueError("a suite must have groups, standing measurements or probes")
+        if not (self.groups or self.scenes or self.standing or self.probes):
+            raise ValueError("a suite must have groups, scenes, standing measurements or probes")
         return self
 
     def tier(self, name: str) -> Tier:

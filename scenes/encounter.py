@@ -92,3 +92,18 @@ def has_walk(name: str | Path) -> bool:
     if Path(name).suffix not in (".yaml", ".yml"):
         return False
     return YamlFile.read(name).as_model(SceneSpec).walk is not None
+
+
+def scene_files(path: str | Path) -> list[Path]:
+    """The scene file and the meshes it names, in its order.
+
+    Raises:
+        ValueError, FileNotFoundError: as `load_encounter`.
+    """
+    source = YamlFile.read(path)
+    meshes = [one.mesh for one in source.as_model(SceneSpec).obstacles if one.mesh is not None]
+    files = [source.path, *(source.path.parent / mesh for mesh in meshes)]
+    for file in files:
+        if not file.is_file():
+            raise FileNotFoundError(f"mesh file must exist, got {file}")
+    return files

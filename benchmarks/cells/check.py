@@ -20,7 +20,8 @@ def check_cell(cell: Cell) -> None:
         beep = BeepDesign(**cell.beep.model_dump())
         if cell.interferer is not None:
             other_beep(beep, cell.interferer)
-        changed_phone(Phone.named(cell.phone), cell.phone_change)
+        if cell.kind != "scene":  # such a file may bring a phone of its own
+            changed_phone(Phone.named(cell.phone), cell.phone_change)
         air_of(cell)
         paper_settings(cell.settings)
         for name in cell.detectors:

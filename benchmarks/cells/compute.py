@@ -18,6 +18,7 @@ from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
+from benchmarks.cells.own_scene import scene_situation
 from benchmarks.cells.signals import signal_result
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
@@ -30,11 +31,14 @@ from scenes.truth import GroundTruth
 from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
-SITUATIONS = {"approach": approach_situation, "standing": standing_situation}
+SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
 PROBES = {"signal": signal_result, "numerics": numerics_result}
 
 LOW_M = 1.1
 """An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
+
+PROGRESS_STEP_S = 0.02
+"""Spacing at which a walk is followed for the distance walked: a turn of 1 rad/s departs by 0.02 mm a step."""
 
 
 def compute(cell: Cell) -> dict[str, Any]:
@@ -133,13 +137,14 @@ def _alert_scores(cell: Cell, alert: Mapping[str, Any], walk: Walk, truth: Groun
 
 
 def _progress_m(walk: Walk, time_s: float) -> float:
-    """How far the phone has come along its heading; NaN at NaN."""
+    """How far the phone has come along its heading, which may turn; NaN at NaN."""
     if math.isnan(time_s):
         return math.nan
-    pose = walk.pose([0.0, time_s])
-    heading = pose.body_heading_rad()[0]
-    step = pose.position_m[1] - pose.position_m[0]
-    return float(step[0] * np.cos(heading) + step[1] * np.sin(heading))
+    pose = walk.pose(np.linspace(0.0, time_s, 2 + math.ceil(abs(time_s) / PROGRESS_STEP_S)))
+    heading = pose.body_heading_rad()
+    ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    step = np.diff(pose.position_m[:, :2], axis=0)
+    return float(np.sum(step * 0.5 * (ahead[1:] + ahead[:-1])))
 
 
 def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> dict[str, Any]:

@@ -23,7 +23,7 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     Raises:
         ValueError: there is no such detector, or a setting is unknown or out of range.
     """
-    delay = {"direct_delay_s": direct_delay_s(cell.phone, cell.beep)} if cell.knowledge.direct_delay else {}
+    delay = {"direct_delay_s": _direct_delay_s(cell, setting)} if cell.knowledge.direct_delay else {}
     settings = paper_settings(delay | cell.settings)
     pitch = mean_pitch_rad(setting.walk) if cell.knowledge.pitch else None
     if pitch is not None:
@@ -31,13 +31,23 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     return build_detector(name, beep, setting.phone.geometry, settings, pitch)
 
 
+def _direct_delay_s(cell: Cell, setting: Situation) -> float:
+    """That of the preset which the cell names; a scene file may bring a phone of its own."""
+    return phone_delay_s(setting.phone, cell.beep) if cell.kind == "scene" else direct_delay_s(cell.phone, cell.beep)
+
+
 @lru_cache(maxsize=32)
 def direct_delay_s(phone_name: str, beep: BeepSetting) -> float:
+    """Delay of the direct peak at microphone 0 after emission, for a preset."""
+    return phone_delay_s(Phone.named(phone_name), beep)
+
+
+def phone_delay_s(phone: Phone, beep: BeepSetting) -> float:
     """Delay of the direct peak at microphone 0 after emission: the phone alone in free space, without noise."""
-    phone = replace(Phone.named(phone_name), noise_spl_db=-np.inf)
+    alone = replace(phone, noise_spl_db=-np.inf, body=None)
     design = BeepDesign(**beep.model_dump())
     still = StraightWalk(np.zeros(3), heading_rad=0.0, speed_m_s=0.0, duration_s=design.period_s)
-    recording = render_walk(Scene(()), phone, still, design)
+    recording = render_walk(Scene(()), alone, still, design)
     return measured_direct_delay_s(recording.samples, design)
 
 

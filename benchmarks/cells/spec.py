@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -148,8 +149,10 @@ class Cell(BaseModel):
 
     Attributes:
         kind: "approach" walks towards (or past) an obstacle; "standing" measures at a fixed distance; "signal" stores
-            what the paper's Figures 3 to 12 show; "numerics" compares the simulator with formulas at an extreme.
+            what the paper's Figures 3 to 12 show; "numerics" compares the simulator with formulas at an extreme;
+            "scene" walks through a scene file, which `approach` names with its digest and the preset to use, if any.
         index: number of the walk within its scene and category.
+        phone: name of a preset, or of the phone in a scene file.
         seed: of the walk's own random stream.
         range_m, bearing_rad: place of the target of a standing measurement; range_m is None for all else.
         air: arguments of `simulator.Air`.
@@ -201,6 +204,11 @@ class Cell(BaseModel):
     def digest(self, fingerprint: str) -> str:
         """SHA-256 of the cell and of the source that computes it, hexadecimal."""
         return hashlib.sha256(f"{fingerprint}\n{self.model_dump_json()}".encode()).hexdigest()
+
+
+def counts_as(cell: Mapping[str, Any], kind: str) -> bool:
+    """Whether a stored cell is scored as one of that kind: walks through scene files are approaches."""
+    return cell["kind"] == kind or (cell["kind"], kind) == ("scene", "approach")
 
 
 def variant_text(variant: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.cells.detectors import detector_label
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, Curve, distribution_steps
 from benchmarks.paper_values import PaperValue
 from benchmarks.results import RunData
@@ -33,12 +34,12 @@ def judged_detectors(run: RunData) -> list[str]:
 
 def strata(run: RunData, column: str, kind: str = "approach") -> list[str]:
     """Values of a cell's field in the order of the plan, failed cells included: a stratum that failed stays visible."""
-    return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if c["cell"]["kind"] == kind))
+    return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if counts_as(c["cell"], kind)))
 
 
 def rules_text(run: RunData) -> str:
     """By which rules an alert is in time, from the run's own settings; empty without walks."""
-    rules = [c["cell"]["scoring"] for c in run.cells if c["cell"]["kind"] == "approach"][:1]
+    rules = [c["cell"]["scoring"] for c in run.cells if counts_as(c["cell"], "approach")][:1]
     return " ".join(
         f"In time: at least {rule['alert_margin_m']:g} m of way before contact; "
         f"by the paper's rule: before contact, within {rule['alert_within_m']:g} m."

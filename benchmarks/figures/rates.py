@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from benchmarks import paper_values
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, BarFigure, BarPanel
 from benchmarks.figures.measured import (
     BASELINE,
@@ -114,7 +115,7 @@ def _overall_paper(detector: str) -> RatePair | None:
 
 def _scenes_of(run: RunData, phone: str) -> list[str]:
     cells = (record["cell"] for record in run.cells)
-    return sorted({cell["scene"] for cell in cells if cell["kind"] == "approach" and cell["phone"] == phone})
+    return sorted({cell["scene"] for cell in cells if counts_as(cell, "approach") and cell["phone"] == phone})
 
 
 def _sentence(detector: str, table: Table, paper: RatePair | None) -> str:
