@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from benchmarks.statistics import BOOTSTRAP, mcnemar
 
 Array = NDArray[np.float64]
+Summary = Callable[..., Any]
+"""`np.median` or `np.mean`."""
+BATCH_VALUES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Shift:
 def shift_of(
     before: Mapping[str, float],
     now: Mapping[str, float],
-    summary: Callable[[Array], float],
+    summary: Summary,
     confidence: float = 0.95,
     seed: int = 0,
 ) -> Shift:
@@ -75,7 +79,13 @@ def shift_of(
     difference = difference[np.isfinite(difference)]
     if len(difference) == 0:
         return Shift(np.nan, np.nan, np.nan, 0, had, has)
-    rng = np.random.default_rng(seed)
-    draws = [summary(difference[rng.integers(len(difference), size=len(difference))]) for _ in range(BOOTSTRAP)]
-    low, high = np.quantile(draws, [1.0 - confidence, confidence])
-    return Shift(summary(difference), float(low), float(high), len(difference), had, has)
+    low, high = np.quantile(_draws(difference, summary, seed), [1.0 - confidence, confidence])
+    return Shift(float(summary(difference)), float(low), float(high), len(difference), had, has)
+
+
+def _draws(values: Array, summary: Summary, seed: int) -> Array:
+    """(BOOTSTRAP,) the summary of resamples, as many at a time as fit in some megabytes."""
+    rng, n = np.random.default_rng(seed), len(values)
+    batch = max(1, BATCH_VALUES // n)
+    counts = [min(batch, BOOTSTRAP - first) for first in range(0, BOOTSTRAP, batch)]
+    return np.concatenate([summary(values[rng.integers(n, size=(count, n))], axis=-1) for count in counts])

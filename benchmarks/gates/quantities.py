@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,29 +30,21 @@ class Quantity:
     unit: str
     worse: Worse
     of: Callable[[Table], Array]
-    summary: Callable[[Array], float]
-
-
-def _median(values: Array) -> float:
-    return float(np.median(values))
-
-
-def _mean(values: Array) -> float:
-    return float(np.mean(values))
+    summary: Callable[..., Any]
 
 
 QUANTITIES = {
-    "range_error": Quantity("m", "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), _median),
-    "range_bias": Quantity("m", "either", lambda t: t["range_m"] - t["true_range_m"], _median),
-    "range2_error": Quantity("m", "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), _median),
+    "range_error": Quantity("m", "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), np.median),
+    "range_bias": Quantity("m", "either", lambda t: t["range_m"] - t["true_range_m"], np.median),
+    "range2_error": Quantity("m", "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), np.median),
     "path_difference_bias": Quantity(
-        "m", "either", lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]), _median
+        "m", "either", lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]), np.median
     ),
-    "bearing_error": Quantity("rad", "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), _median),
-    "radius_error": Quantity("m", "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), _median),
-    "no_estimate": Quantity("", "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), _mean),
-    "candidates": Quantity("", "either", lambda t: t["candidates"].astype(np.float64), _mean),
-    "snr": Quantity("dB", "either", lambda t: t["snr_db"], _median),
+    "bearing_error": Quantity("rad", "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), np.median),
+    "radius_error": Quantity("m", "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), np.median),
+    "no_estimate": Quantity("", "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
+    "candidates": Quantity("", "either", lambda t: t["candidates"].astype(np.float64), np.mean),
+    "snr": Quantity("dB", "either", lambda t: t["snr_db"], np.median),
 }
 """A channel that comes late shows in `path_difference_bias`; a threshold that has moved in `candidates`, `no_estimate`
 and `snr`."""
@@ -80,7 +72,7 @@ def per_walk_of(table: Table, quantity: str) -> dict[str, float]:
     for k, label in enumerate(labels):
         own = values[owner == k]
         own = own[np.isfinite(own)]
-        found[str(label)] = asked.summary(own) if len(own) else float("nan")
+        found[str(label)] = float(asked.summary(own)) if len(own) else float("nan")
     return found
 
 

@@ -1,0 +1,54 @@
+"""`obstaclewatch compare`: two runs on the same walks."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from benchmarks.gates.comparison import Comparison, compare_runs, comparison_lines
+from benchmarks.results import load_run
+
+
+@click.command()
+@click.argument("first_run", type=click.Path(path_type=Path))
+@click.argument("second_run", type=click.Path(path_type=Path))
+@click.option("--detector", "pairs", multiple=True, metavar="NAME[=OTHER]", help="NAME of the first run against OTHER")
+@click.option("--json", "as_json", is_flag=True, help="for machines")
+def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: bool) -> None:
+    """Say what SECOND_RUN does differently from FIRST_RUN on the walks that both have.
+
+    Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
+    paired differences, with its 90 % bootstrap interval; a star where that leaves out zero.
+    """
+    asked = dict(_pair(text) for text in pairs) or None
+    found = compare_runs(load_run(first_run), load_run(second_run), asked)
+    if as_json:
+        click.echo(json.dumps([_as_data(one) for one in found]))
+    else:
+        click.echo("\n".join(line for one in found for line in comparison_lines(one)))
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """A name may itself hold "=", within brackets: the one that parts two names comes outside of them."""
+    depth = 0
+    for place, character in enumerate(text):
+        depth += (character == "(") - (character == ")")
+        if character == "=" and depth == 0:
+            return text[:place], text[place + 1 :]
+    return text, text
+
+
+def _as_data(found: Comparison) -> dict[str, object]:
+    return {
+        "first": found.first,
+        "second": found.second,
+        "turned": found.turned,
+        "rates": {rate: asdict(change) | {"points": -change.loss_points} for rate, change in found.rates.items()},
+        "shifts": [
+            {"kind": kind, "quantity": quantity, "unit": unit} | asdict(shift)
+            for (kind, quantity, unit), shift in found.shifts.items()
+        ],
+    }

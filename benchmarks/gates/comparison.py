@@ -1,0 +1,94 @@
+"""Two runs on the same walks: which rates and medians differ, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from benchmarks.gates.paired import Change, Shift, change_of, shift_of
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of
+from benchmarks.results import RunData
+from benchmarks.scores import beep_table
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One detector in a first run against one in a second.
+
+    Attributes:
+        first, second: names of the detectors.
+        rates: "TP" and "TN" -> what the second lost and gained.
+        shifts: kind, quantity and unit -> paired difference, second - first; only those with a pair.
+        turned: walks that collide in one run and not in the other; they are left out.
+    """
+
+    first: str
+    second: str
+    rates: Mapping[str, Change]
+    shifts: Mapping[tuple[str, str, str], Shift]
+    turned: int
+
+
+def compare_runs(first: RunData, second: RunData, pairs: Mapping[str, str] | None = None) -> list[Comparison]:
+    """Compare detectors, first -> second; by default those that both runs have.
+
+    Raises:
+        ValueError: no detector in common, an unknown one, or no walk in common.
+    """
+    here, there = detectors_of(first), detectors_of(second)
+    asked = {name: name for name in sorted(here & there)} if pairs is None else dict(pairs)
+    if not asked:
+        raise ValueError(f"the runs must have a detector in common, got {sorted(here)} and {sorted(there)}")
+    for known, names in ((here, asked.keys()), (there, asked.values())):
+        if unknown := sorted(set(names) - known):
+            raise ValueError(f"a detector must be one of {sorted(known)}, got {unknown}")
+    if not {cell["label"] for cell in first.ok} & {cell["label"] for cell in second.ok}:
+        raise ValueError("the runs must have walks in common, got none; same suite, split and seed")
+    return [_compare(first, second, *pair) for pair in asked.items()]
+
+
+def detectors_of(run: RunData) -> set[str]:
+    """Names of all detectors of a run."""
+    return {name for record in run.ok for name in (record["result"].get("detectors") or {})}
+
+
+def _compare(first: RunData, second: RunData, name: str, other: str) -> Comparison:
+    before, now = judged_right(first, name), judged_right(second, other)
+    shared = {label for label in before.keys() & now.keys() if before[label][0] == now[label][0]}
+    rates = {}
+    for rate, side in (("TP", True), ("TN", False)):
+        asked = [label for label in shared if before[label][0] is side]
+        if asked:
+            rates[rate] = change_of({k: before[k][1] for k in asked}, {k: now[k][1] for k in asked})
+    return Comparison(
+        name, other, rates, dict(_shifts(first, second, name, other)), len(before.keys() & now.keys()) - len(shared)
+    )
+
+
+def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[tuple[tuple[str, str, str], Shift]]:
+    for kind in KINDS:
+        tables = beep_table(first, name, kind), beep_table(second, other, kind)
+        for quantity, rule in QUANTITIES.items():
+            before, now = (per_walk_of(table, quantity) for table in tables)
+            found = shift_of(before, now, rule.summary)
+            if found.n:
+                yield (kind, quantity, rule.unit), found
+
+
+def comparison_lines(found: Comparison) -> list[str]:
+    """A table in plain text."""
+    lines = [found.first if found.first == found.second else f"{found.first} -> {found.second}"]
+    if found.turned:
+        lines.append(f"  {found.turned} walks collide in one run only and are left out")
+    for rate, change in found.rates.items():
+        lines.append(
+            f"  {rate:<34}{-change.loss_points:+8.1f} points   {change.gained} gained, {change.lost} lost "
+            f"of {change.n}, McNemar p = {change.p:.2g}"
+        )
+    for (kind, quantity, unit), shift in found.shifts.items():
+        sure = "" if shift.low <= 0.0 <= shift.high else "   *"
+        lines.append(
+            f"  {quantity + ', ' + kind:<34}{shift.value:+8.3g} {unit:<7}  {shift.low:+.3g} to {shift.high:+.3g} "
+            f"over {shift.n} walks{sure}"
+        )
+    return lines
