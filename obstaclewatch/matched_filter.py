@@ -1,7 +1,7 @@
 """Pulse compression: a beep's worth of samples in, the complex envelope over delay out (paper section 3.4, Eq. 1).
 
 The band of the beep is cropped in the frequency domain, correlated with the beep once, and brought back as a complex
-envelope at a low rate. Cropping, band-pass and decimation are one slice of the spectrum, and only that slice is computed
+envelope at a low rate. Cropping, band-pass and decimation are one slice of the spectrum, and only that is computed
 (`band_spectrum`).
 """
 

@@ -20,7 +20,8 @@ class Candidates:
 
     Attributes:
         pose, mic, order: (C,).
-        sequence: (C, N) reflectors met, -1 padded; patches, then smooth surfaces, then sharp edges.
+        sequence: (C, N) reflectors met, -1 padded; patches, then smooth surfaces, then sharp edges, then
+            bodies heard as a whole.
         points_m: (C, N + 2, 3) source, reflection points, receiver (repeated to the end of the row).
         normal: (C, N, 3) unit normals on the incident side.
         curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
@@ -28,6 +29,7 @@ class Candidates:
         face, uv: (C,), (C, 2) place on the smooth surface; -1 without one.
         edge: (C,) sharp edge, -1 without one.
         part: (C,) edges.APEX, START or END of that edge.
+        cell: (C,) cell of a body heard by Kirchhoff's integral, -1 without one.
     """
 
     pose: Ints
@@ -42,6 +44,7 @@ class Candidates:
     uv: Floats
     edge: Ints
     part: Ints
+    cell: Ints
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -65,7 +68,7 @@ def nothing(width: int) -> Candidates:
     none, shape = np.zeros(0, dtype=np.int64), (0, width)
     return Candidates(
         none, none, none, np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)), np.zeros((*shape, 3)),
-        np.zeros((*shape, 3, 3)), np.zeros(shape), none, np.zeros((0, 2)), none, none,
+        np.zeros((*shape, 3, 3)), np.zeros(shape), none, np.zeros((0, 2)), none, none, none,
     )  # fmt: skip
 
 
@@ -73,7 +76,7 @@ def joined(parts: list[Candidates]) -> Candidates:
     """All parts, sorted by pose, microphone, order and sequence: the order in which they are summed."""
     whole = concatenated(parts)
     keys = tuple(whole.sequence.T[::-1]) + (whole.order, whole.mic, whole.pose)
-    return whole[np.lexsort((whole.part, whole.face, *keys))]
+    return whole[np.lexsort((whole.cell, whole.part, whole.face, *keys))]
 
 
 def direct(tracing: Tracing, width: int) -> Candidates:
@@ -95,7 +98,7 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
     return Candidates(
         pose, mic, order, sequence, points, np.zeros((count, width, 3)), np.zeros((count, width, 3, 3)),
         np.zeros((count, width)), np.full(count, -1), np.zeros((count, 2)),
-        np.full(count, -1), np.zeros(count, dtype=np.int64),
+        np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
     )  # fmt: skip
 
 

@@ -40,23 +40,24 @@ def clusters(corner_m: Floats, normal: Floats, sag_m: Floats) -> Clusters:
     center = corner_m.mean(axis=1)
     extent = max(float(np.ptp(center, axis=0).max(initial=0.0)), 1e-9)
     place = np.concatenate([center / extent, normal.mean(axis=1)], axis=1)
-    facet, start = _leaves(cKDTree(place, leafsize=LEAF, compact_nodes=False, balanced_tree=False))
+    facet, start = leaves(place, LEAF)
     group = np.repeat(np.arange(len(start) - 1), np.diff(start))
     middle, radius = _spheres(corner_m[facet], sag_m[facet], start, group)
     axis, spread = _cones(normal[facet], start, group)
     return Clusters(facet, start, middle, radius, axis, spread)
 
 
-def _leaves(tree: cKDTree) -> tuple[Ints, Ints]:
-    """Facets leaf by leaf, and where each leaf begins."""
-    nodes, leaves = [tree.tree], []
+def leaves(place: Floats, most: int) -> tuple[Ints, Ints]:
+    """Facets at places (T, D) in groups of `most` at most, group by group, and where each group begins."""
+    tree = cKDTree(place, leafsize=most, compact_nodes=False, balanced_tree=False)
+    nodes, ends = [tree.tree], []
     while nodes:
         node = nodes.pop()
         if node.split_dim == -1:
-            leaves.append((node.start_idx, node.end_idx))
+            ends.append((node.start_idx, node.end_idx))
         else:
             nodes += [node.greater, node.lesser]
-    start = np.array([first for first, _ in leaves] + [leaves[-1][1]], dtype=np.int64)
+    start = np.array([first for first, _ in ends] + [ends[-1][1]], dtype=np.int64)
     return tree.indices.astype(np.int64), start
 
 

@@ -132,6 +132,16 @@ def _surface_at(corner, normal, bulge, eta, zeta, x, n):
 
 
 @numba.njit(cache=True)
+def rounded(corner, normal, bulge, face, uv):
+    """(R, 3) points and (R, 3) unit normals of Nagata triangles (T, 3, 3) at places (R, 2) of facets (R,)."""
+    point, unit = np.empty((len(face), 3)), np.empty((len(face), 3))
+    for i in range(len(face)):
+        t = face[i]
+        _surface_at(corner[t], normal[t], bulge[t], uv[i, 0], uv[i, 1], point[i], unit[i])
+    return point, unit
+
+
+@numba.njit(cache=True)
 def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
     """Tangential part of the sum of unit vectors to both points, along two edges of the facet."""
     _surface_at(corner, normal, bulge, eta, zeta, x, n)

@@ -21,6 +21,7 @@ from simulator.candidates import Candidates, joined
 from simulator.edge_images import EdgeImages, images_of
 from simulator.edge_view import APEX, END, START, EdgeView
 from simulator.edges import strength_bound
+from simulator.floor import Audible
 from simulator.frames import out_of_rest, turned
 from simulator.ledger import Ledger, Turned
 from simulator.unfolding import Turns, straightened, unfolded
@@ -31,34 +32,30 @@ from simulator.world import Tracing
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-MASKED = 10.0 ** (-50.0 / 20.0)  # a contribution this far under the strongest echo is lost in it
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
 
 
 def diffracted(
-    tracing: Tracing, max_order: int, limit_m: float, floor: float, loudest: Floats, wavenumber: float,
-    ledger: Ledger,
-) -> Candidates:  # fmt: skip
+    tracing: Tracing, max_order: int, audible: Audible, loudest: Floats, wavenumber: float, ledger: Ledger
+) -> Candidates:
     """Apex and ends of every edge, with mirrors before and after, up to `max_order` in all.
 
     Args:
-        limit_m: longest path.
-        floor: gain under which a contribution is faint.
-        loudest: (N, 2) strongest other echo at each pose and microphone: what is not `MASKED` under it, or under the
-            strongest edge, is kept even if it is faint.
+        audible: what is kept beside the strongest echo, edges included.
+        loudest: (N, 2) strongest other echo at each pose and microphone.
         wavenumber: at which the strengths are bounded, rad/m.
         ledger: of what is turned away.
     """
-    lit = images_of(tracing, tracing.source_m, max_order - 1, limit_m)
+    lit = images_of(tracing, tracing.source_m, max_order - 1, audible.limit_m)
     parts = []
     for mic in range(2):
-        heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
         before, after = _pairs(lit, heard, max_order, len(tracing.world.wedges))
-        pair, part, point, bound = _contributions(tracing, before, after, limit_m, wavenumber)
+        pair, part, point, bound = _contributions(tracing, before, after, audible.limit_m, wavenumber)
         strongest = loudest[:, mic].copy()
         np.maximum.at(strongest, before.pose[pair], bound)
-        audible = bound >= np.minimum(floor, MASKED * strongest[before.pose[pair]])
-        faint, loud = np.flatnonzero(~audible), np.flatnonzero(audible)
+        kept = audible(bound, strongest[before.pose[pair]])
+        faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
         _turn_faint_away(tracing, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint], ledger)
         before, after = before[pair[loud]], after[pair[loud]]
         parts.append(_bent(tracing, mic, before, after, point[loud], part[loud], bound[loud], max_order, ledger))
@@ -173,14 +170,14 @@ def _bent(
     return found[apart]
 
 
-def edge_slot(tracing: Tracing, found: Candidates) -> Ints:
-    """(C,) place of the edge in the sequence of reflectors; meaningless for paths without one."""
+def point_slot(tracing: Tracing, found: Candidates) -> Ints:
+    """(C,) place of the edge or cell in the sequence of reflectors; meaningless for paths without one."""
     return np.argmax(found.sequence >= tracing.world.first_wedge, axis=1).astype(np.int64)
 
 
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
-    every, at = np.arange(len(found)), edge_slot(tracing, found) + 1
+    every, at = np.arange(len(found)), point_slot(tracing, found) + 1
     wedges = at_poses(tracing, found.edge, found.pose)
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
     reached = np.cumsum(legs, axis=1)[every, at - 1]

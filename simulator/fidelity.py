@@ -2,49 +2,116 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
-MECHANISMS = ("specular", "curved", "edges")
+import numpy as np
+
+MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
+
+LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
+    "draft": {
+        "max_order": 2, "mechanisms": ("specular", "curved"), "motion_degree": 2, "band_points": 3,
+        "tolerance_db": np.inf,
+    },
+    "standard": {
+        "max_order": 2, "mechanisms": ("specular", "curved", "edges"), "motion_degree": 3, "band_points": 6,
+        "tolerance_db": np.inf,
+    },
+    "reference": {
+        "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 8, "edge_floor_db": -100.0,
+        "edge_share_db": -70.0, "facet_m": 0.012, "tolerance_db": 0.05,
+    },
+    "auto": {"mechanisms": MECHANISMS, "tolerance_db": 0.5},
+})  # fmt: skip
+
+
+_FROM_LEVEL: Any = None
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """What is traced, and how finely.
+    """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
+        level: "draft" (mirrors and smooth surfaces), "standard" (sharp edges too), "reference" (all mechanisms, third
+            order) or "auto" (the cheapest that keeps every obstacle's echo within `tolerance_db` of the reference).
+        tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
+            integral is taken if it is among the mechanisms; infinity never takes it.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone.
         max_range_m: paths longer than twice this are not looked for (the paper's 7 m listening range).
-        mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces) and
-            "edges" (first-order diffraction at sharp edges).
-        edge_floor_db: contributions of edges that stay below this, dB re the free field 1 m in front of the speaker,
-            and 50 dB below the strongest echo are left out. -60 is 15 dB under the noise of a quiet street after
-            the matched filter, for a beep of 55 dB at 1 m. -inf keeps all.
+        mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
+            (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
         motion_degree: degree in time of delay and amplitude within one beep; 0 freezes the world for each beep.
         band_points: frequencies at which gains are evaluated between 15 and 25 kHz.
+        edge_floor_db: contributions of edges and cells of bodies that stay below this, dB re the free field 1 m in
+            front of the speaker, and `edge_share_db` below the strongest echo are left out. -60 is 15 dB under the
+            noise of a quiet street after the matched filter, for a beep of 55 dB at 1 m. -inf keeps all.
+        edge_share_db: see `edge_floor_db`.
+        facet_m: longest edge of the facets of Kirchhoff's integral.
 
     Raises:
-        ValueError: a number out of range or an unknown mechanism.
+        ValueError: a number out of range, an unknown level or mechanism.
     """
 
-    max_order: int = 2
+    level: str = "standard"
+    tolerance_db: float = _FROM_LEVEL
+    max_order: int = _FROM_LEVEL
     max_range_m: float = 7.0
-    mechanisms: tuple[str, ...] = MECHANISMS
-    motion_degree: int = 3
-    band_points: int = 6
-    edge_floor_db: float = -60.0
+    mechanisms: tuple[str, ...] = _FROM_LEVEL
+    motion_degree: int = _FROM_LEVEL
+    band_points: int = _FROM_LEVEL
+    edge_floor_db: float = _FROM_LEVEL
+    edge_share_db: float = _FROM_LEVEL
+    facet_m: float = _FROM_LEVEL
 
     def __post_init__(self) -> None:
+        if self.level not in LEVELS:
+            raise ValueError(f"level must be one of {tuple(LEVELS)}, got {self.level!r}")
+        for name, value in _settings(self.level, self.tolerance_db).items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
         object.__setattr__(self, "mechanisms", tuple(self.mechanisms))
         unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
         if unknown:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
-        if not (isinstance(self.max_order, int) and 0 <= self.max_order <= 8):
-            raise ValueError(f"max_order must be a whole number from 0 to 8, got {self.max_order}")
-        if not 0.0 < self.max_range_m < float("inf"):
+        _whole("max_order", self.max_order, 0, 8)
+        _whole("motion_degree", self.motion_degree, 0, 8)
+        _whole("band_points", self.band_points, 1, 64)
+        if not 0.0 < self.max_range_m < np.inf:
             raise ValueError(f"max_range_m must be positive and finite, got {self.max_range_m}")
-        if not (isinstance(self.motion_degree, int) and 0 <= self.motion_degree <= 8):
-            raise ValueError(f"motion_degree must be a whole number from 0 to 8, got {self.motion_degree}")
-        if not self.edge_floor_db <= 0.0:
-            raise ValueError(f"edge_floor_db must not be positive, got {self.edge_floor_db}")
-        if not (isinstance(self.band_points, int) and 1 <= self.band_points <= 64):
-            raise ValueError(f"band_points must be a whole number from 1 to 64, got {self.band_points}")
+        if not self.tolerance_db > 0.0:
+            raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
+        if not 0.001 <= self.facet_m <= 0.1:
+            raise ValueError(f"facet_m must lie within 1 mm and 10 cm, got {self.facet_m}")
+        for name in ("edge_floor_db", "edge_share_db"):
+            if not getattr(self, name) <= 0.0:
+                raise ValueError(f"{name} must not be positive, got {getattr(self, name)}")
+
+
+def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
+    """Every setting that a level implies."""
+    common = {"edge_floor_db": -60.0, "edge_share_db": -50.0, "facet_m": 0.013}
+    chosen = common | dict(LEVELS[level])
+    if level == "auto":
+        chosen |= _for_tolerance(chosen["tolerance_db"] if tolerance_db is None else tolerance_db)
+    return chosen
+
+
+def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
+    """The coarsest settings that keep a tolerance."""
+    fine = tolerance_db < 0.3
+    return {
+        "max_order": 3 if fine else 2,
+        "motion_degree": 4 if fine else 3 if tolerance_db < 1.0 else 2,
+        "band_points": 8 if fine else 6 if tolerance_db < 1.0 else 4,
+        "edge_share_db": 20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - 12.0,
+        "facet_m": 0.012 if fine else 0.015,
+    }
+
+
+def _whole(name: str, value: int, low: int, high: int) -> None:
+    if not (isinstance(value, int) and low <= value <= high):
+        raise ValueError(f"{name} must be a whole number from {low} to {high}, got {value}")

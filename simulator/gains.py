@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator import band
 from simulator.air import Air
 from simulator.candidates import Candidates
 from simulator.curved import bending_phase
@@ -21,14 +22,17 @@ Complexes = NDArray[np.complex128]
 
 
 def path_gain(
-    tracing: Tracing, phone: Phone, pose: Pose, air: Air, found: Candidates, frequency_hz: Floats
+    tracing: Tracing, phone: Phone, pose: Pose, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats
 ) -> Complexes:
-    """(C, K) complex gain of each path at K frequencies, without its travel phase."""
+    """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
-    over, mirrors = found.edge >= 0, found[found.edge < 0]
-    amplitude[~over] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
-    amplitude[~over] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    over, whole = found.edge >= 0, found.cell >= 0
+    ray = ~(over | whole)
+    mirrors = found[ray]
+    amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
+    amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
     amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
+    amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)
     return gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, pose, found)[:, None]
@@ -67,11 +71,12 @@ def _mirror_cosine(view: EdgeView, part: NDArray[np.int64], face_angle_rad: Floa
 
 
 def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met."""
+    """(C, K) product of the reflection factors of the mirrors, smooth surfaces and whole bodies met."""
     owner = world.owner
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     for k in range(found.sequence.shape[1]):
-        mirrors = (found.sequence[:, k] >= 0) & (found.sequence[:, k] < world.first_wedge)
+        reflector = found.sequence[:, k]
+        mirrors = (reflector >= 0) & ((reflector < world.first_wedge) | (reflector >= world.first_body))
         met = np.full(len(found), -1)
         met[mirrors] = owner[found.sequence[mirrors, k]]
         arriving = found.points_m[:, k + 1] - found.points_m[:, k]

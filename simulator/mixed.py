@@ -7,6 +7,7 @@ of speaker and microphone, and the crossings of the mirrors are found afterwards
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,25 @@ from simulator import curved, specular
 from simulator.candidates import Candidates, concatenated
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.ledger import Ledger
-from simulator.reflectors import SmoothSurface
 from simulator.spreading import spreading
 from simulator.unfolding import Turns, unfolded
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+class Body(Protocol):
+    """What lighting needs to know of a surface: its obstacle and bounding sphere."""
+
+    @property
+    def obstacle(self) -> int: ...
+
+    @property
+    def center_m(self) -> Floats: ...
+
+    @property
+    def radius_m(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -47,18 +60,19 @@ class Images:
 def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it, up to `max_order` in all."""
     surface = tracing.world.surfaces[index]
-    lit = _images(tracing, surface, tracing.source_m, max_order - 1, limit_m)
+    lit = images_lighting(tracing, surface, tracing.source_m, max_order - 1, limit_m)
     parts = []
     for mic in range(2):
-        heard = _images(tracing, surface, tracing.mics_m[:, mic], max_order - 1, limit_m)
-        before, after = _pairs(lit, heard, max_order)
+        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        left, right = image_pairs(lit, heard, max_order)
+        before, after = lit[left], heard[right]
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
         parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
     return concatenated(parts)
 
 
-def _images(tracing: Tracing, surface: SmoothSurface, point_m: Floats, max_order: int, limit_m: float) -> Images:
+def images_lighting(tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float) -> Images:
     """Images of a point in the patches from which the surface's bounding sphere can be reached."""
     world = tracing.world
     goal = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
@@ -69,14 +83,14 @@ def _images(tracing: Tracing, surface: SmoothSurface, point_m: Floats, max_order
     return Images(*found)
 
 
-def _pairs(lit: Images, heard: Images, max_order: int) -> tuple[Images, Images]:
-    """Every image of the speaker with every image of the microphone at the same pose, within the order."""
+def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
+    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
     first = np.searchsorted(heard.pose, lit.pose, "left")
     count = np.searchsorted(heard.pose, lit.pose, "right") - first
     left = np.repeat(np.arange(len(lit.pose)), count)
     right = first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
     keep = lit.order[left] + heard.order[right] + 1 <= max_order
-    return lit[left[keep]], heard[right[keep]]
+    return left[keep], right[keep]
 
 
 def _reflected(

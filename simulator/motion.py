@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from simulator import curved
 from simulator.candidates import Candidates
-from simulator.diffracted import edge_points, edge_slot, placed, seen
+from simulator.diffracted import edge_points, placed, point_slot, seen
 from simulator.edge_view import APEX, END, START
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.pose import Walk
@@ -117,16 +117,18 @@ def _retarded(
 
 
 def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
-    """(R,) spreading of each path; an edge's own strength is held, and its spreading alone follows the motion."""
+    """(R,) spreading of each path; the strengths of edges and cells are held, their spreading alone follows."""
     amplitude = np.empty(len(found))
-    other, over = np.flatnonzero(found.edge < 0), np.flatnonzero(found.edge >= 0)
+    point = (found.edge >= 0) | (found.cell >= 0)
+    other, over = np.flatnonzero(~point), np.flatnonzero(point)
     amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
-    at = edge_slot(tracing, found[over])
+    at = point_slot(tracing, found[over])
     legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
     before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
     after = legs.sum(axis=1) - before
     apex = 1.0 / np.sqrt(before * after * (before + after))
-    amplitude[over] = np.where(found.part[over] == APEX, apex, 1.0 / (before * after))
+    at_apex = (found.part[over] == APEX) & (found.edge[over] >= 0)
+    amplitude[over] = np.where(at_apex, apex, 1.0 / (before * after))
     return amplitude
 
 
@@ -142,7 +144,7 @@ def _solved(
 ) -> Moment:
     """Exact reflection points with every reflector where it is when struck."""
     width = found.sequence.shape[1]
-    turns = (found.face >= 0) | (found.edge >= 0)
+    turns = (found.face >= 0) | (found.edge >= 0) | (found.cell >= 0)
     place = np.where(turns, np.argmax(found.sequence >= len(tracing.world.patches), axis=1), found.order)
     normal, offset = _planes(tracing, found, struck_s)
     early = [(k, place > k) for k in range(width)]
@@ -153,6 +155,7 @@ def _solved(
     moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
     _reflect_smoothly(tracing, found, place, lit[-1], heard[0], struck_s, moment)
     _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
+    _carry_cells(tracing, found, place, struck_s, moment)
     every, here = np.arange(len(points)), np.minimum(place, width - 1) + 1
     turning = np.where(turns[:, None], points[every, here], receiver)
     _cross(points, lit, normal, offset, turning, early[::-1])
@@ -201,6 +204,15 @@ def _follow_edges(
         chosen = found.part[rows] == part
         point[chosen] = edge_points(wedges[chosen], view[chosen], part)
     moment.points_m[rows, at + 1] = point
+
+
+def _carry_cells(tracing: Tracing, found: Candidates, place: Ints, struck_s: Floats, moment: Moment) -> None:
+    """The facets that stand for cells of bodies, where the bodies are when struck."""
+    rows = np.flatnonzero(found.cell >= 0)
+    at, pose = place[rows], found.pose[rows]
+    obstacle = found.sequence[rows, at] - tracing.world.first_body
+    rest = into_rest(found.points_m[rows, at + 1], tracing.placed[pose, obstacle])
+    moment.points_m[rows, at + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, at]))
 
 
 def _cross(

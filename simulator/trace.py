@@ -8,34 +8,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simulator import band
-from simulator.candidates import Candidates, direct, joined
-from simulator.diffracted import diffracted, edge_slot, lifts
+from simulator.candidates import Candidates
 from simulator.fidelity import MECHANISMS, Fidelity
-from simulator.frames import Carrier, into_rest
+from simulator.frames import Carrier
 from simulator.gains import path_gain
 from simulator.ledger import Ledger, Turned
-from simulator.mixed import mixed
+from simulator.legs import legs_free
 from simulator.paths import REFERENCE_HZ, Paths
 from simulator.phone import Phone
-from simulator.planar import planar
 from simulator.pose import Pose
 from simulator.scene import Scene
+from simulator.search import FOCUS_GAIN, searched
 from simulator.spreading import spreading
 from simulator.structure_borne import through_case
-from simulator.visibility import OFFSET
 from simulator.world import Tracing, World, frames_for, prepare
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 
 SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
-FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
 
 NOT_MODELLED = (
     "creases between planar and smooth surfaces, and concave creases that are no corner of mirrors",
     "two diffractions in one path, or one with a curved reflection",
-    "surfaces that are neither plane nor smooth (Kirchhoff)",
     "two curved reflections in one path",
 )
 
@@ -93,32 +90,34 @@ def traced(
 ) -> tuple[Paths, Candidates]:
     """The paths that pass every mask, and their geometry about the world's origin; `ledger` books what does not."""
     ledger = ledger or Ledger()
-    found = _candidates(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
+    found, sums = searched(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
     masks = {
         "too long": found.length_m <= 2.0 * fidelity.max_range_m,
         "twin on a shared border": _first_of_twins(tracing, found),
-        "hidden": _visible(tracing, found),
+        "hidden": (found.order == 0) | legs_free(tracing, found),
         "at a focus": _out_of_focus(found),
     }
     kept = np.ones(len(found), dtype=bool)
     nodes_hz = band.nodes_hz(fidelity.band_points)
     for name, mask in masks.items():
-        _turn_away(ledger, name, found[kept & ~mask], tracing, phone, scene)
+        _turn_away(ledger, name, found[kept & ~mask], sums, tracing, phone, scene)
         kept &= mask
     found = found[kept]
-    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, nodes_hz)
+    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, nodes_hz)
     heard = _over_noise(phone, gain) | (found.order == 0)
-    _turn_away(ledger, "under the noise", found[~heard], tracing, phone, scene)
+    _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
     return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger.counts, left_out), found
 
 
-def _turn_away(ledger: Ledger, name: str, found: Candidates, tracing: Tracing, phone: Phone, scene: Scene) -> None:
+def _turn_away(
+    ledger: Ledger, name: str, found: Candidates, sums: Complexes, tracing: Tracing, phone: Phone, scene: Scene
+) -> None:
     """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
 
     def described() -> Turned:
-        gain = path_gain(tracing, phone, tracing.pose, scene.air, found, np.array([REFERENCE_HZ]))
+        gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, np.array([REFERENCE_HZ]))
         return Turned(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
 
     ledger.turn_away(name, len(found), described)
@@ -130,36 +129,13 @@ def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]
     return np.abs(gain).max(axis=1) >= 10.0 ** (floor_db / 20.0)
 
 
-def _candidates(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Ledger) -> Candidates:
-    order, limit = fidelity.max_order, 2.0 * fidelity.max_range_m
-    parts = [direct(tracing, max(order, 1))]
-    if order > 0:
-        parts.append(planar(tracing, order, limit, ledger))
-        parts += [mixed(tracing, i, order, limit, ledger) for i in range(len(tracing.world.surfaces))]
-    if order > 0 and len(tracing.world.wedges):
-        floor = 10.0 ** (fidelity.edge_floor_db / 20.0)
-        wavenumber = 2.0 * np.pi * REFERENCE_HZ / speed_m_s
-        loudest = _loudest(tracing, parts[1:])
-        parts.append(diffracted(tracing, order, limit, floor, loudest, wavenumber, ledger))
-    return joined(parts)
-
-
-def _loudest(tracing: Tracing, parts: list[Candidates]) -> Floats:
-    """(N, 2) greatest amplitude of any echo at each pose and microphone, shadows apart; 0 without one."""
-    loudest = np.zeros((len(tracing.pose), 2))
-    for found in parts:
-        amplitude = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order))
-        np.maximum.at(loudest, (found.pose, found.mic), np.minimum(amplitude, FOCUS_GAIN / found.length_m))
-    return loudest
-
-
 def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit[found.face < 0] = 0
-    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part])
+    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, found.cell])
     _, first = np.unique(columns, axis=0, return_index=True)
     mask = np.zeros(len(found), dtype=bool)
     mask[first] = True
@@ -176,36 +152,6 @@ def _unfolded_source(found: Candidates) -> Floats:
     direction = before - end
     direction /= np.maximum(np.linalg.norm(direction, axis=1), 1e-300)[:, None]
     return end + found.length_m[:, None] * direction
-
-
-def _visible(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
-    """(C,) whether every leg is free; ends on a surface are lifted off the mesh along the normal."""
-    start, end = _lifted_legs(tracing, found)
-    free = np.ones(len(found), dtype=bool)
-    for k in range(start.shape[1]):
-        rows = np.flatnonzero(free & (found.order >= k) & (found.order > 0))
-        if len(rows) == 0:
-            continue
-        for shadow in tracing.world.blockers:
-            owner = np.full(len(rows), shadow.obstacle)
-            frame = tracing.frames.of(owner, found.pose[rows], tracing.time_s[found.pose[rows]])
-            free[rows] &= ~shadow.blocks(into_rest(start[rows, k], frame), into_rest(end[rows, k], frame))
-    return free
-
-
-def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
-    """(C, N + 1, 3) starts and ends of the legs, clear of the surfaces that they leave and meet."""
-    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    lift = found.lift_m + OFFSET * extent
-    lifted = found.points_m.copy()
-    inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
-    lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
-    start, end = lifted[:, :-1].copy(), lifted[:, 1:]
-    over = np.flatnonzero(found.edge >= 0)
-    at, (arriving, leaving) = edge_slot(tracing, found[over]), lifts(tracing, found[over])
-    end[over, at] += OFFSET * extent * arriving
-    start[over, at + 1] += OFFSET * extent * leaving
-    return start, end
 
 
 def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
@@ -240,11 +186,13 @@ def _paths(
 
 
 def kinds_of(world: World, found: Candidates) -> NDArray[np.str_]:
-    """(C,) "direct", "specular", "curved", "edge", or "mixed" for a curved surface or an edge among mirrors."""
-    bent, curved = (found.sequence >= world.first_wedge).any(axis=1), found.sequence >= len(world.patches)
-    alone = np.where(bent, "edge", "curved")
-    turning = np.where(found.order == 1, alone, "mixed")
-    return np.where(found.order == 0, "direct", np.where(curved.any(axis=1), turning, "specular"))
+    """(C,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" for one of the latter among mirrors."""
+    starts = np.array([len(world.patches), world.first_wedge, world.first_body])
+    alone = np.array(["specular", "curved", "edge", "kirchhoff"])
+    highest = found.sequence.max(axis=1, initial=-1)
+    kind = alone[np.searchsorted(starts, highest, side="right")]
+    kind = np.where((found.order > 1) & (kind != "specular"), "mixed", kind)
+    return np.where(found.order == 0, "direct", kind)
 
 
 def names_of(world: World, found: Candidates) -> NDArray[np.str_]:

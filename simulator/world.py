@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import specular
+from simulator.borders import Border, border_of
 from simulator.contacts import exposed
 from simulator.frames import Carrier, Frames
 from simulator.phone import Phone
 from simulator.pose import Pose
-from simulator.reflectors import PlanarPatches, SmoothSurface, merge_patches, read_mesh, reflectors_in
+from simulator.reflectors import MeshReading, PlanarPatches, SmoothSurface, merge_patches, read_mesh, reflectors_in
 from simulator.scene import Obstacle, Scene
 from simulator.visibility import Blocker, blocker
 from simulator.wedges import Wedges, merge_wedges, no_wedges, wedges_of
@@ -31,6 +32,8 @@ class World:
         follows: (P, P) whether one patch may follow another.
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
+        borders: where each smooth surface ends.
+        skins: what the facets of each obstacle are, and its smooth surface, to hear it as a whole.
         blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
     """
 
@@ -40,6 +43,8 @@ class World:
     follows: NDArray[np.bool_]
     surfaces: tuple[SmoothSurface, ...]
     wedges: Wedges
+    borders: tuple[Border, ...]
+    skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
     blockers: tuple[Blocker, ...]
 
     @property
@@ -48,10 +53,16 @@ class World:
         return len(self.patches) + len(self.surfaces)
 
     @property
+    def first_body(self) -> int:
+        """Where the obstacles heard as a whole begin among the reflectors: after the edges."""
+        return self.first_wedge + len(self.wedges)
+
+    @property
     def owner(self) -> NDArray[np.int64]:
-        """(R,) obstacle of every reflector: patches, surfaces, edges."""
+        """(R,) obstacle of every reflector: patches, surfaces, edges, obstacles as a whole."""
         surfaces = np.array([s.obstacle for s in self.surfaces], dtype=np.int64)
-        return np.concatenate([self.patches.obstacle, surfaces, self.wedges.obstacle]).astype(np.int64)
+        whole = np.arange(len(self.obstacles))
+        return np.concatenate([self.patches.obstacle, surfaces, self.wedges.obstacle, whole]).astype(np.int64)
 
 
 @dataclass(frozen=True)
@@ -97,7 +108,11 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         first = np.cumsum([0] + [len(planar) for planar, _ in found])
         every = merge_wedges([wedges_of(reading, i, int(first[i])) for i, reading in enumerate(readings)])
         wedges = exposed(every, blockers, np.array([o is phone.body for o in obstacles], dtype=bool))
-    return World(obstacles, origin_m, patches, specular.facing(patches, moves), surfaces, wedges, blockers)
+    return World(
+        obstacles, origin_m, patches, specular.facing(patches, moves), surfaces, wedges,
+        tuple(border_of(readings[s.obstacle], s) for s in surfaces),
+        tuple((reading, surface) for reading, (_, surface) in zip(readings, found, strict=True)), blockers,
+    )  # fmt: skip
 
 
 def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:

@@ -59,7 +59,7 @@ def test_separated_peaks_are_scipys(seed, separation, threshold):
 @given(seed=st.integers(0, 999), count=st.integers(3, 400), half_width=st.integers(1, 90), factor=st.floats(0.5, 3.0))
 @settings(max_examples=100, deadline=None)
 def test_passing_a_cfar_is_reaching_its_threshold(seed, count, half_width, factor):
-    """Whole threshold curve and single peaks agree bit for bit, at the ends and for windows longer than the envelope."""
+    """Whole threshold curve and single peaks agree bit for bit, at the ends and for windows longer than it all."""
     envelope = np.random.default_rng(seed).rayleigh(size=count)
     peaks = local_maxima(envelope)
     expected = envelope[peaks] >= os_cfar_threshold(envelope, factor, half_width)[peaks]

@@ -1,0 +1,142 @@
+"""A body's surface cut into facets small against the wavelength, for sums over all of it.
+
+Curved facets are cut on their rounded surface (Nagata's triangles), planes where they lie. Facets are kept in pieces
+of a few centimetres: a piece is seen or hidden as a whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import curved
+from simulator.clusters import leaves
+from simulator.reflectors import MeshReading, SmoothSurface
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+PIECE = 32  # facets a piece: some 4 cm across
+TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart when facets are put into pieces
+MOST_FACETS = 2_000_000
+BEND_M = 0.25  # radius down to which facets of full size stand for the curve; 12 mm then stand off by 0.07 mm
+
+_WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
+
+
+@dataclass(frozen=True)
+class Facets:
+    """The skin of one obstacle in small triangles, rest frame.
+
+    Attributes:
+        obstacle: index of the obstacle.
+        corner_m: (F, 3, 3) on the rounded surface.
+        middle_m: (F, 3) point of the rounded surface over the triangle's middle.
+        normal: (F, 3) unit normals there.
+        area_m2: (F,).
+        piece: (F,) sorted; the piece that a facet is part of.
+        piece_m, piece_normal: (G, 3) a facet's middle in each piece and the unit normal there.
+        lift_m: (G,) how far the rounded surface may stand off the mesh there.
+        closed: only the outside scatters.
+        center_m, radius_m: bounding sphere.
+    """
+
+    obstacle: int
+    corner_m: Floats
+    middle_m: Floats
+    normal: Floats
+    area_m2: Floats
+    piece: Ints
+    piece_m: Floats
+    piece_normal: Floats
+    lift_m: Floats
+    closed: bool
+    center_m: Floats
+    radius_m: float
+
+    def __len__(self) -> int:
+        return len(self.area_m2)
+
+
+def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
+    """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends more than at 25 cm.
+
+    Raises:
+        ValueError: more than `MOST_FACETS` facets would be needed.
+    """
+    expected = 6.0 * float(reading.mesh.area) / size_m**2
+    if expected > MOST_FACETS:
+        raise ValueError(
+            f"facets of {size_m} m over {reading.mesh.area:.3g} m2 would be about {expected:.2g}, "
+            f"more than {MOST_FACETS}: choose larger ones or leave this obstacle to the other mechanisms"
+        )
+    skin = _Skin.of(reading, surface)
+    owner, place = _bisected(skin, size_m)
+    corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
+    middle_m, normal = skin.at(owner, place.mean(axis=1))
+    facet, start = leaves(np.concatenate([middle_m, TURN_M * normal], axis=1), PIECE)
+    piece = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    middle = facet[(start[:-1] + start[1:]) // 2]
+    sides = corner_m[:, 1:] - corner_m[:, :1]
+    center = 0.5 * (corner_m.min(axis=(0, 1)) + corner_m.max(axis=(0, 1)))
+    return Facets(
+        obstacle=obstacle, corner_m=corner_m[facet], middle_m=middle_m[facet], normal=normal[facet],
+        area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[facet],
+        piece=piece, piece_m=middle_m[middle], piece_normal=normal[middle], lift_m=2.0 * skin.sag_m[owner[middle]],
+        closed=reading.closed, center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Skin:
+    """All facets of a mesh as Nagata triangles; those of planes are flat."""
+
+    corner_m: Floats
+    normal: Floats
+    bulge_m: Floats
+    sag_m: Floats
+
+    @classmethod
+    def of(cls, reading: MeshReading, surface: SmoothSurface | None) -> _Skin:
+        mesh, flat = reading.mesh, np.flatnonzero(~reading.curved)
+        corner = np.asarray(mesh.vertices)[mesh.faces[flat]]
+        normal = np.repeat(np.asarray(mesh.face_normals)[flat][:, None], 3, axis=1)
+        bulge, sag = np.zeros_like(corner), np.zeros(len(flat))
+        if surface is None:
+            return cls(corner, normal, bulge, sag)
+        return cls(
+            np.concatenate([corner, surface.corner_m]), np.concatenate([normal, surface.normal]),
+            np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]),
+        )  # fmt: skip
+
+    def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:
+        """(R, 3) points and unit normals at places (R, 2) of facets (R,)."""
+        return curved.rounded(self.corner_m, self.normal, self.bulge_m, facet, np.ascontiguousarray(uv))
+
+
+def _bisected(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
+    """Owners (R,) and places (R, 3, 2) of triangles, halved across their worst edge until no edge is too long.
+
+    An edge may be `size_m` long, and less where it stands off its chord more than at a radius of `BEND_M`. It is
+    judged alike by the two triangles that share it, so both cut it at the same point and no crack opens.
+    """
+    owner = np.arange(len(skin.corner_m))
+    place = np.repeat(_WHOLE, len(owner), axis=0)
+    done: list[tuple[Ints, Floats]] = []
+    while len(owner):
+        corners = [skin.at(owner, place[:, i]) for i in range(3)]
+        point, normal = (np.stack(part, axis=1) for part in zip(*corners, strict=True))
+        length = np.linalg.norm(point - np.roll(point, -1, axis=1), axis=2)
+        turn = np.linalg.norm(normal - np.roll(normal, -1, axis=1), axis=2)
+        excess = np.maximum(length, np.sqrt(BEND_M * length * turn)) / size_m
+        worst = excess.argmax(axis=1)
+        fits = excess.max(axis=1) <= 1.0
+        done.append((owner[fits], place[fits]))
+        rows, first = np.flatnonzero(~fits), worst[~fits]
+        a, b, c = (place[rows, (first + i) % 3] for i in range(3))
+        middle = 0.5 * (a + b)
+        place = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        owner = np.tile(owner[rows], 2)
+    return np.concatenate([o for o, _ in done]), np.concatenate([p for _, p in done])

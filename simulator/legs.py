@@ -1,0 +1,44 @@
+"""Whether every leg of a path is free: ends on a surface are lifted off the mesh along the normal."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.candidates import Candidates
+from simulator.diffracted import lifts, point_slot
+from simulator.frames import into_rest
+from simulator.visibility import OFFSET
+from simulator.world import Tracing
+
+Floats = NDArray[np.float64]
+
+
+def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
+    """(C,) whether nothing stands between any two points of a path in turn."""
+    start, end = _lifted_legs(tracing, found)
+    free = np.ones(len(found), dtype=bool)
+    for k in range(start.shape[1]):
+        rows = np.flatnonzero(free & (found.order >= k))
+        if len(rows) == 0:
+            continue
+        for shadow in tracing.world.blockers:
+            owner = np.full(len(rows), shadow.obstacle)
+            frame = tracing.frames.of(owner, found.pose[rows], tracing.time_s[found.pose[rows]])
+            free[rows] &= ~shadow.blocks(into_rest(start[rows, k], frame), into_rest(end[rows, k], frame))
+    return free
+
+
+def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+    """(C, N + 1, 3) starts and ends of the legs, clear of the surfaces that they leave and meet."""
+    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
+    lift = found.lift_m + OFFSET * extent
+    lifted = found.points_m.copy()
+    inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
+    lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
+    start, end = lifted[:, :-1].copy(), lifted[:, 1:]
+    over = np.flatnonzero(found.edge >= 0)
+    at, (arriving, leaving) = point_slot(tracing, found[over]), lifts(tracing, found[over])
+    end[over, at] += OFFSET * extent * arriving
+    start[over, at + 1] += OFFSET * extent * leaving
+    return start, end

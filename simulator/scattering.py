@@ -1,0 +1,156 @@
+"""Bodies heard by Kirchhoff's integral, with mirrors before and after them.
+
+As for curved surfaces, a mirror only moves the point that the body sees. Which pieces of the body an image lights is
+asked once for every image; the integral runs over the pieces lit from both sides.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import specular
+from simulator.candidates import Candidates, candidates, joined, with_plane_normals
+from simulator.facets import Facets
+from simulator.floor import Audible
+from simulator.frames import into_rest, out_of_rest, turned
+from simulator.kirchhoff import Cells, scattered
+from simulator.ledger import Ledger, Turned
+from simulator.legs import legs_free
+from simulator.mixed import Images, image_pairs, images_lighting
+from simulator.planar import crossed
+from simulator.unfolding import Turns, straightened, unfolded
+from simulator.world import Tracing
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+IMAGES_AT_ONCE = 16  # times pieces: what is asked of Embree in one batch
+
+
+def scattered_paths(
+    tracing: Tracing, facets: Facets, wanted: Flags, max_order: int, audible: Audible, wavenumber: Floats,
+    ledger: Ledger,
+) -> tuple[Candidates, Complexes]:  # fmt: skip
+    """Paths over an obstacle heard as a whole, and (M, K) gains of it were it rigid; `cell` names the row.
+
+    Args:
+        wanted: (N,) poses.
+        max_order: reflections in all, the body counting as one.
+        wavenumber: (K,) rising, rad/m.
+        ledger: of what is turned away.
+    """
+    lit = _lighting(tracing, facets, tracing.source_m, wanted, max_order, audible.limit_m)
+    lit_pieces = _lit_pieces(tracing, facets, tracing.source_m, lit)
+    parts, gains, first = [], [], 0
+    for mic in range(2):
+        heard = _lighting(tracing, facets, tracing.mics_m[:, mic], wanted, max_order, audible.limit_m)
+        heard_pieces = _lit_pieces(tracing, facets, tracing.mics_m[:, mic], heard)
+        left, right = image_pairs(lit, heard, max_order)
+        before, after = lit[left], heard[right]
+        frame = tracing.placed[before.pose, facets.obstacle]
+        ends = into_rest(before.point_m, frame), into_rest(after.point_m, frame)
+        cells = scattered(facets, *ends, lit_pieces[left] & heard_pieces[right], wavenumber)
+        loud = _loud(cells, before.pose[cells.pair], audible)
+        _turn_faint_away(tracing, facets, mic, before, after, cells[~loud], max_order, ledger)
+        cells = cells[loud]
+        parts.append(_over_body(tracing, facets, mic, before, after, cells, first, max_order, ledger))
+        gains.append(cells.gain)
+        first += len(cells)
+    return joined(parts), np.concatenate(gains)
+
+
+def _lighting(
+    tracing: Tracing, facets: Facets, point_m: Floats, wanted: Flags, max_order: int, limit_m: float
+) -> Images:
+    """Images of a point that may light the body, none of them in the body's own planes."""
+    images = images_lighting(tracing, facets, point_m, max_order - 1, limit_m)
+    patches = tracing.world.patches
+    own = np.append(patches.obstacle == facets.obstacle, False)[images.sequence].any(axis=1)
+    return images[np.flatnonzero(wanted[images.pose] & ~own)]
+
+
+def _loud(cells: Cells, pose: Ints, audible: Audible) -> Flags:
+    """(M,) cells that are not too long, and not lost under the noise or under the body's strongest."""
+    gain = np.abs(cells.gain).max(axis=1, initial=0.0)
+    strongest = np.zeros(pose.max(initial=-1) + 1)
+    np.maximum.at(strongest, pose, gain)
+    return (cells.length_m <= audible.limit_m) & audible(gain, strongest[pose])
+
+
+def _turns(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int
+) -> Turns:
+    """Ways through the facets that stand for cells."""
+    before, after = before[cells.pair], after[cells.pair]
+    point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
+    number = np.full(len(cells), tracing.world.first_body + facets.obstacle)
+    return Turns(mic, before, after, point, number, width)
+
+
+def _turn_faint_away(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int, ledger: Ledger
+) -> None:
+    turns = _turns(tracing, facets, mic, before, after, cells, width)
+    amplitude = np.abs(cells.gain).max(axis=1, initial=0.0)
+    ledger.turn_away("faint cell", len(cells), lambda: Turned(amplitude, partial(straightened, tracing, turns)))
+
+
+def _over_body(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, first: int, width: int,
+    ledger: Ledger,
+) -> Candidates:  # fmt: skip
+    """Candidates through the facet that stands for each cell."""
+    turns = _turns(tracing, facets, mic, before, after, cells, width)
+    found, ok, place = unfolded(tracing, turns, ledger, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
+    normal = turned(facets.normal[cells.facet[ok]], tracing.placed[found.pose, facets.obstacle, 3])
+    each = np.arange(len(ok))
+    arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
+    found.normal[each, place] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
+    found.lift_m[each, place] = facets.lift_m[facets.piece[cells.facet[ok]]]
+    found.cell[:] = first + ok
+    return found
+
+
+def _lit_pieces(tracing: Tracing, facets: Facets, start_m: Floats, images: Images) -> Flags:
+    """(I, G) pieces that each image sees: turned towards it, and nothing between on any leg."""
+    lit = np.zeros((len(images.pose), len(facets.piece_m)), dtype=bool)
+    for first in range(0, len(images.pose), IMAGES_AT_ONCE):
+        some = images[np.arange(first, min(first + IMAGES_AT_ONCE, len(images.pose)))]
+        image, piece = _facing(tracing, facets, some)
+        lit[first + image, piece] = _reached(tracing, facets, start_m, some[image], piece)
+    return lit
+
+
+def _facing(tracing: Tracing, facets: Facets, images: Images) -> tuple[Ints, Ints]:
+    """Pairs of image and piece where the piece's outside is turned to the image."""
+    point = into_rest(images.point_m, tracing.placed[images.pose, facets.obstacle])
+    rise = np.einsum("igx,gx->ig", point[:, None] - facets.piece_m, facets.piece_normal)
+    spread = facets.lift_m + 0.01  # a piece half turned away still shows some of its facets
+    facing = rise > -spread if facets.closed else np.ones_like(rise, dtype=bool)
+    image, piece = np.nonzero(facing)
+    return image, piece
+
+
+def _reached(tracing: Tracing, facets: Facets, start_m: Floats, images: Images, piece: Ints) -> Flags:
+    """(R,) whether sound from each image's origin comes to each piece through its mirrors, with every leg free."""
+    frame = tracing.placed[images.pose, facets.obstacle]
+    target = out_of_rest(facets.piece_m[piece], frame)
+    start = np.ascontiguousarray(start_m[images.pose])
+    code, hits = crossed(tracing, start, target, images.pose, images.order, images.sequence)
+    normal = turned(facets.piece_normal[piece], frame[:, 3])
+    found = candidates(tracing, images.pose, np.zeros_like(images.pose), images.sequence, hits)
+    found.points_m[:, 0] = start
+    last = found.points_m[np.arange(len(piece)), images.order]
+    side = np.where(np.sum(normal * (last - target), axis=1) >= 0.0, 1.0, -1.0)
+    lifted = target + (side * facets.lift_m[piece])[:, None] * normal
+    beyond = np.arange(found.points_m.shape[1]) > images.order[:, None]
+    found.points_m[:] = np.where(beyond[:, :, None], lifted[:, None], found.points_m)
+    reached = np.flatnonzero(code == specular.REACHED)
+    free = np.zeros(len(piece), dtype=bool)
+    free[reached] = legs_free(tracing, with_plane_normals(tracing, found[reached]))
+    return free

@@ -1,0 +1,89 @@
+"""Every way that geometry allows, by all mechanisms of the fidelity, before any mask."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator import band
+from simulator.candidates import Candidates, concatenated, direct, joined
+from simulator.diffracted import diffracted
+from simulator.facets import facets_of
+from simulator.fidelity import Fidelity
+from simulator.floor import Audible
+from simulator.ledger import Ledger, Turned
+from simulator.mixed import mixed
+from simulator.paths import REFERENCE_HZ
+from simulator.planar import planar
+from simulator.scattering import scattered_paths
+from simulator.spreading import spreading
+from simulator.sufficiency import heard_whole
+from simulator.world import Tracing
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
+
+FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
+
+
+def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Ledger) -> tuple[Candidates, Complexes]:
+    """All candidates, and (M, K) what the cells of Kirchhoff's integrals among them sum up to; `cell` names the row."""
+    order = fidelity.max_order
+    rays = [direct(tracing, max(order, 1))]
+    if order == 0:
+        return joined(rays), np.zeros((0, fidelity.band_points), dtype=np.complex128)
+    audible = Audible.of(fidelity)
+    wavenumber = 2.0 * np.pi * REFERENCE_HZ / speed_m_s
+    rays.append(planar(tracing, order, audible.limit_m, ledger))
+    rays += [mixed(tracing, i, order, audible.limit_m, ledger) for i in range(len(tracing.world.surfaces))]
+    whole = heard_whole(tracing, fidelity, concatenated(rays), audible, wavenumber)
+    if len(tracing.world.wedges):
+        rays.append(diffracted(tracing, order, audible, _loudest(tracing, rays[1:]), wavenumber, ledger))
+    rays = [_not_heard_whole(tracing, whole, each, ledger) for each in rays]
+    nodes = 2.0 * np.pi * band.nodes_hz(fidelity.band_points) / speed_m_s
+    cells, sums = _integrals(tracing, fidelity, whole, audible, nodes, ledger)
+    return joined(rays + cells), sums
+
+
+def _integrals(
+    tracing: Tracing, fidelity: Fidelity, whole: Flags, audible: Audible, wavenumber: Floats, ledger: Ledger
+) -> tuple[list[Candidates], Complexes]:
+    """Kirchhoff's integrals over all obstacles that are heard as a whole at some pose."""
+    parts: list[Candidates] = []
+    sums = np.zeros((0, len(wavenumber)), dtype=np.complex128)
+    for obstacle in np.flatnonzero(whole.any(axis=0)):
+        skin = facets_of(*tracing.world.skins[obstacle], int(obstacle), fidelity.facet_m)
+        found, gain = scattered_paths(
+            tracing, skin, whole[:, obstacle], fidelity.max_order, audible, wavenumber, ledger
+        )  # fmt: skip
+        found.cell[:] += len(sums)
+        parts, sums = [*parts, found], np.concatenate([sums, gain])
+    return parts, sums
+
+
+def _not_heard_whole(tracing: Tracing, whole: Flags, found: Candidates, ledger: Ledger) -> Candidates:
+    """What meets no obstacle that Kirchhoff's integral takes care of."""
+    owner = np.append(tracing.world.owner, -1)[found.sequence]
+    nobody = np.zeros((len(whole), 1), dtype=bool)
+    taken = np.concatenate([whole, nobody], axis=1)[found.pose[:, None], owner].any(axis=1)
+    rows = np.flatnonzero(taken)
+    ledger.turn_away(
+        "left to Kirchhoff's integral", len(rows),
+        lambda: Turned(_amplitude(found[rows]), lambda chosen: found[rows[chosen]]),
+    )  # fmt: skip
+    return found[~taken]
+
+
+def _loudest(tracing: Tracing, parts: list[Candidates]) -> Floats:
+    """(N, 2) greatest amplitude of any echo at each pose and microphone, shadows apart; 0 without one."""
+    loudest = np.zeros((len(tracing.pose), 2))
+    for found in parts:
+        np.maximum.at(loudest, (found.pose, found.mic), _amplitude(found))
+    return loudest
+
+
+def _amplitude(found: Candidates) -> Floats:
+    """(C,) spreading, no more than a focus is trusted with."""
+    amplitude = np.abs(spreading(found.points_m, found.normal, found.curvature, found.order))
+    return np.minimum(amplitude, FOCUS_GAIN / found.length_m)
