@@ -68,11 +68,15 @@ def preview_scene(
 
 def preview_approach(approach: Approach, path: str | Path) -> Path:
     """Top view of an approach as a PNG, its window 3 m around the walk and the middle of the target."""
-    walk, target = approach.walk, approach.scene.obstacle(approach.target)
+    return preview_around(approach.scene, approach.walk, approach.target, path)
+
+
+def preview_around(scene: Scene, walk: Walk, target: str, path: str | Path) -> Path:
+    """Top view of a walk as a PNG, its window 3 m around the walk and the middle of the target."""
     place = walk.pose(np.linspace(0.0, walk.duration_s, 50)).position_m[:, :2]
-    middle = target.mesh.bounds[:, :2].mean(axis=0)[None]
+    middle = scene.obstacle(target).mesh.bounds[:, :2].mean(axis=0)[None]
     (left, bottom), (right, top) = (f(np.concatenate([place, middle]), axis=0) for f in (np.min, np.max))
-    return preview_scene(approach.scene, path, walk, target.name, (left - 3.0, right + 3.0, bottom - 3.0, top + 3.0))
+    return preview_scene(scene, path, walk, target, (left - 3.0, right + 3.0, bottom - 3.0, top + 3.0))
 
 
 def contact_sheet(meshes: Mapping[str, trimesh.Trimesh], path: str | Path, columns: int = 5) -> Path:

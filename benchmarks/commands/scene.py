@@ -15,7 +15,8 @@ from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approac
 from scenes.check import Finding, check_scene
 from scenes.encounter import has_walk
 from scenes.needs import Cost, Need, needs_of, rendering_cost
-from scenes.preview import preview_approach, preview_scene
+from scenes.preview import preview_around, preview_scene
+from scenes.preview_html import preview_html
 from simulator import Phone
 
 UNFIT = 2
@@ -89,15 +90,31 @@ def _as_text(name: str, findings: list[Finding], needs: list[Need], cost: Cost |
 
 @scene.command()
 @click.argument("name")
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="a .png file")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="a .html or .png file")
 @click.option("--seed", default=0, show_default=True)
 @click.option("--category", help="one approach instead of the whole street")
 @click.option("--index", default=0, show_default=True)
 @click.option("--collision/--no-collision", default=True, show_default=True)
 def preview(name: str, output: Path, seed: int, category: str | None, index: int, collision: bool) -> None:
-    """Draw NAME (a scene or a YAML file) from above."""
-    if category is None:
-        preview_scene(load_scene(name, seed), output)
+    """Draw NAME (a scene or a YAML file): .html to turn in a browser, with its sound; .png from above."""
+    suffix = output.suffix.lower()
+    if suffix not in (".html", ".png"):
+        raise ValueError(f"output must end in .html or .png, got '{output}'")
+    if not output.parent.is_dir():
+        raise ValueError(f"the folder of '{output}' must exist")
+    met = _shown(name, seed, category, index, collision)
+    if suffix == ".html":
+        preview_html(met.scene, output, met.walk, met.phone)
+    elif category is not None:
+        preview_around(met.scene, met.walk, met.targets[0], output)
     else:
-        preview_approach(make_approach(name, category, index, seed=seed, collision=collision), output)
+        preview_scene(met.scene, output, met.walk if has_walk(name) else None, next(iter(met.targets), None))
     click.echo(output)
+
+
+def _shown(name: str, seed: int, category: str | None, index: int, collision: bool) -> Encounter:
+    """The approach, the file's own walk, or a straight one."""
+    if category is not None:
+        found = make_approach(name, category, index, seed=seed, collision=collision)
+        return Encounter(found.scene, found.walk, found.phone, (found.target,))
+    return load_encounter(name, seed) if has_walk(name) else _walked_straight(name, seed)

@@ -1,0 +1,37 @@
+"""Headless Chromium for tests of pages: without a network, with WebGL drawn by the processor."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+QUIET = (
+    "--headless --no-sandbox --disable-quic --no-first-run --disable-background-networking "
+    "--disable-component-update --disable-sync --hide-scrollbars --use-angle=swiftshader "
+    "--enable-unsafe-swiftshader --virtual-time-budget=2000"
+)
+
+
+def browser() -> str:
+    """Path of the browser; skips the test if there is none."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if found is None:
+        pytest.skip("no Chromium on this machine: the page is not opened")
+    return found
+
+
+def screenshot(page: Path, folder: Path, fragment: str = "", size: tuple[int, int] = (600, 400)) -> NDArray[np.float64]:
+    """(height, width, 3) pixels of a page, 0 to 1; every host is unreachable while it is open."""
+    picture = folder / "shot.png"
+    subprocess.run(
+        [browser(), *QUIET.split(), "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={size[0]},{size[1]}",
+         f"--user-data-dir={folder / 'profile'}", f"--screenshot={picture}", f"{page.as_uri()}#{fragment}"],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    return np.asarray(matplotlib.image.imread(picture)[..., :3], dtype=np.float64)
