@@ -21,6 +21,7 @@ PERIOD_S = (0.02, 0.5)
 LEAST_PERIODICITY = 0.5
 """Correlation of the band's energy with itself one period later; that of noise alone stays below 0.3."""
 MULTIPLES = 4
+CORE_SHARES = (0.05, 0.95)
 LONGEST_S = 4.0
 """How much of a recording is looked at."""
 HANN_ENERGY_SPREAD = 0.14145
@@ -35,12 +36,14 @@ class HeardBeep:
         start_hz, stop_hz: ends of the sweep.
         duration_s: length of the Hann window that has the ridge's spread of energy.
         period_s: from beep to beep.
+        core_hz: (lowest, highest) frequency of the middle 90 % of its energy.
     """
 
     start_hz: float
     stop_hz: float
     duration_s: float
     period_s: float
+    core_hz: tuple[float, float]
 
     @property
     def chirp_rate_hz_s(self) -> float:
@@ -69,8 +72,8 @@ def heard_beep(samples: NDArray[np.floating], sample_rate_hz: float) -> HeardBee
     fits = [_fitted(piece, frequency) for piece in _beeps(power, period) if piece.any()]
     if not fits:
         return None
-    start, stop, duration = np.median(fits, axis=0)
-    return HeardBeep(float(start), float(stop), float(duration), period * HOP_S)
+    start, stop, duration, low, high = np.median(fits, axis=0).tolist()
+    return HeardBeep(start, stop, duration, period * HOP_S, (low, high))
 
 
 def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -125,8 +128,8 @@ def _beeps(power: NDArray[np.float64], period: float) -> list[NDArray[np.float64
     return [power[:, begin : begin + width] for begin in first if begin >= 0 and begin + width <= len(energy)]
 
 
-def _fitted(piece: NDArray[np.float64], frequency: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Start, stop and duration of the line through the ridge of one beep, weighted by energy."""
+def _fitted(piece: NDArray[np.float64], frequency: NDArray[np.float64]) -> tuple[float, ...]:
+    """Start, stop, duration and core of the line through the ridge of one beep, weighted by energy."""
     time = np.arange(piece.shape[1]) * HOP_S
     weight = piece.max(axis=0)
     weight = np.where(weight > 0.01 * weight.max(), weight, 0.0)
@@ -135,4 +138,8 @@ def _fitted(piece: NDArray[np.float64], frequency: NDArray[np.float64]) -> tuple
     spread = np.sqrt(np.average((time - mean) ** 2, weights=weight))
     slope, height = np.polyfit(time - mean, ridge, 1, w=np.sqrt(weight))
     duration = max(float(spread) / HANN_ENERGY_SPREAD, HOP_S)
-    return float(height - 0.5 * slope * duration), float(height + 0.5 * slope * duration), duration
+    half = 0.5 * float(slope) * duration
+    order = np.argsort(ridge)
+    share = np.cumsum(weight[order]) / weight.sum()
+    low, high = ridge[order][np.searchsorted(share, CORE_SHARES)]
+    return float(height) - half, float(height) + half, duration, float(low), float(high)

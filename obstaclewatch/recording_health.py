@@ -32,8 +32,9 @@ SWAPPED_S = 5e-6
 SWAPPED_DB = 2.0
 OTHER_RATE = 0.15
 """Share by which the sweep may be faster or slower than designed; phones that swallow an edge read 0.03 off."""
-OTHER_CENTER = 0.15
-"""Share of the bandwidth by which the sweep's middle may lie beside the design's; phones read up to 0.08."""
+OUTSIDE_SHARE = 0.08
+"""Share of the bandwidth by which the core of the heard energy may lie outside the design's band. What a phone's
+response swallows of the band is no sign of another beep; energy where none was played is."""
 OTHER_PERIOD = 0.01
 MID_BEEP_ENERGY = 0.05
 """Share of a beep's energy before the first whole beep that says the recording began in one."""
@@ -161,10 +162,11 @@ def _other_beep(heard: HeardBeep | None, calibration: Calibration, beep: BeepDes
     if heard is None:
         return None
     rate = abs(heard.chirp_rate_hz_s / beep.chirp_rate_hz_s - 1.0)
-    middle = abs(0.5 * (heard.start_hz + heard.stop_hz) - beep.center_hz) / abs(beep.stop_hz - beep.start_hz)
+    low, high = sorted((beep.start_hz, beep.stop_hz))
+    outside = max(low - heard.core_hz[0], heard.core_hz[1] - high) / (high - low)
     found_s = np.diff(calibration.emission_s)
     periods = np.array([heard.period_s, np.median(found_s) if len(found_s) else np.inf]) / beep.period_s
-    if rate <= OTHER_RATE and middle <= OTHER_CENTER and np.abs(periods - 1.0).min() <= OTHER_PERIOD:
+    if rate <= OTHER_RATE and outside <= OUTSIDE_SHARE and np.abs(periods - 1.0).min() <= OTHER_PERIOD:
         return None
     return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, heard {heard}")
 
@@ -272,7 +274,8 @@ def _whole_periods(recording: Recording, calibration: Calibration, beep: BeepDes
 
 
 def _designed(beep: BeepDesign) -> str:
-    return str(HeardBeep(beep.start_hz, beep.stop_hz, beep.duration_s, beep.period_s))
+    band = (beep.start_hz, beep.stop_hz)
+    return str(HeardBeep(*band, beep.duration_s, beep.period_s, band))
 
 
 def _calibration_lines(calibration: Calibration) -> list[str]:
