@@ -54,6 +54,11 @@ class ClutterMap:
         """Forget all beeps."""
         self._count, self._mean = 0, None
 
+    @property
+    def mean(self) -> NDArray[np.float64] | None:
+        """(M,) mean of all beeps' highest value nearby; None before the first."""
+        return self._mean
+
     def level(self, magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """(M,) mean of the earlier beeps' highest value nearby; then learn this one. Infinite at first."""
         before = np.full(len(magnitude), np.inf) if self._mean is None else self._mean

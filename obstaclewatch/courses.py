@@ -1,10 +1,18 @@
 """On which course does the walker pass? The posterior over straight courses, given what a track has measured.
 
-A walker at speed v passes a point at a miss distance b and a height difference h: at the time t,
-range = sqrt((v (t0 - t))^2 + b^2 + h^2) - r, with r the radius of curvature of a round body; and the microphones differ
-by the cosine of the cone that the point and the phone's long axis make. A wall, which mirrors, stays at an angle a:
-its range falls by v cos(a) a second. Constant bearing and falling range are a collision course. The chirp reads ranges
-`range_doppler_s` ahead of their time, and so do envelopes; the phase between the microphones is that of the moment:
+A walker closes in at speed v on a point that will be passed at the miss distance b. With x = v (t0 - t) the distance
+ahead and D = sqrt(x^2 + b^2) the distance in plan to the middle of a round body of radius r, the echo has
+
+    range   R = sqrt((D - r)^2 + h^2)
+    cosine  k = ((D - r) x / D cos(pitch) - h sin(pitch)) / R      of the cone about the phone's long axis.
+
+h = 0 is an echo from the phone's own height; h = ground is that of the corner which an upright thing makes with hard
+ground: it comes back the way it went, as if from as far below as the phone is above the ground. A wall, which mirrors,
+stays at an angle a: x closes at v cos(a), and the cosine keeps its factor cos(a). The microphones' path difference u
+follows from R and k. Constant bearing and falling range are a collision course.
+
+The chirp reads ranges `range_doppler_s` ahead of their time, and so do envelopes; the phase between the microphones is
+that of the moment:
     arg y(peak) = -2 pi center_hz tau(t), peak at tau(t) + range_doppler_s dtau/dt.
 Ranges are therefore compared at the times that are read, phases at the times at which the beep met the obstacle.
 """
@@ -16,31 +24,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import coherent_power
+from obstaclewatch.carrier_phase import coherent_power, with_wobble
+from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
+from obstaclewatch.gait import reading_covariance
 
 Array = NDArray[np.float64]
 
-SPEEDS_M_S = np.array([0.85, 1.0, 1.15, 1.3, 1.45, 1.6, 2.0, 2.5])
-"""Of approach: walkers at 0.8-1.6 m/s (mean 1.25, deviation 0.25), and one in ten that comes the other way."""
-MISSES_M = np.arange(0.0, 2.0, 0.15)
-RADII_M = np.array([0.0, 0.35])
-HEIGHTS_M = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.3])
-"""Phone above reflecting point: at its own height, a low rim, the corner that a thing makes with the ground."""
-HEIGHT_PRIOR = np.array([0.3, 0.15, 0.1, 0.1, 0.1, 0.25])
-WALL_ANGLES_RAD = np.deg2rad([0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0])
-WALL_PRIOR = 0.35
-WALL_COLLISION_RAD = np.deg2rad(45.0)
-ONCOMING_PRIOR = 0.12
-EDGE_M = 0.05
-"""A reflecting point lies inside the obstacle's near edge by about as much."""
-
-GAIT_RANGE_M = 0.03
-"""Deviation of a range from a straight course: 1 cm of surge, and 0.205 s of its 0.13 m/s."""
-COHERENT = 0.15
-"""Share of microphone 1's coherent power that counts: the wobbling hand and other echoes spoil the phase."""
-INDEPENDENT = 0.5
-"""Share of beeps that say something new: a step lasts six beeps, and deviations within it go together."""
-FREEDOM = 3.0
+COHERENT = 0.5
+"""Share of microphone 1's coherent power that counts: beeps within a step share their deviations."""
+MOST_MISFIT = 40.0
+"""Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
+NEAREST_M = 0.05
+WALKING_M_S = 1.4
+"""Of a faster approach, the obstacle's own speed makes up the rest."""
 
 
 @dataclass(frozen=True)
@@ -65,21 +61,21 @@ class Course:
 
     Attributes:
         collision: probability that walker and obstacle meet.
-        contact_s: expected time until the walker is at the obstacle, from the asked time; on courses that collide
-            if there are any.
+        ahead_m: expected distance that the walker still walks until abreast of the obstacle's middle, on courses that
+            collide if there are any.
         speed_m_s: expected speed of approach.
         bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
-        miss_m: expected miss distance; 0 for walls.
-        radius_m: expected radius.
+        cosine: of the cone about the phone's long axis at which the echo arrives.
+        miss_m: expected miss distance; walls count with 0.
     """
 
     collision: float
-    contact_s: float
+    ahead_m: float
     speed_m_s: float
     bearing_rad: float
     bearing_std_rad: float
+    cosine: float
     miss_m: float
-    radius_m: float
 
 
 class CourseGrid:
@@ -96,88 +92,80 @@ class CourseGrid:
     def __init__(
         self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float, ahead_s: float
     ) -> None:
-        self._separation_m, self._wavelength_m = separation_m, wavelength_m
-        self._ahead_s = np.float32(ahead_s)
-        self.cos_pitch = float(np.cos(pitch_rad))
-        point = np.meshgrid(SPEEDS_M_S, MISSES_M, RADII_M, HEIGHTS_M, [0.0], indexing="ij")
-        wall = np.meshgrid(SPEEDS_M_S, [0.0], [0.0], HEIGHTS_M[[0, -1]], WALL_ANGLES_RAD, indexing="ij")
-        columns = [
-            np.concatenate([p.ravel(), w.ravel()])[:, None].astype(np.float32) for p, w in zip(point, wall, strict=True)
-        ]
-        self.speed, self.miss, self.radius, self.height, self.angle = columns
-        self._is_wall = np.arange(len(self.speed)) >= point[0].size
-        touches = self.miss <= self.radius + half_width_m + EDGE_M
-        self.collides = np.where(self._is_wall, self.angle[:, 0] <= WALL_COLLISION_RAD, touches[:, 0])
-        self._log_prior = self._prior()
-        self._closing, self._across2 = self.speed * np.cos(self.angle), self.miss**2 + self.height**2
-        self._forwards = np.cos(self.angle) * np.float32(self.cos_pitch)
-        self._downwards = self.height * np.float32(np.sin(pitch_rad))
+        self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
+        self._sin_pitch, self.cos_pitch = float(np.sin(pitch_rad)), float(np.cos(pitch_rad))
+        self._all: Hypotheses = hypotheses(half_width_m)
+        self._cos_angle = np.cos(self._all.angle_rad)
 
-    def _prior(self) -> Array:
-        speed, height = self.speed[:, 0], self.height[:, 0]
-        steps = np.gradient(SPEEDS_M_S)[np.searchsorted(SPEEDS_M_S, speed - 1e-3)]
-        walking = np.where(speed <= 1.61, np.exp(-0.5 * ((speed - 1.25) / 0.25) ** 2) / 0.627, 0.0)
-        oncoming = np.where(speed > 1.61, 1.0 / 1.2, 0.0)
-        prior = ((1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming) * steps
-        prior *= HEIGHT_PRIOR[np.searchsorted(HEIGHTS_M, height - 1e-3)]
-        share = np.where(self._is_wall, WALL_PRIOR, 1.0 - WALL_PRIOR)
-        for kind in (self._is_wall, ~self._is_wall):  # half of either kind collides
-            for group in (kind & self.collides, kind & ~self.collides):
-                prior[group] *= 0.5 * share[group] / prior[group].sum()
-        return np.log(prior)
+    def judge(self, samples: Samples, now_s: float, ground_m: float) -> Course:
+        """The posterior after K >= 3 beeps.
 
-    def judge(self, samples: Samples, now_s: float) -> Course:
-        """The posterior after K >= 1 beeps."""
-        time_s, read_m = (samples.time_s - now_s).astype(np.float32), samples.range_m.astype(np.float32)
-        center_m = read_m + self.radius
-        along = np.sqrt(np.maximum(center_m**2 - self._across2, np.float32(1e-4)))
-        weight = (along / center_m) ** 2
-        passing_s = np.sum(weight * (time_s + along / self._closing), axis=1) / np.sum(weight, axis=1)
-        ahead = self._closing * (passing_s[:, None] - time_s)
-        range_m, u_m = self._seen(ahead)
-        _, u_now_m = self._seen(ahead + self._closing * self._ahead_s)
-        log = self._log_prior + self._likelihood(samples, range_m, u_m, u_now_m)
-        share = np.exp(log - log.max())
-        return self._summary(share / share.sum(), passing_s)
-
-    def _seen(self, ahead_m: Array) -> tuple[Array, Array]:
-        """(H, K) ranges and path differences with the obstacle that far ahead."""
-        center = np.sqrt(ahead_m**2 + self._across2)
-        range_m = np.maximum(center - self.radius, np.float32(0.1))
-        lean = self._separation_m * (ahead_m * self._forwards - self._downwards) / center
-        u_m: Array = np.sqrt(range_m * (range_m + 2.0 * lean) + self._separation_m**2) - range_m
-        return range_m, u_m
-
-    def _likelihood(self, samples: Samples, range_m: Array, u_m: Array, u_now_m: Array) -> Array:
-        """(H,) log likelihood; the tails are Student's, so that a wrong echo does not decide."""
-        deviation = np.hypot(GAIT_RANGE_M, samples.range_std_m).astype(np.float32)
-        total = _student(samples.range_m.astype(np.float32) - range_m, deviation)
-        total = INDEPENDENT * total
+        Args:
+            samples: the track's readings.
+            now_s: time of the asked state.
+            ground_m: height of microphone 0 above the ground.
+        """
+        height = np.minimum(self._all.height_m, ground_m)[:, None]
+        time_s = samples.time_s - now_s
+        precision: Array = np.linalg.inv(reading_covariance(time_s, samples.range_std_m)).astype(np.float64, copy=False)
+        ahead, closing = self._straight(time_s, self._ahead(samples.range_m, height), precision)
+        line = np.maximum(ahead - closing * time_s, NEAREST_M)
+        range_m, u_m, _ = self._seen(line, height)
+        log = self._all.log_prior + _log_fit(samples.range_m - range_m, precision)
+        speed = closing[:, 0] / self._cos_angle
+        log += np.log(speed_density(speed))
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            total += COHERENT * coherent_power(
-                samples.second[heard], u_m[:, heard], u_now_m[:, heard], self._wavelength_m
-            )
-        return total
+            _, now_m, _ = self._seen(line[:, heard] + closing * self._ahead_s, height)
+            power = coherent_power(with_wobble(samples.second[heard]), u_m[:, heard], now_m, self._wavelength_m)
+            log += COHERENT * power
+        share = np.exp(log - log.max())
+        return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
-    def _summary(self, share: Array, passing_s: Array) -> Course:
-        collision = float(share[self.collides].sum())
-        meeting = share * self.collides if collision > 1e-6 else share
-        meeting = meeting / meeting.sum()
-        ahead = np.maximum(self.speed[:, 0] * passing_s, 0.05)
-        bearing = np.where(self._is_wall, self.angle[:, 0], np.arctan2(self.miss[:, 0], ahead))
+    def _ahead(self, range_m: Array, height_m: Array) -> Array:
+        """(H, K) distance ahead at which a course is seen at a range; the least one if it never is."""
+        plan = np.sqrt(np.maximum(range_m**2 - height_m**2, NEAREST_M**2)) + self._all.radius_m[:, None]
+        ahead: Array = np.sqrt(np.maximum(plan**2 - self._all.miss_m[:, None] ** 2, NEAREST_M**2))
+        return ahead
+
+    def _straight(self, time_s: Array, ahead_m: Array, precision: Array) -> tuple[Array, Array]:
+        """(H, 1) distance ahead at time 0 and closing speed, by generalised least squares."""
+        design = np.stack([np.ones(len(time_s)), -time_s], axis=1)
+        weighted = design.T @ precision
+        fit = ahead_m @ np.linalg.solve(weighted @ design, weighted).T
+        return fit[:, :1], fit[:, 1:]
+
+    def _seen(self, ahead_m: Array, height_m: Array) -> tuple[Array, Array, Array]:
+        """(H, K) ranges, path differences and cosines with the obstacle that far ahead."""
+        middle = np.sqrt(ahead_m**2 + self._all.miss_m[:, None] ** 2)
+        plan = np.maximum(middle - self._all.radius_m[:, None], NEAREST_M)
+        range_m = np.sqrt(plan**2 + height_m**2)
+        forwards = plan * ahead_m / middle * (self._cos_angle * self.cos_pitch)[:, None]
+        cosine = (forwards - height_m * self._sin_pitch) / range_m
+        lean = self._separation_m * (self._separation_m + 2.0 * range_m * cosine)
+        return range_m, np.sqrt(range_m**2 + lean) - range_m, cosine
+
+    def _summary(self, share: Array, ahead_m: Array, speed: Array, height_m: Array) -> Course:
+        meeting = share * self._all.collision
+        collision = float(meeting.sum())
+        likely = meeting / collision if collision > 1e-6 else share
+        own = np.minimum(1.0, WALKING_M_S / np.maximum(speed, WALKING_M_S))
+        angle = np.arctan2(self._all.miss_m, ahead_m[:, 0])
+        bearing = np.where(self._all.is_wall, self._all.angle_rad, angle)
         mean = float(share @ bearing)
         return Course(
             collision=collision,
-            contact_s=float(meeting @ passing_s),
-            speed_m_s=float(share @ self.speed[:, 0]),
+            ahead_m=float(likely @ (ahead_m[:, 0] * own)),
+            speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            miss_m=float(share @ self.miss[:, 0]),
-            radius_m=float(share @ self.radius[:, 0]),
+            cosine=float(share @ self._seen(ahead_m, height_m)[2][:, 0]),
+            miss_m=float(share @ self._all.miss_m),
         )
 
 
-def _student(error: NDArray[np.floating], deviation: NDArray[np.floating]) -> Array:
-    """(H,) sum over the last axis of Student's log density, up to a constant."""
-    return -0.5 * (FREEDOM + 1.0) * np.log(np.prod(1.0 + (error / deviation) ** 2 / FREEDOM, axis=-1, dtype=np.float64))
+def _log_fit(error_m: Array, precision: Array) -> Array:
+    """(H,) log likelihood of range errors (H, K), which saturates."""
+    misfit = np.einsum("hk,kl,hl->h", error_m, precision, error_m, optimize=True)
+    fit: Array = -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
+    return fit

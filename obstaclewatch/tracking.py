@@ -20,20 +20,18 @@ from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 
-CONFIRMED_SCORE = 12.0
+CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
 REACH_M = 0.10
 """How far hands and phone reach ahead of the phone's middle."""
-WALKER_M_S = (0.8, 1.45)
-"""Speeds between which the walker's share of an approach is taken to lie."""
-SURE = 0.9
-"""Probability of a collision that raises the alert. On 400 rendered walks of the development split, true alerts and
-true silences were 54 % and 73 % at 0.75, 43 % and 82 % at 0.85, 41 % and 87 % at 0.9."""
-ALERT_M = (0.95, 2.0)
-"""Distances left at which a first alert is given. Later, what is first heard is mostly the ground's echo, which gait
-moves; earlier, a wall that ends beside the walker cannot be told from one across the way."""
-LEAST_BEEPS, LEAST_TRAVEL_M = 8, 0.5
+SURE = 0.8
+"""Probability of a collision that raises the alert."""
+ALERT_M = (1.0, 1.35)
+"""Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits."""
+LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
+MOST_MISSES = 3
+"""Beeps without a peak after which a track no longer raises an alert."""
 
 
 class TrackingDetector(EchoDetector):
@@ -54,7 +52,7 @@ class TrackingDetector(EchoDetector):
         pitch_rad: float | None = None,
     ) -> None:
         super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
-        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s)
+        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
         self._approaches = Approaches(beep.range_doppler_s)
         self._grid = CourseGrid(
             phone.mic_separation_m,
@@ -87,7 +85,7 @@ class TrackingDetector(EchoDetector):
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
         ahead_s = self.beep.range_doppler_s
-        courses = [self._grid.judge(track.samples(ahead_s), hit_s) for track in tracks]
+        courses = [self._grid.judge(track.samples(ahead_s), hit_s, self._finder.ground_m) for track in tracks]
         flag = Flag.IDENTICAL_CHANNELS if np.array_equal(block[0], block[1]) else Flag.NONE
         return self._report(index, emitted_s, tracks, courses, flag)
 
@@ -101,56 +99,49 @@ class TrackingDetector(EchoDetector):
         def column(values: list[float]) -> NDArray[np.float64]:
             return np.array(values, dtype=np.float64)
 
-        range_m = column([float(track.state[0]) for track in tracks])
+        cosine = column([course.cosine for course in courses])
         bearing = column([course.bearing_rad for course in courses])
         if Flag.IDENTICAL_CHANNELS in flag:
             bearing = np.full(len(tracks), np.nan)
-        collides = np.array([course.collision >= 0.5 for course in courses], dtype=bool)
-        cosine = np.cos(bearing) * self._cos_pitch
+        # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
+        nearer_m = 0.5 * float(self.phone.speaker_to_mic_m[0])
+        range_m = column([float(track.state[0]) for track in tracks]) + nearer_m * (1.0 - cosine)
         length = self.phone.mic_separation_m
         return Detection(
             index=index,
             time_s=time_s,
             range_m=range_m,
-            range2_m=np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine),
+            range2_m=np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine) + 0.0 * bearing,
             bearing_rad=bearing,
-            radius_m=column([course.radius_m for course in courses]),
+            radius_m=np.full(len(tracks), np.nan),
             level_db=column([track.level_db for track in tracks]),
             snr_db=column([track.snr_db for track in tracks]),
             closing_speed_m_s=column([float(track.state[1]) for track in tracks]),
             range_std_m=column([float(np.sqrt(track.covariance[0, 0])) for track in tracks]),
             bearing_std_rad=np.where(np.isnan(bearing), np.nan, column([course.bearing_std_rad for course in courses])),
-            collides=collides,
+            collides=np.array([course.collision >= 0.5 for course in courses], dtype=bool),
             flags=np.full(len(tracks), int(flag)),
             beep_flags=flag,
             decision=self._decide(time_s, tracks, courses),
         )
 
-    @property
-    def _cos_pitch(self) -> float:
-        return self._grid.cos_pitch
-
     def _decide(self, time_s: float, tracks: list[Track], courses: list[Course]) -> Decision:
-        """Alert if any course collides surely enough for the distance that is left."""
+        """Alert if any course collides surely enough at the distance at which that must be decided."""
         likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
         if not likely:
             return Decision(False, time_s, np.nan, np.nan, 0)
         alert = any(has_approached(tracks[k]) and self._is_alarming(courses[k]) for k in likely)
-        first = min(likely, key=lambda k: courses[k].contact_s)
-        return Decision(alert, time_s, float(tracks[first].state[0]), courses[first].contact_s, len(likely))
+        first = min(likely, key=lambda k: courses[k].ahead_m / courses[k].speed_m_s)
+        contact_s = courses[first].ahead_m / courses[first].speed_m_s
+        return Decision(alert, time_s, float(tracks[first].state[0]), contact_s, len(likely))
 
     def _is_alarming(self, course: Course) -> bool:
         nearest, farthest = ALERT_M
-        left_m = distance_left(course)
+        left_m = course.ahead_m - REACH_M
         return nearest < left_m <= min(farthest, self.settings.danger_m) and course.collision >= SURE
 
 
 def has_approached(track: Track) -> bool:
-    """Whether a track is long enough, in beeps and in range, to be more than an echo that gait moves."""
-    return len(track.past) >= LEAST_BEEPS and track.past[0][1] - track.past[-1][1] >= LEAST_TRAVEL_M
-
-
-def distance_left(course: Course) -> float:
-    """How far the walker walks until contact, m: the obstacle may come half of the way."""
-    slowest, fastest = WALKER_M_S
-    return min(max(course.speed_m_s, slowest), fastest) * course.contact_s - REACH_M
+    """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
+    travel_m = track.past[0][1] - track.past[-1][1]
+    return track.misses <= MOST_MISSES and len(track.past) >= LEAST_BEEPS and travel_m >= LEAST_TRAVEL_M

@@ -1,15 +1,12 @@
-"""Background, coherent path difference and courses, each against a closed form or a slow sum."""
+"""Background, ground and coherent path difference, each against a closed form or a slow sum."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.carrier_phase import OFFSETS_M, coherent_power, second_channel
-from obstaclewatch.courses import CourseGrid, Samples
 from obstaclewatch.echoes import echoes_at
 from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.moving_peaks import PeakFinder
@@ -98,56 +95,6 @@ def test_coherent_power_against_a_slow_sum():
         assert power == pytest.approx(abs(total) ** 2 / 5, rel=1e-3, abs=1e-3)
 
 
-PITCH = 0.5
-
-
-def _samples(speed, miss, height=0.0, angle=0.0, level=3.0, beeps=14):
-    """Exact readings on a course, from 4.5 m on, at a level of microphone 1 over its noise."""
-    time = 0.09 * np.arange(beeps)
-    ahead = speed * np.cos(angle) * (4.5 / speed - time)
-    center = np.sqrt(ahead**2 + miss**2 + height**2)
-
-    def u_m(ahead):
-        distance = np.sqrt(ahead**2 + miss**2 + height**2)
-        cosine = (ahead * np.cos(angle) * np.cos(PITCH) - height * np.sin(PITCH)) / distance
-        return np.sqrt(distance**2 + LENGTH**2 + 2.0 * distance * LENGTH * cosine) - distance
-
-    shape = np.exp(-(((OFFSETS_M - u_m(ahead)[:, None]) / 0.1) ** 2))
-    phase = u_m(ahead + speed * np.cos(angle) * AHEAD_S)
-    second = level * shape * np.exp(-2j * np.pi * phase / WAVELENGTH)[:, None]
-    return Samples(time, center, np.full(beeps, 0.005), second.astype("c8")), time[-1]
-
-
-@pytest.mark.parametrize(("miss", "angle"), [(0.0, 0.0), (0.0, 0.3)])
-def test_constant_bearing_is_a_collision(miss, angle):
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S)
-    samples, now = _samples(1.3, miss, angle=angle)
-    course = grid.judge(samples, now)
-    assert course.collision > 0.6
-    assert course.contact_s == pytest.approx(4.5 / 1.3 - now, abs=0.25)
-
-
-@pytest.mark.parametrize("miss", [1.2, 1.6])
-def test_growing_bearing_is_none(miss):
-    course = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S).judge(*_samples(1.3, miss, beeps=24))
-    assert course.collision < 0.3
-    assert course.miss_m == pytest.approx(miss, abs=0.4)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.floats(0.8, 2.6), st.floats(0.0, 2.0), st.floats(0.0, 1.3), st.floats(-1.0, 1.0))
-def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, height, shift_s):
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S)
-    samples, now = _samples(speed, miss, height)
-    course = grid.judge(samples, now)
-    moved = Samples(samples.time_s + shift_s, samples.range_m, samples.range_std_m, samples.second)
-    later = grid.judge(moved, now + shift_s)
-    assert 0.0 <= course.collision <= 1.0 + 1e-9
-    assert 0.0 <= course.bearing_rad <= np.pi / 2
-    assert later.collision == pytest.approx(course.collision, abs=2e-3)
-    assert later.contact_s == pytest.approx(course.contact_s, abs=5e-3)
-
-
 def test_a_direct_sound_that_drifts_keeps_the_window_of_the_clutter_map():
     """Near and far ends of the reach were rounded apart, and some drifts gave one sample more or less."""
     finder = PeakFinder(BEEP, PHONE, PaperSettings(), C)
@@ -156,3 +103,17 @@ def test_a_direct_sound_that_drifts_keeps_the_window_of_the_clutter_map():
         block = np.roll(record([Point(2.0)], noise=1e-3), shift, axis=1)
         found += finder.find(block) is not None
     assert found == 40
+
+
+@pytest.mark.parametrize("height_m", [1.15, 1.33, 1.5])
+def test_the_ground_is_sounded(height_m):
+    """A bobbing echo at right angles to the phone: half of its path, which is 3 cm longer than twice its distance."""
+    finder = PeakFinder(BEEP, PHONE, PaperSettings(), C)
+    ground = Point(PHONE.mics_m[0, 1] + height_m - 0.015, gain=0.3, carried=True, bob_m=0.02)
+    samples = record([ground], beeps=12, noise=0.02)
+    for block in np.split(samples, 12, axis=1):
+        finder.find(block)
+    assert finder.ground_m == pytest.approx(height_m, abs=0.03)
+    finder.reset()
+    finder.find(record([], noise=0.02))
+    assert finder.ground_m == 1.35

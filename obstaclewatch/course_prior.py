@@ -1,0 +1,112 @@
+"""Which courses are thought possible before anything is heard, and which of them are collisions.
+
+What is tested is where the echo comes from, while what decides is where the obstacle's near edge is. The reflecting
+point lies within the edge by up to the obstacle's half breadth, so the two hypotheses overlap: collisions have it
+mostly within 0.6 m of the walker's line (0.25 m of walker, and the obstacle), misses beyond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+Array = NDArray[np.float64]
+
+MISS_M = np.sqrt(np.concatenate([[0.0, 0.02, 0.05, 0.09, 0.14, 0.2, 0.27, 0.35], np.arange(0.44, 3.2, 0.1)]))
+"""Evenly in the square, as bearing's cosine and path difference see it: 0.1 m^2 at 1.5 m are 3 mm of path, 65 degrees
+of carrier."""
+HEIGHTS_M = np.array([0.0, 0.4, 0.8, np.inf])
+"""Phone above reflecting point; the last stands for the corner with the ground."""
+HEIGHT_PRIOR = np.array([0.45, 0.10, 0.10, 0.35])
+RADIUS_M = 0.12
+WALL_ANGLES_RAD = np.deg2rad(np.arange(0.0, 81.0, 10.0))
+WALL_HEIGHT_PRIOR = np.array([0.6, 0.4])
+WALL_PRIOR = 0.25
+WALL_COLLISION_RAD = np.deg2rad(45.0)
+"""Walls that are met at less than this are taken to lie across the way, others alongside."""
+BODY_M = 0.07
+"""Deviation of half an obstacle's breadth, by which collisions spread beyond the walker's half width: the reflecting
+point of a collision has a deviation of 0.25 + 0.07 m, and a miss begins at 0.25 + 5 x 0.07 m, give or take 0.12 m."""
+EDGE_STD_M = 0.12
+FAR_M, FAR_DECAY_M = 1.2, 0.6
+
+WALKER_M_S, WALKER_STD_M_S = 1.25, 0.2
+ONCOMING_M_S = (1.55, 3.1)
+ONCOMING_PRIOR = 0.12
+ANY_SPEED = 1e-3
+
+
+@dataclass(frozen=True)
+class Hypotheses:
+    """H courses.
+
+    Attributes:
+        miss_m: (H,) miss distance of a round body's middle; 0 for walls.
+        height_m: (H,) phone above the reflecting point; infinite stands for the corner with the ground.
+        angle_rad: (H,) of a wall's normal to the course; 0 for other things.
+        radius_m: (H,) radius of curvature in plan; 0 for walls.
+        is_wall: (H,) whether it mirrors.
+        log_prior: (H,) up to a constant.
+        collision: (H,) share of the prior that is a collision.
+    """
+
+    miss_m: Array
+    height_m: Array
+    angle_rad: Array
+    radius_m: Array
+    is_wall: NDArray[np.bool_]
+    log_prior: Array
+    collision: Array
+
+
+def hypotheses(half_width_m: float) -> Hypotheses:
+    """Round things at all miss distances and heights, then walls at all angles; half of all collide."""
+    misses, angles = len(MISS_M), len(WALL_ANGLES_RAD)
+    across = WALL_ANGLES_RAD <= WALL_COLLISION_RAD
+    hit = _both(_of_hits(half_width_m), across / across.sum())
+    passed = _both(_of_misses(half_width_m), ~across / (~across).sum())
+    is_wall = np.arange(len(hit)) >= misses * len(HEIGHTS_M)
+    return Hypotheses(
+        miss_m=np.concatenate([np.tile(MISS_M, len(HEIGHTS_M)), np.zeros(2 * angles)]),
+        height_m=np.concatenate([np.repeat(HEIGHTS_M, misses), np.repeat(HEIGHTS_M[[0, -1]], angles)]),
+        angle_rad=np.concatenate([np.zeros(misses * len(HEIGHTS_M)), np.tile(WALL_ANGLES_RAD, 2)]),
+        radius_m=np.where(is_wall, 0.0, RADIUS_M),
+        is_wall=is_wall,
+        log_prior=np.log(0.5 * (hit + passed)),
+        collision=hit / (hit + passed),
+    )
+
+
+def speed_density(speed_m_s: Array) -> Array:
+    """Density of the speed of approach, s/m: walkers, and one in eight that comes the other way."""
+    walking = np.exp(-0.5 * ((speed_m_s - WALKER_M_S) / WALKER_STD_M_S) ** 2) / (np.sqrt(2.0 * np.pi) * WALKER_STD_M_S)
+    slowest, fastest = ONCOMING_M_S
+    oncoming = ((speed_m_s > slowest) & (speed_m_s < fastest)) / (fastest - slowest)
+    density: Array = (1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming + ANY_SPEED
+    return density
+
+
+def _of_hits(half_width_m: float) -> Array:
+    """(M,) shares of `MISS_M` among collisions."""
+    share = np.exp(-0.5 * (MISS_M / (half_width_m + BODY_M)) ** 2) * np.gradient(MISS_M)
+    return share / share.sum()
+
+
+def _of_misses(half_width_m: float) -> Array:
+    """(M,) shares of `MISS_M` among misses: from an edge on, evenly, then ever fewer that are heard."""
+    edge = ndtr((MISS_M - half_width_m - 5.0 * BODY_M) / EDGE_STD_M)
+    share = edge * np.exp(-np.maximum(MISS_M - FAR_M, 0.0) / FAR_DECAY_M) * np.gradient(MISS_M)
+    return share / share.sum()
+
+
+def _both(things: Array, walls: Array) -> Array:
+    """(H,) shares of round things by miss distance and of walls by angle, at all their heights."""
+    return np.concatenate(
+        [
+            (1.0 - WALL_PRIOR) * np.outer(HEIGHT_PRIOR / HEIGHT_PRIOR.sum(), things).ravel(),
+            WALL_PRIOR * np.outer(WALL_HEIGHT_PRIOR, walls).ravel(),
+        ]
+    )

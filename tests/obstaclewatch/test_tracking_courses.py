@@ -1,0 +1,128 @@
+"""Courses against exact geometry: points, corners with the ground and walls, seen from a pitched phone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from obstaclewatch.carrier_phase import OFFSETS_M
+from obstaclewatch.course_prior import hypotheses, speed_density
+from obstaclewatch.courses import Course, CourseGrid, Samples
+from obstaclewatch.gait import reading_covariance
+
+from .synthetic import BEEP, PHONE, C
+
+LENGTH = PHONE.mic_separation_m
+WAVELENGTH = C / BEEP.center_hz
+AHEAD_S = BEEP.range_doppler_s
+PITCH = np.deg2rad(30.0)
+GROUND_M = 1.33
+
+
+def _place(ahead, miss, height, radius):
+    """(K, 3) where an upright cylinder's echo comes from, seen from the phone; its corner is at `height` below."""
+    middle = np.hypot(ahead, miss)
+    plan = middle - radius
+    return np.stack([plan * ahead / middle, plan * miss / middle, np.full_like(ahead, -height)], axis=-1)
+
+
+def _path_difference(place):
+    """(K,) from microphone 1, a phone's length behind microphone 0 along the pitched axis, less that to 0."""
+    behind = -LENGTH * np.array([np.cos(PITCH), 0.0, np.sin(PITCH)])
+    return np.linalg.norm(place - behind, axis=-1) - np.linalg.norm(place, axis=-1)
+
+
+def _samples(speed=1.25, miss=0.0, height=0.0, radius=0.0, level=4.0, beeps=16, last_m=1.35):
+    """Exact readings of a walk that is `last_m` short of the obstacle's middle when the last beep meets it."""
+    time = 0.09 * np.arange(1 - beeps, 1)
+    now = _place(last_m - speed * time, miss, height, radius)
+    read = _place(last_m - speed * (time + AHEAD_S), miss, height, radius)
+    shape = np.exp(-(((OFFSETS_M - _path_difference(read)[:, None]) / 0.1) ** 2))
+    second = level * shape * np.exp(-2j * np.pi * _path_difference(now) / WAVELENGTH)[:, None]
+    return Samples(time + AHEAD_S, np.linalg.norm(read, axis=1), np.full(beeps, 0.004), second.astype("c8"))
+
+
+def _judge(samples, now_s=0.0) -> Course:
+    return CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S).judge(samples, now_s, GROUND_M)
+
+
+@pytest.mark.parametrize("height", [0.0, GROUND_M])
+@pytest.mark.parametrize("radius", [0.0, 0.25])
+@pytest.mark.parametrize(("miss", "collides"), [(0.0, True), (0.2, True), (1.0, False), (1.3, False)])
+def test_course_is_told_from_ranges_and_phase(height, radius, miss, collides):
+    """Regression: the corner of a round bin was taken for a point at a miss distance of 0.9 m whatever its own."""
+    course = _judge(_samples(miss=miss, height=height, radius=radius))
+    assert (course.collision > 0.5) == collides
+    assert abs(course.collision - collides) < 0.35
+    assert course.miss_m == pytest.approx(miss, abs=0.35)
+
+
+def test_distance_and_speed_of_a_collision():
+    course = _judge(_samples(speed=1.3, last_m=1.6))
+    assert course.ahead_m == pytest.approx(1.6, abs=0.15)  # a point is taken for a body of 12 cm
+    assert course.speed_m_s == pytest.approx(1.3, abs=0.05)
+    oncoming = _judge(_samples(speed=2.5, last_m=2.0))
+    assert oncoming.speed_m_s == pytest.approx(2.5, abs=0.1)
+    assert oncoming.ahead_m == pytest.approx(2.0 * 1.4 / 2.5, abs=0.12)
+
+
+@pytest.mark.parametrize(("angle", "collides"), [(0.0, True), (0.35, True), (1.3, False)])
+def test_walls_keep_their_angle(angle, collides):
+    """A wall is heard along its normal: range falls at v cos(angle), direction stays."""
+    time = 0.09 * np.arange(-15, 1)
+    direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+    read_m = 1.5 - 1.25 * np.cos(angle) * (time + AHEAD_S)
+    now_m = 1.5 - 1.25 * np.cos(angle) * time
+    u_read, u_now = (_path_difference(distance[:, None] * direction) for distance in (read_m, now_m))
+    second = 20.0 * np.exp(-(((OFFSETS_M - u_read[:, None]) / 0.05) ** 2) - 2j * np.pi * u_now[:, None] / WAVELENGTH)
+    course = _judge(Samples(time + AHEAD_S, read_m, np.full(16, 0.002), second.astype("c8")))
+    assert (course.collision > 0.5) == collides
+    assert course.bearing_rad == pytest.approx(angle, abs=0.3)
+
+
+def test_cosine_is_that_of_the_cone():
+    place = _place(np.array([1.35]), 0.3, GROUND_M, 0.0)[0]
+    cosine = place @ [np.cos(PITCH), 0.0, np.sin(PITCH)] / np.linalg.norm(place)
+    course = _judge(_samples(miss=0.3, height=GROUND_M))
+    assert course.cosine == pytest.approx(cosine, abs=0.12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.8, 2.6), st.floats(0.0, 2.0), st.floats(0.0, 1.3), st.floats(-1.0, 1.0), st.integers(3, 16))
+def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, height, shift_s, beeps):
+    samples = _samples(speed, miss, height, beeps=beeps)
+    course = _judge(samples)
+    moved = Samples(samples.time_s + shift_s, samples.range_m, samples.range_std_m, samples.second)
+    later = _judge(moved, shift_s)
+    assert 0.0 <= course.collision <= 1.0 + 1e-9
+    assert 0.0 <= course.bearing_rad <= np.pi / 2
+    assert later.collision == pytest.approx(course.collision, abs=1e-6)
+    assert later.ahead_m == pytest.approx(course.ahead_m, abs=1e-6)
+
+
+def test_channels_that_say_nothing_leave_the_ranges():
+    samples = _samples()
+    silent = Samples(samples.time_s, samples.range_m, samples.range_std_m, np.full_like(samples.second, np.nan))
+    assert np.isfinite(_judge(silent).collision)
+    assert _judge(silent).ahead_m == pytest.approx(1.35, abs=0.15)
+
+
+def test_prior_is_half_collisions_and_a_density_of_speeds():
+    prior = hypotheses(0.25)
+    share = np.exp(prior.log_prior)
+    assert share.sum() == pytest.approx(1.0)
+    assert share @ prior.collision == pytest.approx(0.5)
+    speed = np.linspace(0.0, 4.0, 4001)
+    assert np.trapezoid(speed_density(speed), speed) == pytest.approx(1.0, abs=0.01)
+
+
+def test_gait_covariance_is_that_of_many_random_steps():
+    """Monte Carlo: sinusoids of random phase and frequency."""
+    rng = np.random.default_rng(5)
+    time = 0.09 * np.arange(8)
+    frequency, phase = rng.normal(1.85, 0.15, (20_000, 1)), rng.uniform(0.0, 2.0 * np.pi, (20_000, 1))
+    surge = 0.020 * np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time + phase)
+    expected = reading_covariance(time, np.zeros(8)) - 0.008**2 * np.eye(8)
+    assert surge.T @ surge / len(surge) == pytest.approx(expected, abs=2e-5)
