@@ -9,9 +9,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from benchmarks.figures import FIGURES, picture
-from benchmarks.figures.data import Figure
+from benchmarks.figures import FIGURES, picture, shown_figures
 from benchmarks.figures.measured import detectors_of, rules_text
+from benchmarks.figures.plots import Figure
 from benchmarks.report_cases import failures, strata_table, worst_cases
 from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report_verdict import headline, verdict_rows
@@ -53,7 +53,7 @@ def write_report(run: RunData) -> Path:
 def report_context(run: RunData) -> dict[str, Any]:
     """Everything that the templates show, as text."""
     names, rows = detectors_of(run), verdict_rows(run)
-    drawn = [builder(run) for builder in FIGURES.values()]
+    drawn = [FIGURES[name](run) for name in shown_figures(run)]
     planned = len(run.manifest.get("plan") or run.cells)
     return {
         "title": run.manifest.get("title") or run.manifest.get("suite") or "Run",

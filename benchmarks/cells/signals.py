@@ -48,7 +48,7 @@ def signal_result(cell: Cell) -> dict[str, Any]:
         signal = SIGNALS[cell.category](cell, **cell.probe)
     except TypeError as error:
         raise ValueError(f"signal probe '{cell.category}': {error}") from error
-    cost = {"total_s": perf_counter() - begin}
+    cost = {"simulate_s": 0.0, "detect_s": {}, "recording_s": 0.0, "total_s": perf_counter() - begin}
     return {"truth": {}, "detectors": {}, "signal": signal, "cost": cost}
 
 
@@ -81,7 +81,7 @@ def envelope(cell: Cell, things: Sequence[Sequence[Any]]) -> Signal:
         "average_db": float(_db(np.array([mean_threshold(magnitude[0], 3.0)]), top)[0]),
         "threshold_db": _db(os_cfar_threshold(magnitude[0], 3.0, half), top),
         "candidate_m": _short(detection.range_m),
-        "things": list(setting.targets),
+        "things": [str(kind) for kind, _, _ in things],
         "true_m": _short([truth.mic_range_m[0, 0] for truth in truths]),
     }
 

@@ -6,7 +6,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmarks.figures.data import BarFigure, Figure
+from benchmarks.figures.alerts import alert_distances, alert_rate_by_miss, det, roc
+from benchmarks.figures.budget import calibration, losses, range_budget
+from benchmarks.figures.claims import claims_table
+from benchmarks.figures.data import BarFigure, CurveFigure
+from benchmarks.figures.diagrams import (
+    bearing_drawing,
+    collision_drawing,
+    flow_drawing,
+    sensing_drawing,
+    street_drawings,
+)
+from benchmarks.figures.energies import energy_figure, energy_table
 from benchmarks.figures.errors import (
     DISTANCE_FIGURES,
     bearing_errors,
@@ -14,14 +25,49 @@ from benchmarks.figures.errors import (
     radius_errors,
     radius_errors_of_all,
 )
+from benchmarks.figures.extremes import detector_extremes, fidelity_pareto, simulator_extremes
 from benchmarks.figures.false_alerts import false_alert_rates
+from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
 from benchmarks.figures.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
+from benchmarks.figures.sensitivity import alert_tornado, error_tornado, sides
+from benchmarks.figures.signals import (
+    body_at_obstacle,
+    body_at_phone,
+    one_envelope,
+    responses,
+    several_envelopes,
+    walking_envelopes,
+)
+from benchmarks.figures.sizes import crest_against_distance, crest_shapes, radius_correlation
+from benchmarks.figures.variants import (
+    of_one_variant,
+    rates_by_band,
+    rates_by_holding,
+    rates_by_interference,
+    sweep_curves,
+)
 from benchmarks.results import RunData
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-FIGURES: dict[str, Callable[[RunData], Figure]] = {
+Builder = Callable[[RunData], Figure]
+
+_OF_ONE_VARIANT: dict[str, Builder] = {
+    "fig1": sensing_drawing,
+    "fig2": flow_drawing,
+    "fig3": responses,
+    "fig4": one_envelope,
+    "fig5": walking_envelopes,
+    "fig6": several_envelopes,
+    "fig7": bearing_drawing,
+    "fig8": body_at_obstacle,
+    "fig9": body_at_phone,
+    "fig10": crest_shapes,
+    "fig11": radius_correlation,
+    "fig12": crest_against_distance,
+    "fig13": collision_drawing,
+    **street_drawings(),
     "fig16": overall_rates,
     "fig17": rates_by_scene,
     "fig19": rates_by_category,
@@ -32,8 +78,54 @@ FIGURES: dict[str, Callable[[RunData], Figure]] = {
     "fig25": radius_errors,
     "fig25_all": radius_errors_of_all,
     "fig26": false_alert_rates,
+    "fig27": energy_figure,
+    "table1": energy_table,
+    "miss_distance": alert_rate_by_miss,
+    "alert_distance": alert_distances,
+    "losses": losses,
+    "roc": roc,
+    "det": det,
+    "error_budget": range_budget,
+    "calibration": calibration,
+    "extremes": simulator_extremes,
+    "extremes_snr": detector_extremes,
 }
+_OF_A_SWEEP: dict[str, Builder] = {
+    "fig18": rates_by_band,
+    "holding": rates_by_holding,
+    "sides": sides,
+    "interference": rates_by_interference,
+    "tornado": error_tornado,
+    "tornado_alerts": alert_tornado,
+    "pareto": fidelity_pareto,
+    "sweep": sweep_curves,
+    "claims": claims_table,
+}
+FIGURES: dict[str, Builder] = {name: of_one_variant(builder) for name, builder in _OF_ONE_VARIANT.items()} | _OF_A_SWEEP
 """Name to the function that computes what the figure shows."""
+
+_NAMED_ONLY = {
+    "fig18", "fig27", "table1", "holding", "sides", "interference", "tornado", "tornado_alerts", "roc", "det",
+}  # fmt: skip
+"""Drawn for suites that name them: other runs have data for them, but not of the kind that they are about."""
+_DRAWINGS = ("fig1", "fig2", "fig7", "fig13", *street_drawings())
+_OF_SIGNALS = {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9", "fig10", "fig12", *_DRAWINGS}
+_NEEDED_KIND = dict.fromkeys(_OF_SIGNALS, "signal") | dict.fromkeys(("extremes", "extremes_snr"), "numerics")
+
+
+def shown_figures(run: RunData) -> list[str]:
+    """Names of the figures that a run shows: those its suite names, else all that do not need naming.
+
+    Raises:
+        ValueError: the suite names a figure that there is not.
+    """
+    named = run.manifest.get("figures") or []
+    if named:
+        return _known(named)
+    kinds = {record["cell"]["kind"] for record in run.cells}
+    swept = {"sweep"} if any(record["cell"].get("variant") for record in run.cells) else set()
+    without = _NAMED_ONLY | {name for name, kind in _NEEDED_KIND.items() if kind not in kinds} | ({"sweep"} - swept)
+    return [name for name in FIGURES if name not in without]
 
 
 def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]:
@@ -41,7 +133,7 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
 
     Args:
         run: where it lies and what it holds.
-        names: of `FIGURES`; None draws all.
+        names: of `FIGURES`, drawn also where they are empty; None draws those shown that have data.
 
     Returns:
         The files written.
@@ -51,14 +143,11 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
     """
     from benchmarks.figures.style import write_figure
 
-    chosen = list(FIGURES) if names is None else list(names)
-    unknown = [name for name in chosen if name not in FIGURES]
-    if unknown:
-        raise ValueError(f"figures must be among {list(FIGURES)}, got {unknown}")
     written = []
-    for name in chosen:
+    for name in shown_figures(run) if names is None else _known(names):
         figure = FIGURES[name](run)
-        written += write_figure(run.folder / "figures", figure, picture(figure))
+        if names is not None or not figure.empty:
+            written += write_figure(run.folder / "figures", figure, picture(figure))
     return written
 
 
@@ -67,7 +156,22 @@ def picture(figure: Figure) -> Canvas:
     # matplotlib stays unimported until something is drawn, so that listing the names is quick
     from benchmarks.figures.bars import draw_bars
     from benchmarks.figures.curves import draw_curves
+    from benchmarks.figures.drawing import draw_drawing, draw_table
+    from benchmarks.figures.lines import draw_plots
     from benchmarks.figures.style import house_style
 
     with house_style():
-        return draw_bars(figure) if isinstance(figure, BarFigure) else draw_curves(figure)
+        if isinstance(figure, BarFigure):
+            return draw_bars(figure)
+        if isinstance(figure, CurveFigure):
+            return draw_curves(figure)
+        if isinstance(figure, PlotFigure):
+            return draw_plots(figure)
+        return draw_drawing(figure) if isinstance(figure, DrawingFigure) else draw_table(figure)
+
+
+def _known(names: Sequence[str]) -> list[str]:
+    unknown = [name for name in names if name not in FIGURES]
+    if unknown:
+        raise ValueError(f"figures must be among {list(FIGURES)}, got {unknown}")
+    return list(names)

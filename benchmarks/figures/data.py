@@ -177,9 +177,6 @@ class CurveFigure:
             yield {"curve": f"paper: {mark.label} {mark.paper.short}", "n": "", "total": "", **shown}
 
 
-Figure = BarFigure | CurveFigure
-
-
 def distribution_steps(errors: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(K,) values and shares of the empirical distribution of the finite errors, at most `MOST_POINTS` of its steps.
 

@@ -18,6 +18,7 @@ from benchmarks.figures.data import MOST_POINTS, BarFigure, distribution_steps
 from benchmarks.figures.measured import against_paper, significant
 from benchmarks.paper_values import PaperValue
 from benchmarks.statistics import wilson
+from benchmarks.suite import list_suites, load_suite
 
 from .synthetic_run import DETECTORS, made_up_run, standing, walk
 
@@ -118,9 +119,35 @@ def test_detectors_besides_the_paper_s_get_their_own_panels(tmp_path):
 
 @pytest.mark.parametrize("cells", [[], [walk()]], ids=["nothing", "one walk"])
 def test_all_figures_can_be_drawn_of_little(tmp_path, cells):
-    paths = draw_figures(made_up_run(tmp_path, cells))
-    assert len(paths) == 3 * len(FIGURES)
-    assert all(path.stat().st_size > 0 for path in paths)
+    run = made_up_run(tmp_path, cells)
+    for name, builder in FIGURES.items():
+        figure = builder(run)
+        assert figure.name == name
+        assert figure.title
+        assert figure.reading
+        list(figure.rows())
+    some = ["fig2", "fig5", "fig16", "fig21", "table1", "tornado", "roc"]  # one of every kind
+    paths = draw_figures(run, some)
+    assert len(paths) == 3 * len(some)
+    assert all(path.stat().st_size > 0 for path in paths if path.suffix != ".csv")
+
+
+def test_without_names_only_figures_with_data_are_drawn(tmp_path):
+    drawn = {path.stem for path in draw_figures(made_up_run(tmp_path, [standing(3.0)]))}
+    assert "fig22" in drawn
+    assert not drawn & {"fig16", "fig21", "fig27", "extremes", "roc"}
+
+
+def test_a_suite_names_its_figures(tmp_path):
+    paths = draw_figures(made_up_run(tmp_path, figures=["roc", "fig27"]))
+    assert {path.stem for path in paths} == {"roc"}  # no costs of energy, so no fig27
+    with pytest.raises(ValueError, match="figures must be among"):
+        draw_figures(made_up_run(tmp_path, figures=["fig99"]))
+
+
+@pytest.mark.parametrize("suite", list_suites())
+def test_shipped_suites_name_figures_that_there_are(suite):
+    assert set(load_suite(suite).figures) <= set(FIGURES)
 
 
 def test_a_run_without_walks_has_empty_rate_figures(tmp_path):

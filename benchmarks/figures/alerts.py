@@ -1,0 +1,207 @@
+"""When alerts come, and to whom: against miss distance, before contact, and as the margin grows (ROC and DET)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from benchmarks.cells.detectors import parse_detector
+from benchmarks.figures.measured import detectors_of, quantile_over_walks
+from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
+from benchmarks.results import RunData
+from benchmarks.scores import Table, approach_table, rate, true_negative_rate, true_positive_rate
+
+MISS_BINS_M = (0.0, 1e-6, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5)
+"""Distances in plan between obstacle and line of walk; the first bin holds those whose line meets the obstacle."""
+SWEPT = (
+    "Points of one colour differ in one constant alone (for PaperDetector the walker's half width in Eq. 4, 0 to 4 m)."
+)
+DEVIATE_NOTE = "Dashed: chance. Rates of 0 and 1 are drawn half a walk inside."
+
+
+def plain_detectors(run: RunData) -> list[str]:
+    """Detectors without constants in brackets, unless there are no others."""
+    names = detectors_of(run)
+    return [name for name in names if "(" not in name] or names
+
+
+def alert_rate_by_miss(run: RunData) -> PlotFigure:
+    """The share of walks with any alert against how far the walk's line passes the obstacle."""
+    lines: list[Line] = []
+    said = []
+    for detector in plain_detectors(run):
+        table = approach_table(run, detector)
+        line = _miss_line(table, detector, 0.015 * (len(lines) - 1))
+        lines.append(line)
+        if np.isfinite(line.y).any():
+            far = rate(table["alert"][table["miss_distance_m"] > 0.5])
+            said.append(
+                f"{detector} alerts on {100 * far.value:.0f} % of the walks that miss by more than half a metre."
+            )
+    panel = Panel(
+        "",
+        "miss distance of the walk's line, m",
+        "walks with an alert, %",
+        tuple(lines),
+        (Guide("x", 0.25, "half a walker"),),
+        x_range=(-0.1, 2.1),
+        y_range=(0.0, 103.0),
+        width_in=5.6,
+    )
+    return PlotFigure(
+        "miss_distance",
+        "Alerts against miss distance",
+        (panel,),
+        " ".join(said) or "No data.",
+        "Whiskers: 95 % Wilson intervals. At 0 the line meets the obstacle. An ideal detector falls from 100 to 0 % at "
+        "half the walker's width.",
+    )
+
+
+def alert_distances(run: RunData) -> PlotFigure:
+    """How far, and how long, before contact the first alert of a collision comes."""
+    panels = []
+    said = []
+    for column, title, unit, end in (
+        ("alert_distance_m", "way from alert to contact, m", "m", 5.0),
+        ("alert_lead_s", "time from alert to contact, s", "s", 5.0),
+    ):
+        lines = []
+        for detector in plain_detectors(run):
+            table = approach_table(run, detector)
+            hits = table["collides"]
+            values = table[column][hits]
+            at_least = np.linspace(0.0, end, 101)
+            share = np.array(
+                [np.mean(np.nan_to_num(values, nan=-1.0) >= t) if len(values) else np.nan for t in at_least]
+            )
+            lines.append(Line(detector, detector, at_least, 100.0 * share))
+            middle, low, high, count = quantile_over_walks(values, 0.5, table["label"][hits])
+            if count:
+                fifth = float(np.nanquantile(values, 0.05, method="inverted_cdf"))
+                ends = f" ({low:.1f}–{high:.1f})" if np.isfinite(low) else ""
+                said.append(
+                    f"{detector}: median {middle:.1f} {unit}{ends}, 5th percentile {fifth:.1f} {unit} of "
+                    f"{count} alerts on {int(hits.sum())} collisions."
+                )
+        guides = (Guide("x", 1.0, "in time"), Guide("x", 3.0, "the paper's 3 m")) if unit == "m" else ()
+        panels.append(
+            Panel(
+                "",
+                f"at least this {title}",
+                "collisions alerted, %",
+                tuple(lines),
+                guides,
+                x_range=(0.0, end),
+                y_range=(0.0, 103.0),
+            )
+        )
+    return PlotFigure(
+        "alert_distance",
+        "How early alerts come",
+        tuple(panels),
+        " ".join(said) or "No data.",
+        "At 0: all collisions alerted before contact. The rule of every other figure: 1 m of way.",
+    )
+
+
+def roc(run: RunData) -> PlotFigure:
+    """True alerts against false ones for every detector, those that differ in constants alone joined by a line."""
+    return _operating_points(run, "roc", "ROC · Alerts in time against false alerts", False)
+
+
+def det(run: RunData) -> PlotFigure:
+    """Misses against false alerts on normal deviates, where chance is a straight line (Martin et al. 1997)."""
+    return _operating_points(run, "det", "DET · Missed collisions against false alerts", True)
+
+
+def _miss_line(table: Table, detector: str, shift_m: float) -> Line:
+    """Rates by bins of miss distance, set a little aside so that whiskers stay apart."""
+    x, y, low, high = [], [], [], []
+    for least, most in pairwise(MISS_BINS_M):
+        inside = (table["miss_distance_m"] >= least) & (table["miss_distance_m"] < most)
+        found = rate(table["alert"][inside])
+        if found.n:
+            x.append(float(table["miss_distance_m"][inside].mean()) + shift_m)
+            y.append(100.0 * found.value)
+            low.append(100.0 * found.low)
+            high.append(100.0 * found.high)
+    ends = np.array(low), np.array(high)
+    return Line(detector, detector, np.array(x), np.array(y), "points", *ends)
+
+
+def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> PlotFigure:
+    families: dict[str, list[tuple[str, float, float, int, int]]] = {}
+    for detector in detectors_of(run):
+        table = approach_table(run, detector)
+        tp, tn = true_positive_rate(table), true_negative_rate(table)
+        if tp.n and tn.n:
+            point = (detector, 1.0 - tn.value, tp.value, tn.n, tp.n)
+            families.setdefault(parse_detector(detector).cls, []).append(point)
+    lines: list[Line] = []
+    for family, points in families.items():
+        points.sort(key=lambda point: (point[1], point[2]))
+        false, true = (np.array([point[k] for point in points]) for k in (1, 2))
+        if deviates:
+            false = _deviate(false, np.array([point[3] for point in points]))
+            true = _deviate(1.0 - true, np.array([point[4] for point in points]))
+        else:
+            false, true = 100.0 * false, 100.0 * true
+        lines.append(Line(family, family, false, true, "points"))
+        if len(points) > 1:
+            lines.append(Line("", family, false, true))
+    panel = _deviate_panel(lines) if deviates else _roc_panel(lines)
+    best = max((p for points in families.values() for p in points), key=lambda p: p[2] - p[1], default=None)
+    reading = (
+        "No data."
+        if best is None
+        else (
+            f"The largest difference of true and false alerts is {best[0]}'s: {100 * best[2]:.1f} % in time, "
+            f"{100 * best[1]:.1f} % false."
+        )
+    )
+    return PlotFigure(
+        name,
+        title,
+        (panel,),
+        reading,
+        f"{SWEPT} {DEVIATE_NOTE if deviates else 'Dashed: alerts that know nothing.'}",
+        height_in=3.6,
+    )
+
+
+def _roc_panel(lines: list[Line]) -> Panel:
+    chance = Line("", "muted", np.array([0.0, 100.0]), np.array([0.0, 100.0]), "dashed")
+    return Panel(
+        "",
+        "false alerts, % of walks without a collision",
+        "alerts in time, % of collisions",
+        (*lines, chance) if lines else (),
+        x_range=(-2.0, 102.0),
+        y_range=(-2.0, 102.0),
+        width_in=5.6,
+    )
+
+
+def _deviate_panel(lines: list[Line]) -> Panel:
+    shares = (1, 2, 5, 10, 20, 30, 50, 70, 80, 90, 95, 98)
+    places = tuple((float(stats.norm.ppf(0.01 * share)), f"{share}") for share in shares)
+    chance = Line("", "muted", np.array([-2.2, 2.2]), np.array([2.2, -2.2]), "dashed")
+    return Panel(
+        "",
+        "false alerts, % of walks without a collision",
+        "collisions missed, %",
+        (*lines, chance) if lines else (),
+        x_range=(-2.5, 2.2),
+        y_range=(-2.5, 2.2),
+        places=places,
+        width_in=5.6,
+    )
+
+
+def _deviate(share: NDArray[np.float64], count: NDArray[np.int_]) -> NDArray[np.float64]:
+    inside = np.clip(share, 0.5 / count, 1.0 - 0.5 / count)
+    return np.asarray(stats.norm.ppf(inside), dtype=np.float64)
