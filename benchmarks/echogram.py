@@ -1,55 +1,111 @@
-"""An echogram: echo level over time and range, with a detector's candidates and alerts on it."""
+"""An echogram: echo level over time and range, with a detector's candidates, their track and its alerts on it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from obstaclewatch import BeepDesign, Detection, MatchedFilter, PhoneGeometry, Recording
+from obstaclewatch.feed import SampleFeed
 
 DYNAMIC_DB = 60.0
 SPEED_M_S = 343.0
-REACH_M = 7.0
+MOST_COLUMNS = 2000
+
+
+@dataclass
+class Columns:
+    """The detections that a picture shows: all of a short recording, every so many of a long one.
+
+    Attributes:
+        kept: in the order of time, at most `MOST_COLUMNS`.
+        stride: every how many beeps one is kept.
+        alerts_s: times of all alerts.
+    """
+
+    kept: list[Detection] = field(default_factory=list)
+    stride: int = 1
+    alerts_s: list[float] = field(default_factory=list)
+
+    def add(self, detection: Detection) -> None:
+        """Take the next detection in."""
+        if detection.decision.alert:
+            self.alerts_s.append(detection.time_s)
+        if detection.index % self.stride == 0:
+            self.kept.append(detection)
+        if len(self.kept) > MOST_COLUMNS:
+            self.stride *= 2
+            self.kept = [one for one in self.kept if one.index % self.stride == 0]
 
 
 def draw_echogram(
-    recording: Recording, beep: BeepDesign, phone: PhoneGeometry, found: Sequence[Detection], path: Path
+    pieces: Iterable[Recording], beep: BeepDesign, phone: PhoneGeometry, columns: Columns, path: Path
 ) -> None:
-    """Draw microphone 0's envelope, beep after beep, as PNG."""
-    levels, range_m = _levels(recording, beep, found)
-    time = np.array([detection.time_s for detection in found])
+    """Draw microphone 0's envelope, beep after beep, as PNG.
+
+    Args:
+        pieces: the recording once more, in any pieces; it is never held whole.
+        beep: the emitted signal.
+        phone: speaker and microphones.
+        columns: what was detected.
+        path: where to.
+
+    Raises:
+        ValueError: nothing was detected, not even a beep.
+    """
+    if not columns.kept:
+        raise ValueError("an echogram needs at least one whole beep, got none")
+    levels, range_m = _levels(pieces, beep, columns)
+    time = np.array([detection.time_s for detection in columns.kept])
+    width_s = columns.stride * beep.period_s
     figure = Figure(figsize=(10, 5.5), layout="constrained")
     axes = figure.subplots()
-    edges = np.append(time, time[-1] + beep.period_s)
+    edges = np.append(time, time[-1] + width_s)
     image = axes.pcolormesh(edges, range_m, levels, cmap="magma", vmin=-DYNAMIC_DB, vmax=0.0, rasterized=True)
     figure.colorbar(image, ax=axes, label="envelope, dB re direct sound")
-    for detection in found:
-        hit = np.asarray(detection.collides, dtype=bool)
-        for mask, color in ((~hit, "#7fd3ff"), (hit, "#ff4d4d")):
-            axes.plot(np.full(mask.sum(), detection.time_s), detection.range_m[mask], ".", color=color, markersize=5)
-        if detection.decision.alert:
-            axes.axvspan(detection.time_s, detection.time_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
-    axes.set(xlabel="time, s", ylabel="range, m", title=f"{phone.name}: candidates blue, on course red, alerts shaded")
+    _mark_candidates(axes, columns)
+    for alert_s in columns.alerts_s:
+        axes.axvspan(alert_s, alert_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
+    axes.set(xlabel="time, s", ylabel="range, m", ylim=(0.0, range_m[-1]))
+    axes.set_title(f"{phone.name}: candidates blue, on course red, what is warned of white, alerts shaded", fontsize=11)
     figure.savefig(path, dpi=120, metadata={"Software": None})
 
 
-def _levels(recording: Recording, beep: BeepDesign, found: Sequence[Detection]) -> tuple[np.ndarray, np.ndarray]:
+def _mark_candidates(axes: Axes, columns: Columns) -> None:
+    """Dots for candidates, and a line along the ranges that the decisions name."""
+    for on_course, color in ((False, "#7fd3ff"), (True, "#ff4d4d")):
+        points = [
+            (detection.time_s, range_m)
+            for detection in columns.kept
+            for range_m, hit in zip(detection.range_m, detection.collides, strict=True)
+            if bool(hit) is on_course
+        ]
+        axes.plot(*np.array(points).reshape(-1, 2).T, ".", color=color, markersize=5)
+    track = [(detection.time_s, detection.decision.range_m) for detection in columns.kept]
+    axes.plot(*np.array(track).T, "-", color="white", linewidth=1.0)
+
+
+def _levels(pieces: Iterable[Recording], beep: BeepDesign, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
     """(ranges, beeps) level over the beep's direct peak, and the range edges."""
-    filter_ = MatchedFilter(beep, 2.0 * REACH_M / SPEED_M_S)
-    columns: list[np.ndarray] = []
-    delay = np.zeros(0)
-    for detection in found:
-        begin = max(round(detection.time_s * recording.sample_rate_hz), 0)
-        block = recording.samples[:, begin : begin + beep.period_samples]
-        block = np.pad(block, ((0, 0), (0, beep.period_samples - block.shape[1])))
-        profile = filter_.compress(block)
-        delay = profile.delay_s
-        columns.append(np.abs(profile.envelope[0]))
-    magnitude = np.stack(columns, axis=1)
-    level = 20.0 * np.log10(np.maximum(magnitude, 1e-12) / magnitude.max(axis=0, keepdims=True))
-    step = 0.5 * SPEED_M_S * (delay[1] - delay[0])
-    kept = 0.5 * SPEED_M_S * delay <= REACH_M
-    return level[kept], np.append(0.5 * SPEED_M_S * delay[kept], 0.5 * SPEED_M_S * delay[kept][-1] + step)
+    reach_s = min(2.0 * 7.0 / SPEED_M_S, beep.period_s - 3e-3)
+    compressor = MatchedFilter(beep, reach_s)
+    feed = SampleFeed(pieces, beep.sample_rate_hz)
+    heights = []
+    delay_s = np.zeros(0)
+    for detection in columns.kept:
+        begin = max(round(detection.time_s * beep.sample_rate_hz), 0)
+        feed.forget(begin)
+        block = feed.take(begin, begin + beep.period_samples)
+        profile = compressor.compress(np.pad(block, ((0, 0), (0, beep.period_samples - block.shape[1]))))
+        delay_s = profile.delay_s
+        heights.append(profile.magnitude[0])
+    magnitude = np.stack(heights, axis=1)
+    level = 20.0 * np.log10(np.maximum(magnitude, 1e-12) / np.maximum(magnitude.max(axis=0, keepdims=True), 1e-12))
+    step = 0.5 * SPEED_M_S * (delay_s[1] - delay_s[0])
+    range_m = 0.5 * SPEED_M_S * delay_s
+    return level, np.append(range_m, range_m[-1] + step)

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.echoes import refine_peaks
+from obstaclewatch.feed import SampleFeed
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.recording import Recording
 
 LEAST_LIKENESS = 0.5
 """Share of the band's energy that a beep must explain while it sounds. White noise reached 0.04 in 200 trials; rendered
@@ -48,14 +50,29 @@ class BeepFinder:
         Raises:
             NoBeepError: there is none.
         """
-        for begin in range(start, samples.shape[1], self._period):
-            delay_s = self._direct_peak(samples[:1, begin : begin + 2 * self._period])
+        feed = SampleFeed([Recording(samples, self._rate)], self._rate)
+        feed.forget(start)
+        return self.next_emission(feed, start)
+
+    def next_emission(self, feed: SampleFeed, start: int) -> int:
+        """The same in a recording that arrives in pieces; one period before the emission is still held afterwards.
+
+        Raises:
+            NoBeepError: there is none.
+        """
+        begin = start
+        while True:
+            piece = feed.take(begin, begin + 2 * self._period)
+            if piece.shape[1] == 0:
+                raise NoBeepError(
+                    f"no beep found at microphone 0 from sample {start} to {begin}: "
+                    f"no stretch of the band is explained to {LEAST_LIKENESS:.0%} by the given beep"
+                )
+            delay_s = self._direct_peak(piece[:1])
             if delay_s is not None:
                 return max(begin + round((delay_s - self._direct_delay_s) * self._rate), 0)
-        raise NoBeepError(
-            f"no beep found at microphone 0 from sample {start} to {samples.shape[1]}: "
-            f"no stretch of the band is explained to {LEAST_LIKENESS:.0%} by the given beep"
-        )
+            begin += self._period
+            feed.forget(begin - self._period)
 
     def _direct_peak(self, piece: NDArray[np.floating]) -> float | None:
         """Delay of the strongest beep that starts within the piece's first period, s; None if it has none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.collision import CollisionVote, Decision, decide, on_course, on_course_printed
 from obstaclewatch.detection import Detection, Flag
+from obstaclewatch.feed import SampleFeed
 from obstaclewatch.measurement import Measurement
 from obstaclewatch.pipeline import EchoPipeline
 from obstaclewatch.recording import PhoneGeometry, Recording
@@ -87,28 +88,35 @@ class EchoDetector(ABC):
             ValueError: the recording's rate is not the beep's.
             NoBeepError: the recording holds no beep.
         """
-        if recording.sample_rate_hz != self.beep.sample_rate_hz:
-            raise ValueError(
-                f"the recording's sample rate must be the beep's, {self.beep.sample_rate_hz} Hz, "
-                f"got {recording.sample_rate_hz} Hz"
-            )
+        return self.stream_pieces([recording])
+
+    def stream_pieces(self, pieces: Iterable[Recording]) -> Iterator[Detection]:
+        """The same, bit for bit, of a recording that arrives in pieces of any length, in constant memory.
+
+        The pieces up to the first beep are read at once, so that what is wrong with them is said at once.
+
+        Raises:
+            ValueError, NoBeepError: as `stream`; a piece of another rate only when its turn comes.
+        """
         self.reset()
+        feed = SampleFeed(pieces, self.beep.sample_rate_hz)
         finder = BeepFinder(self.beep, self._pipeline.direct_delay_s)
-        return self._stream(recording, finder, finder.first_emission(recording.samples))
+        return self._stream(feed, finder, finder.next_emission(feed, 0))
 
     def run(self, recording: Recording) -> list[Decision]:
         """Decisions of a whole recording, one per beep; the same, bit for bit, as those of `stream`."""
         return [detection.decision for detection in self.stream(recording)]
 
-    def _stream(self, recording: Recording, finder: BeepFinder, begin: int) -> Iterator[Detection]:
-        samples, period = recording.samples, self.beep.period_samples
-        while begin + period <= samples.shape[1]:
-            detection = self.process(samples[:, begin : begin + period], begin / recording.sample_rate_hz)
+    def _stream(self, feed: SampleFeed, finder: BeepFinder, begin: int) -> Iterator[Detection]:
+        period = self.beep.period_samples
+        while (block := feed.take(begin, begin + period)).shape[1] == period:
+            detection = self.process(block, begin / self.beep.sample_rate_hz)
             yield detection
             begin += period
+            feed.forget(begin - period)
             if Flag.NO_BEEP in detection.beep_flags:
                 try:
-                    begin = max(finder.first_emission(samples, begin - period // 2), begin - period // 2)
+                    begin = max(finder.next_emission(feed, begin - period // 2), begin - period // 2)
                 except NoBeepError:
                     return
 

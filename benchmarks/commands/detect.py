@@ -1,9 +1,11 @@
-"""`obstaclewatch detect`: a detector on a recording."""
+"""`obstaclewatch detect`: a detector on a recording, or on what this machine hears."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,40 +13,109 @@ import click
 import numpy as np
 
 import obstaclewatch
-from obstaclewatch import BeepDesign, Detection, read_recording
+from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, inspect_recording
+from obstaclewatch.audio import read_blocks
+from obstaclewatch.live import live_pieces
 from simulator import Phone
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
+PIECE_SAMPLES = 1 << 20
+"""Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
+LIVE_RATE_HZ = 48_000.0
+LIVE_LOOK_S = 1.0
 
 
 @click.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("recording", type=click.Path(path_type=Path), required=False)
+@click.option("--live", type=float, metavar="SECONDS", help="play beeps and listen here instead (extra `live`)")
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `obstaclewatch ls phones`")
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="lift of the phone's top edge, degrees, if known")
 @click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
-@click.option("--json", "as_json", is_flag=True, help="one JSON object a beep")
-@click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with the candidates, PNG")
+@click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted")
+@click.option("--gap-ms", default=40.0, show_default=True, help="silence between two beeps")
+@click.option("--reach", default=7.0, show_default=True, help="greatest range listened to, m")
+@click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
+@click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with track and alerts, PNG")
 def detect(
-    recording: Path, phone: str, detector: str, pitch: float | None, band: str, as_json: bool, plot: Path | None
-) -> None:
-    """Run a detector on RECORDING, a stereo WAV or FLAC file at the beep's rate."""
-    geometry = Phone.named(phone).geometry
-    heard = read_recording(recording)
-    low, high = _band(band)
-    beep = BeepDesign(low, high)
-    pitch_rad = None if pitch is None else math.radians(pitch)
-    found = list(getattr(obstaclewatch, detector)(beep, geometry, pitch_rad=pitch_rad).stream(heard))
-    if plot is not None:
-        from benchmarks.echogram import draw_echogram
+    recording: Path | None, live: float | None, phone: str, detector: str, pitch: float | None, band: str,
+    beep_ms: float, gap_ms: float, reach: float, swap: bool, as_json: bool, plot: Path | None,
+) -> None:  # fmt: skip
+    """Run a detector on RECORDING, a stereo WAV or FLAC file of any rate and length that holds the beep.
 
-        draw_echogram(heard, beep, geometry, found, plot)
+    The file is inspected first: what no detector can use ends here, with the reason.
+    """
+    if (recording is None) == (live is None):
+        raise click.UsageError("either RECORDING or --live SECONDS must be given")
+    if live is not None and plot is not None:
+        raise click.UsageError("--plot needs a RECORDING: what is heard live is not kept")
+    geometry = Phone.named(phone).geometry
+    shape = (*_band(band), 1e-3 * beep_ms, 1e-3 * gap_ms)
+    if recording is not None:
+        pieces = _from_file(recording, swap)
+        first = next(pieces)
+    else:
+        pieces = live_pieces(BeepDesign(*shape, LIVE_RATE_HZ), float(live or 0.0))
+        first = _joined(pieces, LIVE_LOOK_S)
+    beep = BeepDesign(*shape, first.sample_rate_hz)
+    _inspect(first, beep, geometry, to_stderr=as_json)
+    settings = obstaclewatch.PaperSettings(far_m=reach)
+    pitch_rad = None if pitch is None else math.radians(pitch)
+    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, pitch_rad=pitch_rad)
+    found = listener.stream_pieces(chain([first], pieces))
+    if plot is None:
+        _tell(found, as_json)
+        return
+    from benchmarks.echogram import Columns, draw_echogram
+
+    columns = Columns()
+    _tell(_noting(found, columns), as_json)
+    draw_echogram(_from_file(Path(str(recording)), swap), beep, geometry, columns, plot)
+
+
+def _from_file(path: Path, swap: bool) -> Iterator[Recording]:
+    for piece in read_blocks(path, PIECE_SAMPLES):
+        yield Recording(piece.samples[::-1], piece.sample_rate_hz) if swap else piece
+
+
+def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:
+    """The first pieces of together that duration, as one."""
+    taken = [next(pieces)]
+    while sum(piece.duration_s for piece in taken) < duration_s and (piece := next(pieces, None)) is not None:
+        taken.append(piece)
+    return Recording(np.concatenate([piece.samples for piece in taken], axis=1), taken[0].sample_rate_hz)
+
+
+def _inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stderr: bool) -> None:
+    """Say what the recording is worth; what no detector can use becomes an error."""
+    health = inspect_recording(first, beep, geometry)
+    if not health.usable:
+        raise ValueError("; ".join(str(finding) for finding in health.findings))
+    if to_stderr:
+        for finding in health.findings:
+            click.echo(str(finding), err=True)
+        return
+    for line in health.lines():
+        click.echo(line)
+
+
+def _noting(found: Iterable[Detection], columns: Any) -> Iterator[Detection]:
+    for detection in found:
+        columns.add(detection)
+        yield detection
+
+
+def _tell(found: Iterable[Detection], as_json: bool) -> None:
+    """Print every detection as it comes, and a summary."""
+    count, first = 0, None
     for detection in found:
         click.echo(json.dumps(_entry(detection)) if as_json else _line(detection))
-    alerts = [d.decision for d in found if d.decision.alert]
+        count += 1
+        first = first or (detection.decision if detection.decision.alert else None)
     if not as_json:
-        first = f"first alert at {alerts[0].time_s:.2f} s, {alerts[0].range_m:.2f} m" if alerts else "no alert"
-        click.echo(f"{len(found)} beeps, {first}")
+        told = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
+        click.echo(f"{count} beeps, {told}")
 
 
 def _band(text: str) -> tuple[float, float]:
@@ -62,6 +133,7 @@ def _entry(detection: Detection) -> dict[str, Any]:
         "index": detection.index, "time_s": detection.time_s, **columns,
         "snr_db": _numbers(detection.snr_db), "collides": np.asarray(detection.collides).tolist(),
         "alert": bool(decision.alert), "alert_range_m": _numbers([decision.range_m])[0], "votes": int(decision.votes),
+        "flags": [flag.name for flag in obstaclewatch.Flag if flag and flag in detection.beep_flags],
     }  # fmt: skip
 
 
@@ -77,7 +149,8 @@ def _line(detection: Detection) -> str:
         )
     )
     alert = "  ALERT" if detection.decision.alert else ""
-    return f"{detection.time_s:7.2f} s  {candidates}{alert}"
+    lost = "no beep here" if obstaclewatch.Flag.NO_BEEP in detection.beep_flags else ""
+    return f"{detection.time_s:7.2f} s  {candidates}{lost}{alert}"
 
 
 def _angle(bearing_rad: float) -> str:
