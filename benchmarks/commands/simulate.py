@@ -7,20 +7,26 @@ from pathlib import Path
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from obstaclewatch import BeepDesign, write_recording
-from scenes import GaitWalk, load_scene, make_approach, walker_body
-from simulator import Fidelity, Phone, Scene, Walk, render_walk
+from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
+from scenes.encounter import has_walk
+from simulator import Fidelity, Phone, render_walk
 from simulator.paths import Paths
 from simulator.render import trace_walk
 
 SUFFIXES = (".wav", ".flac")
+STRAIGHT = ("start", "heading", "speed", "duration", "pitch")
+"""Options of a straight walk."""
 
 
 @click.command()
 @click.argument("scene")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="a .wav or .flac file")
-@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `obstaclewatch ls phones`")
+@click.option(
+    "--phone", default="galaxy-s5", show_default=True, help="a name of `obstaclewatch ls phones`, instead of a file's"
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="of scene, walk and noise")
 @click.option("--category", help="an approach to a wall, dustbin, car, sign or pedestrian of a named scene")
 @click.option("--index", default=0, show_default=True, help="which approach of the category")
@@ -35,25 +41,50 @@ def simulate(
     scene: str, output: Path, phone: str, seed: int, category: str | None, index: int, collision: bool,
     start: str, heading: float, speed: float, duration: float, pitch: float, paths: Path | None,
 ) -> None:  # fmt: skip
-    """Render what the phone records in SCENE (a name or a YAML file), on a straight walk or an approach."""
+    """Render what the phone records in SCENE (a name or a YAML file).
+
+    On the walk and with the phone of the file if it has a walk, else on a straight walk, or on an approach.
+    """
     if output.suffix.lower() not in SUFFIXES:
         raise ValueError(f"output must end in .wav or .flac, got '{output}'")
     for path in (output, paths):
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"the folder of '{path}' must exist")
     beep, fidelity = BeepDesign(), Fidelity()
-    if category is None:
-        walk: Walk = GaitWalk(_point(start), np.deg2rad(heading), speed, duration, np.deg2rad(pitch))
-        world: Scene = load_scene(scene, seed)
-        held = Phone.named(phone).held_by(walker_body(phone_height_m=float(_point(start)[2])))
-    else:
+    if category is not None:
         approach = make_approach(scene, category, index, phone, seed, collision)
-        walk, world, held = approach.walk, approach.scene, approach.phone
-    recording = render_walk(world, held, walk, beep, fidelity, seed)
+        met = Encounter(approach.scene, approach.walk, approach.phone, (approach.target,))
+    elif has_walk(scene):
+        met = _of_file(scene, seed, phone)
+    else:
+        walk = GaitWalk(_point(start), np.deg2rad(heading), speed, duration, np.deg2rad(pitch))
+        held = Phone.named(phone).held_by(walker_body(phone_height_m=float(_point(start)[2])))
+        met = Encounter(load_scene(scene, seed), walk, held, ())
+    recording = render_walk(met.scene, met.phone, met.walk, beep, fidelity, seed)
     write_recording(recording, output)
     if paths is not None:
-        paths.write_text(_paths_json(trace_walk(world, held, walk, beep, fidelity)[0]), encoding="utf-8")
+        traced = trace_walk(met.scene, met.phone, met.walk, beep, fidelity)[0]
+        paths.write_text(_paths_json(traced), encoding="utf-8")
     click.echo(f"{output}: {recording.duration_s:.2f} s, 2 microphones, {recording.sample_rate_hz:.0f} Hz")
+
+
+def _of_file(scene: str, seed: int, phone: str) -> Encounter:
+    """The file's own walk, with its phone unless another is asked for.
+
+    Raises:
+        ValueError: options of a straight walk were given too.
+    """
+    given = _given()
+    clash = sorted(given & set(STRAIGHT))
+    if clash:
+        raise ValueError(f"'{scene}' has a walk of its own, so --{', --'.join(clash)} must not be given")
+    return load_encounter(scene, seed, phone if "phone" in given else None)
+
+
+def _given() -> set[str]:
+    """Names of the options that are on the command line."""
+    context = click.get_current_context()
+    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
 
 
 def _point(text: str) -> np.ndarray:

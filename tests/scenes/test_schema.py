@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from click.testing import CliRunner
 
+from benchmarks.cli import cli
 from scenes import load_encounter, load_scene
 from scenes.routes import RouteWalk
 from scenes.solids import box
@@ -198,3 +200,13 @@ def test_ones_own_phone(tmp_path: Path) -> None:
     np.testing.assert_array_equal(
         load_encounter(written(tmp_path, WALK + placed)).phone.geometry.mics_m, [[0.03, 0.07, 0], [-0.03, -0.07, 0]]
     )
+
+
+def test_simulate_takes_the_files_own_walk_and_refuses_another(tmp_path: Path) -> None:
+    path = written(tmp_path, WALK.replace("duration_s: 3", "duration_s: 0.3"))
+    sound = tmp_path / "walk.wav"
+    done = CliRunner().invoke(cli, ["simulate", str(path), "-o", str(sound)])
+    assert done.exit_code == 0, done.output
+    assert "0.27 s, 2 microphones" in done.output
+    clash = CliRunner().invoke(cli, ["simulate", str(path), "-o", str(sound), "--speed", "1", "--heading", "3"])
+    assert "has a walk of its own, so --heading, --speed must not be given" in str(clash.exception)

@@ -1,0 +1,31 @@
+"""Every command and every block of code of the tutorials runs, and yields what the text says."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+from .tutorial import run_tutorial
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def test_the_tutorial_on_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run_tutorial(DOCS / "tutorial_scene.md")
+    assert len([line for line in done if line.startswith("obstaclewatch")]) == 7
+    assert done.count("python") == 2
+    assert "collision: True" in capsys.readouterr().out
+    assert "<canvas" in Path("yard.html").read_text()
+    assert matplotlib.image.imread("yard.png").std() > 0.05
+    assert matplotlib.image.imread("echogram.png").std() > 0.05
+    assert any("statue" in path["obstacle"] for path in json.loads(Path("paths.json").read_text())["paths"])
+    run = Path("results/mine/latest").resolve()
+    assert (run / "report.html").stat().st_size > 20_000
+    rows = (run / "results.csv").read_text().splitlines()
+    assert len(rows) == 1 + 2 * 4
+    assert sum("my phone" in row for row in rows) == 4
+    assert {path.name for path in (run / "figures").glob("*.png")} >= {"fig16.png", "fig24.png"}
