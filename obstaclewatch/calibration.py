@@ -38,7 +38,7 @@ class Calibration:
     Attributes:
         emission_s: (K,) when each beep was emitted, s from the start of the recording; the way from speaker to
             microphone 0 through the air is assumed.
-        drift_s: (K,) how far each emission lies off the first one plus whole periods.
+        drift_s: (K, 2) how far each direct sound at each microphone lies off the first one plus whole periods.
         level: (K, 2) height of the direct peak at each microphone, relative to full scale.
         mic_delay_s: microphone 1's direct sound after microphone 0's, median.
         mic_gain_db: microphone 1's direct sound over microphone 0's, median; -inf if it is deaf.
@@ -85,7 +85,9 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
     if recording.sample_rate_hz != beep.sample_rate_hz:
         raise ValueError(f"the recording's rate must be {beep.sample_rate_hz} Hz, got {recording.sample_rate_hz} Hz")
     finder = BeepFinder(beep, float(phone.speaker_to_mic_m[0]) / NOMINAL_M_S)
-    compressor = MatchedFilter(beep, 3e-3)
+    compressor = MatchedFilter(
+        beep, beep.period_s
+    )  # all delays: where a direct sound is lost, the strongest is elsewhere
     rows, spectra = [], []
     begin = finder.first_emission(recording.samples)
     while begin + beep.period_samples <= recording.samples.shape[1]:
@@ -115,6 +117,7 @@ def _calibration(
     """From rows of (block start, two delays, two heights) and the direct sound's mean power spectrum."""
     emission = rows[:, 0] + rows[:, 1] - float(phone.speaker_to_mic_m[0]) / NOMINAL_M_S
     periods = np.round((emission - emission[0]) / beep.period_s)
+    direct = rows[:, :1] + rows[:, 1:3]
     level = rows[:, 3:5]
     gain = np.median(level[:, 1] / level[:, 0])
     delay = float(np.median(rows[:, 2] - rows[:, 1]))
@@ -123,7 +126,7 @@ def _calibration(
     frequency, response = _response(power, compressor, beep)
     return Calibration(
         emission_s=emission,
-        drift_s=emission - emission[0] - periods * beep.period_s,
+        drift_s=direct - direct[0] - periods[:, None] * beep.period_s,
         level=level,
         mic_delay_s=delay,
         mic_gain_db=float(20.0 * np.log10(gain)) if gain > 0.0 else -np.inf,

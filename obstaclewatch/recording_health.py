@@ -28,6 +28,11 @@ LIMITER_DB = 1.5
 LIMITER_DEVIATIONS = 6.0
 STEP_SAMPLES = 0.6
 """Jump of the direct sound from beep to beep that says samples are missing; clean recordings move by 0.01."""
+SETTLED_BEEPS = 3
+"""Beeps later the jump is whole: one that is damaged itself reads anything."""
+ALIKE_SAMPLES, ALIKE_SHARE = 0.3, 0.1
+"""How far the two microphones may differ in it: what is lost is lost to both, while an obstacle so near that its echo
+runs into the direct sound shifts each in its own way."""
 SWAPPED_S = 5e-6
 SWAPPED_DB = 2.0
 OTHER_RATE = 0.15
@@ -218,14 +223,17 @@ def _limited(recording: Recording, calibration: Calibration, beep: BeepDesign) -
 
 def _dropped(recording: Recording, calibration: Calibration) -> Finding | None:
     rate = recording.sample_rate_hz
-    steps = np.diff(calibration.drift_s) * rate
-    jumps = np.flatnonzero(np.abs(steps) > STEP_SAMPLES)
+    drift = calibration.drift_s * rate
+    if not recording.samples[1].any():
+        drift = drift[:, [0, 0]]
+    steps, others = (drift[np.minimum(np.arange(len(drift)) + SETTLED_BEEPS, len(drift) - 1)] - drift).T
+    alike = np.abs(steps - others) < np.maximum(ALIKE_SAMPLES, ALIKE_SHARE * np.abs(steps))
+    jumps = np.flatnonzero((np.abs(steps) > STEP_SAMPLES) & alike)
     if len(jumps):
         first = int(jumps[0])
         return Finding(
             Fault.DROPPED_SAMPLES,
-            f"the beat of the beeps jumps {len(jumps)} times, first at {calibration.emission_s[first + 1]:.2f} s by "
-            f"{steps[first]:+.0f} samples",
+            f"the beat of the beeps jumps by {steps[first]:+.0f} samples after {calibration.emission_s[first]:.2f} s",
         )
     begin, end = (round(edge * rate) for edge in calibration.emission_s[[0, -1]])
     runs = longest_zero_runs(recording.samples[:, max(begin, 0) : end])

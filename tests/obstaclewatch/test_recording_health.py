@@ -118,6 +118,15 @@ def test_start_level_and_noise_raise_no_alarm(start, gain, seed):
     assert (Fault.MID_BEEP_START in health.faults) == (start < 9_600) or not 600 < start < 6_000
 
 
+def test_touching_a_wall_is_not_a_gap():
+    """At 6 cm its echo runs into the direct sound and moves it by samples, as in the last beep of a rendered walk."""
+    points = [Point(0.5, gain=8.0)]
+    health = inspect_recording(Recording(record(points, beeps=5, speed_m_s=1.0, noise=0.01), RATE), BEEP, PHONE)
+    assert health.calibration is not None
+    assert np.abs(np.diff(health.calibration.drift_s, axis=0)).max() * RATE > 0.6
+    assert health.faults == set()
+
+
 OTHERS = {
     "lower band": BeepDesign(14_000.0, 19_000.0),
     "2 kHz lower": BeepDesign(16_000.0, 21_000.0),
