@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.obstacles import random_obstacle, walker_body
-from scenes.obstacles.person import random_person
+from scenes.obstacles.pedestrian import random_person
 from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
 from scenes.settings import SETTINGS, Setting, ground_of, neighbours
 from scenes.swept import Body
@@ -55,6 +55,7 @@ class Approach:
         target: name of the target in the scene.
         walk: of the phone; it ends 10 ms after contact, or past the target, after a whole number of beeps.
         phone: held by the walker's body.
+        stretch: part of the route that it happens on.
     """
 
     index: int
@@ -67,6 +68,7 @@ class Approach:
     target: str
     walk: GaitWalk
     phone: Phone
+    stretch: str
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,14 @@ def make_approach(
     stature = rng.uniform(1.60, 1.88)
     height, distance = max(1.25, 0.745 * stature), rng.uniform(0.30, 0.40)
     walk, target = _encounter(rng, setting, category, collision, height, beep_period_s)
-    around = neighbours(rng, setting, target, walk)
-    scene = Scene((ground_of(setting), target, *around), name=scene_name)
+    stretch = setting.stretches[rng.integers(len(setting.stretches))]
+    around = neighbours(rng, stretch, target, walk)
+    scene = Scene((ground_of(stretch.ground), target, *around), name=scene_name)
     body = walker_body(distance, height, stature)
     return Approach(
-        index, scene_name, category, phone_name, collision, seed, scene, target.name, walk, phone.held_by(body)
-    )
+        index, scene_name, category, phone_name, collision, seed, scene, target.name, walk, phone.held_by(body),
+        stretch.name,
+    )  # fmt: skip
 
 
 def _encounter(

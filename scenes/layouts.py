@@ -1,7 +1,8 @@
 """The named scenes as whole streets, and scenes from YAML files.
 
 A street runs along +x from the origin, its path about |y| < 1 m, and ends at a wall across it. What stands where is
-fixed; which bin, car or person it is, and by how much it is off its place, comes from the seed.
+fixed; which bin, car or person it is, and by how much it is off its place, comes from the seed. The campus passes
+the five places of the paper's figure 15: parking lot, running track, gym, library and dormitory.
 """
 
 from __future__ import annotations
@@ -11,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.obstacles import random_obstacle, wall
-from scenes.obstacles.person import random_person
+from scenes.obstacles import random_obstacle
+from scenes.obstacles.pedestrian import random_person
 from scenes.placing import placed
 from scenes.schema import read_scene
-from scenes.settings import SETTINGS, ground_of
-from simulator.materials import Material
+from scenes.settings import BOUNDARIES, ground_of
 from simulator.scene import Obstacle, Scene
 
 JITTER_M = 0.15
@@ -41,29 +41,32 @@ class Spot:
 
 
 @dataclass(frozen=True)
-class WallSpot:
-    """A wall in a street: the middle of its foot, length, height, turn (0 faces along x) and material."""
+class BoundarySpot:
+    """What bounds a street: the middle of its foot, length, height, turn (0 faces along x), one of BOUNDARIES."""
 
     name: str
     at_m: tuple[float, float]
     length_m: float
     height_m: float
     yaw_rad: float
-    material: str
+    kind: str
 
 
 LENGTHWISE = float(np.pi / 2)
 
-WALLS: dict[str, tuple[WallSpot, ...]] = {
+BOUNDS: dict[str, tuple[BoundarySpot, ...]] = {
     "supermarket": (
-        WallSpot("shop-front", (12.0, 7.0), 20.0, 4.0, LENGTHWISE, "painted-brick"),
-        WallSpot("shop-window", (12.0, 6.8), 6.0, 2.5, LENGTHWISE, "glass"),
-        WallSpot("end-wall", (24.0, 0.0), 12.0, 3.0, 0.0, "concrete"),
+        BoundarySpot("supermarket", (9.0, 7.0), 14.0, 4.0, LENGTHWISE, "shop-front"),
+        BoundarySpot("side-street", (19.5, 7.0), 5.0, 3.5, LENGTHWISE, "painted-brick"),
+        BoundarySpot("car-park-kerb", (10.0, -3.4), 18.0, 0.12, LENGTHWISE, "kerb"),
+        BoundarySpot("apartments", (24.0, 0.0), 12.0, 3.0, 0.0, "concrete"),
     ),
     "campus": (
-        WallSpot("library", (8.0, 5.0), 16.0, 4.0, LENGTHWISE, "brick"),
-        WallSpot("gym", (17.0, -6.0), 12.0, 4.0, LENGTHWISE, "concrete"),
-        WallSpot("dormitory", (24.0, 1.0), 14.0, 4.0, 0.0, "brick"),
+        BoundarySpot("parking-kerb", (4.5, -3.2), 9.0, 0.12, LENGTHWISE, "kerb"),
+        BoundarySpot("running-track", (14.5, -4.0), 9.0, 1.1, LENGTHWISE, "fence"),
+        BoundarySpot("gym", (26.0, -6.0), 11.0, 4.0, LENGTHWISE, "concrete"),
+        BoundarySpot("library", (14.0, 5.8), 18.0, 4.0, LENGTHWISE, "brick-piers"),
+        BoundarySpot("dormitory", (34.0, 1.0), 14.0, 4.0, 0.0, "brick"),
     ),
 }
 
@@ -74,31 +77,38 @@ SPOTS: dict[str, tuple[Spot, ...]] = {
         Spot("dustbin", (19.0, 4.4), LENGTHWISE),
         Spot("sign", (7.0, -0.9)),
         Spot("sign", (10.5, 1.2)),
-        Spot("car", (3.5, -5.5), LENGTHWISE),
-        Spot("car", (7.0, -5.5), LENGTHWISE),
-        Spot("car", (16.5, -5.5), -LENGTHWISE),
+        Spot("car", (3.5, -6.6), LENGTHWISE),
+        Spot("car", (7.0, -6.6), LENGTHWISE),
+        Spot("car", (16.5, -6.6), -LENGTHWISE),
         Spot("pedestrian", (9.0, 4.0), 2.0),
         Spot("pedestrian", (16.0, 0.7), 0.0, 1.1),
         Spot("clutter", (6.0, 3.4)),
+        Spot("clutter", (12.0, 3.6)),
         Spot("clutter", (20.5, -1.5)),
     ),
     "campus": (
         Spot("dustbin", (5.0, 1.2)),
-        Spot("dustbin", (15.0, -1.4)),
+        Spot("dustbin", (18.0, -1.6)),
+        Spot("dustbin", (30.0, -3.0)),
         Spot("sign", (19.5, 1.5)),
-        Spot("car", (4.0, -5.0), LENGTHWISE),
-        Spot("car", (7.5, -5.0), LENGTHWISE),
+        Spot("car", (2.5, -6.6), LENGTHWISE),
+        Spot("car", (6.0, -6.6), -LENGTHWISE),
         Spot("pedestrian", (8.0, 0.9), 0.0, 1.2),
         Spot("pedestrian", (11.0, -1.0), np.pi, 1.0),
         Spot("pedestrian", (13.0, 2.4), 2.5),
-        Spot("pedestrian", (13.6, 3.0), -0.8),
-        Spot("pedestrian", (17.5, -0.8), 0.1, 1.3),
-        Spot("pedestrian", (21.0, -3.0), LENGTHWISE, 0.9),
+        Spot("pedestrian", (13.6, 3.2), -0.8),
+        Spot("pedestrian", (22.5, -0.8), 0.1, 1.3),
+        Spot("pedestrian", (25.0, -2.6), LENGTHWISE, 0.9),
+        Spot("pedestrian", (28.0, 1.5), np.pi, 1.1),
+        Spot("pedestrian", (31.0, 2.5), -1.2),
         Spot("clutter", (2.5, 3.0)),
-        Spot("clutter", (10.0, 3.4)),
-        Spot("clutter", (12.0, -2.8)),
+        Spot("clutter", (10.0, 3.3)),
+        Spot("clutter", (15.5, -2.4)),
+        Spot("clutter", (26.5, 3.4)),
     ),
 }
+
+GROUNDS = {"supermarket": "asphalt", "campus": "concrete-paving"}
 
 
 def list_scenes() -> list[str]:
@@ -122,19 +132,18 @@ def load_scene(name_or_yaml: str | Path, seed: int = 0) -> Scene:
     name = str(name_or_yaml)
     if name not in SPOTS:
         raise ValueError(f"scene must be one of {list_scenes()} or a .yaml file, got '{name}'")
-    walls = [_wall(spot) for spot in WALLS[name]]
+    bounds = [_boundary(spot) for spot in BOUNDS[name]]
     streams = np.random.SeedSequence(seed).spawn(len(SPOTS[name]))
     things = [
         _thing(spot, number, np.random.default_rng(stream))
         for number, (spot, stream) in enumerate(zip(SPOTS[name], streams, strict=True), start=1)
     ]
-    return Scene((ground_of(SETTINGS[name]), *walls, *things), name=name)
+    return Scene((ground_of(GROUNDS[name]), *bounds, *things), name=name)
 
 
-def _wall(spot: WallSpot) -> Obstacle:
-    mesh = wall(spot.length_m, spot.height_m, 0.25)
-    obstacle = Obstacle(mesh, Material.named(spot.material), spot.name, category="wall")
-    return placed(obstacle, spot.at_m, spot.yaw_rad)
+def _boundary(spot: BoundarySpot) -> Obstacle:
+    boundary = BOUNDARIES[spot.kind].along_y(spot.length_m, spot.height_m, spot.name)
+    return placed(boundary, spot.at_m, spot.yaw_rad)
 
 
 def _thing(spot: Spot, number: int, rng: np.random.Generator) -> Obstacle:

@@ -161,8 +161,13 @@ _ROWS = (
     _flat("plaster", 0.98, 0.05e-3, 0.015, _PORES),
     _flat("tile", 0.995, 0.0, 0.005, "inferred: glazed, no pores"),
     _flat("wood", 0.98, 0.05e-3, 0.02, "inferred: varnished, few pores"),
+    _flat("bark", 0.90, 1.0e-3, 0.08, "inferred: porous outer bark; ridges about 1 mm rms where it is smooth"),
     _flat("rubber", 0.995, 0.1e-3, 0.005, "inferred: solid rubber, no pores"),
     _flat("skin", 0.999, 0.05e-3, 0.001, "inferred from the impedance of soft tissue, 1.6e6 Pa s/m"),
+    _flat(
+        "light-clothing", 0.70, 0.0, 0.15, "-3 +- 2 dB: one thin or dense layer over skin, the least of that; inferred"
+    ),
+    _flat("coat", 0.40, 0.0, 0.15, "-8 +- 3 dB: wool, fleece or quilting several centimetres thick; inferred"),
     _flat("clothed-person", 0.56, 0.0, 0.25, "-5 +- 4 dB, an effective value over clothes and folds; inferred"),
 )
 _TABLE = {material.name: material for material in (Material.rigid(), *_ROWS)}

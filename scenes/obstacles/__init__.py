@@ -12,10 +12,23 @@ import numpy as np
 
 from scenes.obstacles.car import car, random_car
 from scenes.obstacles.dustbin import donation_box, dumpster, litter_bin, random_dustbin, wheeled_bin
-from scenes.obstacles.furniture import bench, bollard, ground, lamp_post, random_clutter, tree
-from scenes.obstacles.person import person, random_person, walker_body
-from scenes.obstacles.sign import a_frame, pole_sign, random_sign
-from scenes.obstacles.wall import random_wall, wall
+from scenes.obstacles.furniture import (
+    bench,
+    bollard,
+    fence,
+    ground,
+    hydrant,
+    kerb,
+    lamp_post,
+    random_clutter,
+    tree,
+    tub,
+)
+from scenes.obstacles.greenery import hedge
+from scenes.obstacles.pedestrian import pedestrian, random_person
+from scenes.obstacles.person import person, walker_body
+from scenes.obstacles.sign import a_frame, board_on_posts, pole_sign, random_sign
+from scenes.obstacles.wall import random_wall, shop_front, wall, wall_with_piers
 from simulator.scene import Obstacle
 
 CATEGORIES: dict[str, Callable[[np.random.Generator, str], Obstacle]] = {
@@ -43,18 +56,27 @@ __all__ = [
     "CATEGORIES",
     "a_frame",
     "bench",
+    "board_on_posts",
     "bollard",
     "car",
     "donation_box",
     "dumpster",
+    "fence",
     "ground",
+    "hedge",
+    "hydrant",
+    "kerb",
     "lamp_post",
     "litter_bin",
+    "pedestrian",
     "person",
     "pole_sign",
     "random_obstacle",
+    "shop_front",
     "tree",
+    "tub",
     "walker_body",
     "wall",
+    "wall_with_piers",
     "wheeled_bin",
 ]

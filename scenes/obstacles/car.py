@@ -1,4 +1,4 @@
-"""Cars: sedan, SUV and van bodies of flat and gently curved panels, on four wheels.
+"""Cars: sedan, SUV and van bodies of flat and gently curved panels, on four wheels, with mirrors and number plates.
 
 The body is a loft of superellipses along the car, with the waist line as its upper edge, filleted and bowed at the
 ends; every vertex lies on the curved panel. The cabin is a loft of rounded outlines that shrink towards the roof.
@@ -14,7 +14,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from scenes.solids import loft, merged, raised, rounded_rectangle, shifted, wheel
+from scenes.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
 from simulator.materials import Material
 from simulator.scene import Obstacle
 
@@ -98,7 +98,7 @@ def car(style: Style = "sedan", scale: float = 1.0) -> trimesh.Trimesh:
     if not scale > 0.0:
         raise ValueError(f"scale must be positive, got {scale}")
     shape = SHAPES[style]
-    whole = merged([_body(shape), _cabin(shape), *_wheels(shape)])
+    whole = merged([_body(shape), _cabin(shape), *_wheels(shape), *_mirrors(shape), *_plates(shape)])
     whole.apply_scale(scale)
     return whole
 
@@ -162,6 +162,19 @@ def _cabin(shape: CarShape) -> trimesh.Trimesh:
         for (a, b), w in zip(ends, width, strict=True)
     ]
     return loft(raised(np.stack(outlines), rise))
+
+
+def _mirrors(shape: CarShape) -> list[trimesh.Trimesh]:
+    """A door mirror on either side, just behind the foot of the windscreen; they reach out of the overall width."""
+    x = (shape.cabin_foot[0] + 0.1) * shape.length_m / 2
+    z = float(np.interp(2.0 * x / shape.length_m, shape.waist_x, shape.waist_m)) + 0.06
+    one = ellipsoid(np.zeros(3), [0.065, 0.09, 0.075], segments=22, rows=12)
+    return [shifted(one, [x, side * (shape.width_m / 2 + 0.06), z]) for side in (-1.0, 1.0)]
+
+
+def _plates(shape: CarShape) -> list[trimesh.Trimesh]:
+    """The number plates at either end, 0.52 m by 0.11 m and upright: the flattest thing on a car."""
+    return [box([0.05, 0.52, 0.11], [end * (shape.length_m / 2 - 0.005), 0.0, 0.55]) for end in (-1.0, 1.0)]
 
 
 def _wheels(shape: CarShape) -> list[trimesh.Trimesh]:

@@ -1,11 +1,25 @@
-"""Clutter of a street: trees, bollards, lamp posts, benches, and the ground itself."""
+"""Clutter of a street: trees, bollards, lamp posts, benches, hydrants, tubs, kerbs, fences, and the ground itself."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import trimesh
 
-from scenes.solids import box, cylinder, ellipse_rings, loft, merged, require_positive, shifted, tilted
+from scenes.obstacles.greenery import random_hedge
+from scenes.solids import (
+    box,
+    cylinder,
+    ellipse_rings,
+    loft,
+    merged,
+    raised,
+    require_positive,
+    shifted,
+    tilted,
+    wheel,
+)
 from simulator.materials import Material
 from simulator.scene import Obstacle
 
@@ -75,18 +89,98 @@ def bench(length_m: float = 1.6) -> trimesh.Trimesh:
     return merged([seat, back, *legs])
 
 
+def hydrant(radius_m: float = 0.13, height_m: float = 0.75) -> trimesh.Trimesh:
+    """A pillar hydrant: a domed barrel on a base plate, with an outlet on either side.
+
+    Raises:
+        ValueError: a measure that is not positive, or a barrel no taller than its radius.
+    """
+    barrel = bollard(radius_m, height_m)
+    base = cylinder(1.4 * radius_m, 0.05, 32, rows=1)
+    outlets = shifted(wheel(0.055, 2.0 * radius_m + 0.12), [0.0, 0.0, 0.65 * height_m])
+    return merged([barrel, base, outlets])
+
+
+def tub(size_m: float = 0.8, height_m: float = 0.55) -> trimesh.Trimesh:
+    """A square planting tub, a fifth narrower at its foot.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    half = require_positive("size_m", size_m) / 2
+    require_positive("height_m", height_m)
+    square = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return loft(raised(np.stack([0.8 * square, square]), np.array([0.0, height_m])))
+
+
+def kerb(length_m: float = 20.0, height_m: float = 0.12, width_m: float = 0.15) -> trimesh.Trimesh:
+    """A row of kerb stones along y.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    return box([width_m, length_m, height_m])
+
+
+def fence(length_m: float = 12.0, height_m: float = 1.1, spacing_m: float = 2.5) -> trimesh.Trimesh:
+    """Two rails 9 cm high on posts, along y, as round a running track.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    for label, value in (("length_m", length_m), ("height_m", height_m), ("spacing_m", spacing_m)):
+        require_positive(label, value)
+    rails = [box([0.035, length_m, 0.09], [-0.055, 0.0, part * height_m - 0.045]) for part in (0.55, 1.0)]
+    places = np.linspace(-0.5, 0.5, int(np.ceil(length_m / spacing_m)) + 1) * (length_m - 0.1)
+    return merged([*rails, *(shifted(box([0.07, 0.07, height_m]), [0.0, y, 0.0]) for y in places)])
+
+
 def random_clutter(rng: np.random.Generator, name: str = "clutter") -> Obstacle:
-    """A tree, a bollard, a lamp post or a bench; its category is "clutter"."""
-    kind = rng.choice(["tree", "bollard", "lamp", "bench"])
-    if kind == "tree":
-        mesh, material = tree(rng.uniform(0.08, 0.2), rng.uniform(1.9, 2.5), rng.uniform(4.0, 5.5)), "wood"
-    elif kind == "bollard":
-        mesh, material = bollard(rng.uniform(0.05, 0.10), rng.uniform(0.75, 1.0)), "metal"
-    elif kind == "lamp":
-        mesh, material = lamp_post(rng.uniform(0.06, 0.10), rng.uniform(3.5, 5.0)), "metal"
-    else:
-        mesh, material = bench(rng.uniform(1.2, 1.8)), "wood"
+    """A tree, bollard, lamp post, bench, hydrant, planting tub or piece of hedge; its category is "clutter"."""
+    kind = str(rng.choice(list(_CLUTTER), p=CLUTTER_SHARES))
+    return _CLUTTER[kind](rng, name)
+
+
+def _random_tree(rng: np.random.Generator, name: str) -> Obstacle:
+    mesh = tree(rng.uniform(0.08, 0.2), rng.uniform(1.9, 2.5), rng.uniform(4.0, 5.5))
+    return _clutter(mesh, "bark", name)
+
+
+def _random_bollard(rng: np.random.Generator, name: str) -> Obstacle:
+    material = str(rng.choice(["metal", "concrete"]))
+    return _clutter(bollard(rng.uniform(0.05, 0.12), rng.uniform(0.75, 1.0)), material, name)
+
+
+def _random_lamp(rng: np.random.Generator, name: str) -> Obstacle:
+    return _clutter(lamp_post(rng.uniform(0.05, 0.10), rng.uniform(3.5, 5.0)), "metal", name)
+
+
+def _random_bench(rng: np.random.Generator, name: str) -> Obstacle:
+    return _clutter(bench(rng.uniform(1.2, 1.8)), "wood", name)
+
+
+def _random_hydrant(rng: np.random.Generator, name: str) -> Obstacle:
+    return _clutter(hydrant(rng.uniform(0.11, 0.15), rng.uniform(0.65, 0.85)), "metal", name)
+
+
+def _random_tub(rng: np.random.Generator, name: str) -> Obstacle:
+    return _clutter(tub(rng.uniform(0.5, 1.0), rng.uniform(0.4, 0.7)), str(rng.choice(["concrete", "wood"])), name)
+
+
+def _clutter(mesh: trimesh.Trimesh, material: str, name: str) -> Obstacle:
     return Obstacle(mesh, Material.named(material), name, category="clutter")
+
+
+_CLUTTER: dict[str, Callable[[np.random.Generator, str], Obstacle]] = {
+    "tree": _random_tree,
+    "bollard": _random_bollard,
+    "lamp": _random_lamp,
+    "bench": _random_bench,
+    "hydrant": _random_hydrant,
+    "tub": _random_tub,
+    "hedge": random_hedge,
+}
+CLUTTER_SHARES = (0.22, 0.18, 0.18, 0.15, 0.08, 0.12, 0.07)
 
 
 def _bough(trunk_radius_m: float, fork_m: float, height_m: float, index: int) -> trimesh.Trimesh:

@@ -1,4 +1,6 @@
-"""People: smooth closed bodies of horizontal ellipses, standing or in mid-stride, and the body of the walker.
+"""Lofted people: smooth closed bodies of horizontal ellipses, standing or in mid-stride, and the body of the walker.
+
+Their measures can be set one by one; the people of the streets have real shapes (`scenes.obstacles.pedestrian`).
 
 Proportions follow Drillis and Contini's segment lengths (as parts of the stature, in Winter, Biomechanics and Motor
 Control of Human Movement, table 4.1): hip 0.530, knee 0.285, ankle 0.039, shoulder 0.818, chin 0.870, shoulder
@@ -57,15 +59,6 @@ def person(stature_m: float = 1.75, stride_rad: float = 0.28, girth: float = 1.0
     body = merged(parts)
     body.apply_scale(stature_m)
     return shifted(body, [0.0, 0.0, -body.bounds[0, 2]])
-
-
-def random_person(rng: np.random.Generator, name: str = "person", walking: bool | None = None) -> Obstacle:
-    """A clothed adult, 1.50-1.95 m tall, in mid-stride if walking; None draws standing or walking evenly."""
-    drawn = bool(rng.random() < 0.5)
-    strides = drawn if walking is None else walking
-    stride = rng.uniform(0.2, 0.33)
-    mesh = person(rng.uniform(1.50, 1.95), stride if strides else 0.0, rng.uniform(0.9, 1.2))
-    return Obstacle(mesh, Material.named("clothed-person"), name, category="pedestrian")
 
 
 def walker_body(

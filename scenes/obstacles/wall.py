@@ -1,15 +1,16 @@
-"""Walls: house fronts, garden walls, panes of glass."""
+"""Walls: house fronts with and without pilasters, garden walls with piers, shop fronts of glass in frames."""
 
 from __future__ import annotations
 
 import numpy as np
 import trimesh
 
-from scenes.solids import box
+from scenes.solids import box, merged, require_positive
 from simulator.materials import Material
 from simulator.scene import Obstacle
 
 FINISHES = ("brick", "painted-brick", "concrete", "glass")
+KINDS = {"plain": 0.55, "piers": 0.25, "front": 0.2}
 
 
 def wall(length_m: float = 8.0, height_m: float = 3.0, thickness_m: float = 0.25) -> trimesh.Trimesh:
@@ -21,7 +22,71 @@ def wall(length_m: float = 8.0, height_m: float = 3.0, thickness_m: float = 0.25
     return box([thickness_m, length_m, height_m])
 
 
+def wall_with_piers(
+    length_m: float = 8.0,
+    height_m: float = 3.0,
+    thickness_m: float = 0.25,
+    spacing_m: float = 3.0,
+    depth_m: float = 0.12,
+) -> trimesh.Trimesh:
+    """A wall along y with piers 0.4 m wide that stand out on either face, one at each end.
+
+    Args:
+        length_m, height_m, thickness_m: of the wall between the piers.
+        spacing_m: greatest distance between the middles of neighbouring piers.
+        depth_m: how far the piers stand out.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    require_positive("spacing_m", spacing_m)
+    require_positive("depth_m", depth_m)
+    body = wall(length_m, height_m, thickness_m)
+    count = int(np.ceil(length_m / spacing_m)) + 1
+    pier = [thickness_m + 2.0 * depth_m, 0.4, height_m + 0.05]
+    places = np.linspace(-0.5, 0.5, count) * (length_m - 0.4)
+    return merged([body, *(box(pier, [0.0, y, 0.5 * pier[2]]) for y in places)])
+
+
+def shop_front(
+    length_m: float = 6.0, height_m: float = 2.8, pane_m: float = 1.6, setback_m: float = 0.06
+) -> trimesh.Trimesh:
+    """Panes of glass along y between mullions 6 cm wide, on a plinth and under a lintel, alike on both faces.
+
+    Args:
+        length_m, height_m: of the whole front.
+        pane_m: greatest width of a pane.
+        setback_m: how far the panes lie behind the frame, below 0.1.
+
+    Raises:
+        ValueError: a measure that is not positive, a setback of half the front's thickness or more.
+    """
+    require_positive("pane_m", pane_m)
+    if not 0.0 < setback_m < 0.1:
+        raise ValueError(f"setback_m must lie between 0 and 0.1, got {setback_m}")
+    thickness, plinth, lintel = 0.2, 0.35, 0.3
+    panes = box([thickness - 2.0 * setback_m, length_m, height_m])
+    rails = [
+        box([thickness, length_m, plinth], [0.0, 0.0, 0.5 * plinth]),
+        box([thickness, length_m, lintel], [0.0, 0.0, height_m - 0.5 * lintel]),
+    ]
+    places = np.linspace(-0.5, 0.5, int(np.ceil(length_m / pane_m)) + 1) * (length_m - 0.06)
+    rise = [thickness, 0.06, height_m - plinth - lintel]
+    return merged([panes, *rails, *(box(rise, [0.0, y, plinth + 0.5 * rise[2]]) for y in places)])
+
+
 def random_wall(rng: np.random.Generator, name: str = "wall") -> Obstacle:
-    """A wall 4-20 m long, 2.5-4 m high, 0.2-0.3 m thick, of bare or painted brick, concrete or glass."""
-    mesh = wall(rng.uniform(4.0, 20.0), rng.uniform(2.5, 4.0), rng.uniform(0.2, 0.3))
-    return Obstacle(mesh, Material.named(str(rng.choice(FINISHES))), name, category="wall")
+    """A wall 4-20 m long, 2.5-4 m high: plain (more than half; brick, painted brick, concrete, glass), with piers
+    (brick, painted brick, concrete), or a shop front.
+    """
+    kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
+    length, height = rng.uniform(4.0, 20.0), rng.uniform(2.5, 4.0)
+    if kind == "front":
+        mesh = shop_front(min(length, 12.0), height, rng.uniform(1.2, 2.2), rng.uniform(0.04, 0.09))
+        return Obstacle(mesh, Material.named("glass"), name, category="wall")
+    thickness, finish = rng.uniform(0.2, 0.3), str(rng.choice(FINISHES if kind == "plain" else FINISHES[:3]))
+    if kind == "piers":
+        mesh = wall_with_piers(length, height, thickness, rng.uniform(2.5, 4.5), rng.uniform(0.06, 0.15))
+    else:
+        mesh = wall(length, height, thickness)
+    return Obstacle(mesh, Material.named(finish), name, category="wall")

@@ -8,19 +8,27 @@ from scenes.obstacles import (
     CATEGORIES,
     a_frame,
     bench,
+    board_on_posts,
     bollard,
     car,
     donation_box,
     dumpster,
+    fence,
     ground,
+    hedge,
+    hydrant,
+    kerb,
     lamp_post,
     litter_bin,
     person,
     pole_sign,
     random_obstacle,
+    shop_front,
     tree,
+    tub,
     walker_body,
     wall,
+    wall_with_piers,
     wheeled_bin,
 )
 from scenes.solids import box, cylinder, ellipsoid, rounded_rectangle
@@ -44,8 +52,17 @@ MESHES = {
     "lamp_post": lamp_post,
     "tree": tree,
     "bench": bench,
+    "wall_with_piers": wall_with_piers,
+    "shop_front": shop_front,
+    "octagon_sign": lambda: pole_sign(shape="octagon"),
+    "triangle_sign": lambda: pole_sign(shape="triangle"),
+    "board_on_posts": board_on_posts,
+    "hydrant": hydrant,
+    "tub": tub,
+    "kerb": kerb,
+    "fence": fence,
 }
-SMOOTH = ["litter_bin", "domed_bin", "sedan", "suv", "van", "person", "standing_person", "bollard"]
+SMOOTH = ["litter_bin", "domed_bin", "sedan", "suv", "van", "person", "standing_person", "bollard", "hydrant"]
 
 
 @pytest.mark.parametrize("name", MESHES)
@@ -115,6 +132,27 @@ def test_a_rounded_rectangle_keeps_its_size_and_turns_once() -> None:
     ahead = np.roll(outline, -1, axis=0)
     area = 0.5 * np.sum(outline[:, 0] * ahead[:, 1] - ahead[:, 0] * outline[:, 1])
     assert area == pytest.approx(2.0 - (4.0 - np.pi) * 0.04, rel=0.002)
+
+
+def test_a_hedge_is_leaves_within_its_box() -> None:
+    mesh = hedge(1.2, 1.0, 0.5, np.random.default_rng(3))
+    assert len(mesh.faces) > 80
+    np.testing.assert_allclose(mesh.area_faces, 0.5 * 0.08**2, rtol=1e-9)
+    slack = 0.08 / np.sqrt(2.0) - 0.04
+    assert (np.abs(mesh.bounds[:, :2]) <= np.array([0.25, 0.6]) + slack).all()
+    assert mesh.bounds[0, 2] >= -slack
+    assert mesh.bounds[1, 2] <= 1.0 + slack
+    quads = mesh.face_normals.reshape(-1, 2, 3)
+    np.testing.assert_allclose(quads[:, 0], quads[:, 1], atol=1e-9)
+
+
+def test_a_shop_front_shows_panes_behind_its_frame() -> None:
+    """Of the front, plinth, lintel and mullions lie in one plane, the panes 6 cm behind it."""
+    mesh = shop_front(6.0, 2.8, pane_m=1.5, setback_m=0.06)
+    facing = mesh.face_normals[:, 0] < -0.99
+    place, area = mesh.triangles_center[facing, 0], mesh.area_faces[facing]
+    assert set(np.round(place, 9)) == {-0.1, -0.04}
+    assert area[place < -0.05].sum() == pytest.approx(6.0 * 0.65 + 5 * 0.06 * 2.15)
 
 
 @pytest.mark.parametrize("stature", [1.5, 1.75, 1.95])

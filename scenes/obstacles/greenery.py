@@ -1,0 +1,73 @@
+"""Hedges: foliage as what it is to a 17 mm wave, a cloud of leaf discs, each a mirror of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenes.solids import require_positive
+from simulator.materials import Material
+from simulator.scene import Obstacle
+
+Array = NDArray[np.float64]
+
+LEAF_M = 0.08  # side of a leaf, with the area of a leaf of cherry laurel
+LEAVES_M2 = 15.0  # one in five or so of the leaves that a wave meets first: paths between mirrors grow as their square
+DEPTH_M = 0.10  # how deep those leaves lie
+
+
+def hedge(
+    length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5, rng: np.random.Generator | None = None
+) -> trimesh.Trimesh:
+    """Square leaves within 10 cm of the front, back, ends and top of a box along y, turned about its normals at random.
+
+    Args:
+        length_m, height_m, depth_m: of the box.
+        rng: where the leaves lie; None is always the same hedge.
+
+    Returns:
+        An open mesh, two triangles a leaf, both sides of which reflect.
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
+    for label, value in (("length_m", length_m), ("height_m", height_m), ("depth_m", depth_m)):
+        require_positive(label, value)
+    rng = np.random.default_rng(0) if rng is None else rng
+    size = np.array([depth_m, length_m, height_m])
+    sides = [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0)]
+    middle, normal = (np.concatenate(part) for part in zip(*(_leaves(rng, size, k, s) for k, s in sides), strict=True))
+    return _squares(middle, normal, rng)
+
+
+def random_hedge(rng: np.random.Generator, name: str = "hedge") -> Obstacle:
+    """A piece of hedge 0.9-1.4 m long and 0.8-1.1 m high; its category is "clutter"."""
+    mesh = hedge(rng.uniform(0.9, 1.4), rng.uniform(0.8, 1.1), rng.uniform(0.4, 0.5), rng)
+    return Obstacle(mesh, Material.named("foliage"), name, surface="flat", category="clutter")
+
+
+def _leaves(rng: np.random.Generator, size_m: Array, axis: int, side: float) -> tuple[Array, Array]:
+    """(N, 3) middles and normals of the leaves behind one side of a box that stands on z = 0."""
+    across = np.delete(size_m, axis)
+    count = int(np.ceil(LEAVES_M2 * across.prod()))
+    reach = 0.5 * LEAF_M
+    place = rng.uniform(-0.5, 0.5, (count, 3)) * (size_m - 2.0 * reach)
+    place[:, axis] = side * (0.5 * size_m[axis] - reach - rng.uniform(0.0, DEPTH_M, count))
+    outwards = np.zeros(3)
+    outwards[axis] = side
+    normal = outwards + rng.normal(0.0, 0.5, (count, 3))
+    return place + [0.0, 0.0, 0.5 * size_m[2]], normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def _squares(middle_m: Array, normal: Array, rng: np.random.Generator) -> trimesh.Trimesh:
+    """Squares about (N, 3) middles at right angles to unit normals, each turned at random in its plane."""
+    turn = Rotation.from_rotvec(rng.uniform(0.0, 2.0 * np.pi, len(normal))[:, None] * normal)
+    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
+    first = turn.apply(first / np.linalg.norm(first, axis=1, keepdims=True)) * LEAF_M / 2
+    second = np.cross(normal, first)
+    corner = np.stack([first + second, second - first, -first - second, first - second], axis=1)
+    start = 4 * np.arange(len(normal))[:, None, None]
+    faces = (start + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    return trimesh.Trimesh((middle_m[:, None] + corner).reshape(-1, 3), faces, process=False)
