@@ -47,7 +47,7 @@ BOUNDARIES: dict[str, Boundary] = {
     "brick-piers": Boundary(wall_with_piers, "brick"),
     "painted-brick": Boundary(wall, "painted-brick"),
     "concrete": Boundary(wall, "concrete"),
-    "shop-front": Boundary(shop_front, "glass"),
+    "shop-front": Boundary(lambda length_m, height_m: shop_front(min(length_m, 10.0), height_m), "glass"),
     "fence": Boundary(lambda length_m, height_m: fence(length_m, min(height_m, 1.2)), "metal", "clutter"),
     "kerb": Boundary(kerb, "concrete", "clutter"),
 }
@@ -94,27 +94,27 @@ class Setting:
 SETTINGS: dict[str, Setting] = {
     "supermarket": Setting(
         stretches=(
-            Stretch("shop-front", "concrete-paving", 0.8, ("shop-front", "painted-brick"), 0.3,
-                    ("sign", "clutter", "dustbin", "pedestrian"), (2, 3), (0, 1)),
-            Stretch("car-park", "asphalt", 0.0, (), 0.3, ("car", "car", "sign", "clutter"), (2, 4), (0, 1)),
-            Stretch("side-street", "asphalt", 0.6, ("brick", "brick-piers", "concrete"), 0.6,
-                    ("dustbin", "sign", "car", "clutter"), (2, 3), (0, 0)),
-            Stretch("apartments", "concrete-paving", 0.4, ("painted-brick", "fence"), 0.6,
-                    ("dustbin", "dustbin", "car", "clutter"), (2, 4), (0, 1)),
+            Stretch("shop-front", "concrete-paving", 0.7, ("shop-front", "painted-brick"), 0.0,
+                    ("sign", "clutter", "dustbin", "pedestrian"), (1, 3), (0, 1)),
+            Stretch("car-park", "asphalt", 0.0, (), 0.3, ("car", "car", "sign", "clutter"), (1, 3), (0, 1)),
+            Stretch("side-street", "asphalt", 0.6, ("brick", "brick-piers", "concrete"), 0.4,
+                    ("dustbin", "sign", "car", "clutter"), (1, 3), (0, 0)),
+            Stretch("apartments", "concrete-paving", 0.4, ("painted-brick", "fence"), 0.4,
+                    ("dustbin", "dustbin", "car", "clutter"), (1, 3), (0, 1)),
         ),
         pedestrian_kinds=(0.6, 0.4, 0.0),
     ),
     "campus": Setting(
         stretches=(
-            Stretch("parking-lot", "asphalt", 0.0, (), 0.5, ("car", "car", "clutter", "sign"), (2, 4), (1, 3)),
-            Stretch("running-track", "asphalt", 0.8, ("fence",), 0.4,
+            Stretch("parking-lot", "asphalt", 0.0, (), 0.4, ("car", "car", "clutter", "sign"), (2, 3), (1, 3)),
+            Stretch("running-track", "asphalt", 0.8, ("fence",), 0.2,
                     ("clutter", "clutter", "dustbin"), (2, 3), (2, 4)),
             Stretch("gym", "concrete-paving", 0.6, ("concrete", "shop-front"), 0.2,
                     ("dustbin", "clutter", "sign"), (2, 3), (2, 4)),
             Stretch("library", "concrete-paving", 0.6, ("brick-piers", "brick"), 0.2,
-                    ("clutter", "clutter", "pedestrian", "dustbin"), (2, 4), (2, 4)),
-            Stretch("dormitory", "concrete-paving", 0.5, ("brick", "painted-brick"), 0.5,
-                    ("dustbin", "car", "clutter", "pedestrian"), (2, 4), (2, 4)),
+                    ("clutter", "clutter", "pedestrian", "dustbin"), (2, 3), (2, 4)),
+            Stretch("dormitory", "concrete-paving", 0.5, ("brick", "painted-brick"), 0.3,
+                    ("dustbin", "car", "clutter", "pedestrian"), (2, 3), (2, 4)),
         ),
         pedestrian_kinds=(0.4, 0.4, 0.2),
     ),
@@ -177,7 +177,7 @@ def _alongside(
     sweep = max(0.0, walk.duration_s * float(target.velocity_m_s[:2] @ left) * side)
     away = max(nearest_m, beyond + sweep - side * origin + 0.3) + further_m + 0.5 * float(boundary.mesh.extents[0])
     middle = walk.start_m[:2] + 4.0 * np.array([left[1], -left[0]]) + side * away * left
-    return placed(boundary, middle, walk.heading_rad + np.pi / 2)
+    return placed(boundary, middle, walk.heading_rad + side * np.pi / 2)  # its front to the path
 
 
 def _thing(rng: np.random.Generator, kind: str, name: str) -> Obstacle:

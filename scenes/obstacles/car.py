@@ -168,7 +168,7 @@ def _mirrors(shape: CarShape) -> list[trimesh.Trimesh]:
     """A door mirror on either side, just behind the foot of the windscreen; they reach out of the overall width."""
     x = (shape.cabin_foot[0] + 0.1) * shape.length_m / 2
     z = float(np.interp(2.0 * x / shape.length_m, shape.waist_x, shape.waist_m)) + 0.06
-    one = ellipsoid(np.zeros(3), [0.065, 0.09, 0.075], segments=22, rows=12)
+    one = ellipsoid(np.zeros(3), [0.065, 0.09, 0.075], segments=16, rows=8)
     return [shifted(one, [x, side * (shape.width_m / 2 + 0.06), z]) for side in (-1.0, 1.0)]
 
 

@@ -49,9 +49,9 @@ def wall_with_piers(
 
 
 def shop_front(
-    length_m: float = 6.0, height_m: float = 2.8, pane_m: float = 1.6, setback_m: float = 0.06
+    length_m: float = 6.0, height_m: float = 2.8, pane_m: float = 2.4, setback_m: float = 0.06
 ) -> trimesh.Trimesh:
-    """Panes of glass along y between mullions 6 cm wide, on a plinth and under a lintel, alike on both faces.
+    """Panes of glass along y between mullions 6 cm wide, on a plinth and under a lintel; 0.2 m thick, its front to -x.
 
     Args:
         length_m, height_m: of the whole front.
@@ -64,15 +64,15 @@ def shop_front(
     require_positive("pane_m", pane_m)
     if not 0.0 < setback_m < 0.1:
         raise ValueError(f"setback_m must lie between 0 and 0.1, got {setback_m}")
-    thickness, plinth, lintel = 0.2, 0.35, 0.3
-    panes = box([thickness - 2.0 * setback_m, length_m, height_m])
+    plinth, lintel, front = 0.35, 0.3, -0.1 + 0.5 * setback_m
+    panes = box([0.2 - setback_m, length_m, height_m], [0.5 * setback_m, 0.0, 0.5 * height_m])
     rails = [
-        box([thickness, length_m, plinth], [0.0, 0.0, 0.5 * plinth]),
-        box([thickness, length_m, lintel], [0.0, 0.0, height_m - 0.5 * lintel]),
+        box([setback_m, length_m, plinth], [front, 0.0, 0.5 * plinth]),
+        box([setback_m, length_m, lintel], [front, 0.0, height_m - 0.5 * lintel]),
     ]
     places = np.linspace(-0.5, 0.5, int(np.ceil(length_m / pane_m)) + 1) * (length_m - 0.06)
-    rise = [thickness, 0.06, height_m - plinth - lintel]
-    return merged([panes, *rails, *(box(rise, [0.0, y, plinth + 0.5 * rise[2]]) for y in places)])
+    rise = [setback_m, 0.06, height_m - plinth - lintel]
+    return merged([panes, *rails, *(box(rise, [front, y, plinth + 0.5 * rise[2]]) for y in places)])
 
 
 def random_wall(rng: np.random.Generator, name: str = "wall") -> Obstacle:
@@ -82,7 +82,7 @@ def random_wall(rng: np.random.Generator, name: str = "wall") -> Obstacle:
     kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
     length, height = rng.uniform(4.0, 20.0), rng.uniform(2.5, 4.0)
     if kind == "front":
-        mesh = shop_front(min(length, 12.0), height, rng.uniform(1.2, 2.2), rng.uniform(0.04, 0.09))
+        mesh = shop_front(min(length, 10.0), height, rng.uniform(1.8, 2.8), rng.uniform(0.04, 0.09))
         return Obstacle(mesh, Material.named("glass"), name, category="wall")
     thickness, finish = rng.uniform(0.2, 0.3), str(rng.choice(FINISHES if kind == "plain" else FINISHES[:3]))
     if kind == "piers":

@@ -152,6 +152,7 @@ def test_a_shop_front_shows_panes_behind_its_frame() -> None:
     facing = mesh.face_normals[:, 0] < -0.99
     place, area = mesh.triangles_center[facing, 0], mesh.area_faces[facing]
     assert set(np.round(place, 9)) == {-0.1, -0.04}
+    assert mesh.bounds[1, 0] == pytest.approx(0.1)
     assert area[place < -0.05].sum() == pytest.approx(6.0 * 0.65 + 5 * 0.06 * 2.15)
 
 

@@ -22,7 +22,9 @@ def _around(approach: Approach) -> list:
 
 
 def test_no_target_stands_in_a_void(approaches: list[Approach]) -> None:
-    assert min(len(_around(approach)) for approach in approaches) >= 2
+    around = [len(_around(approach)) for approach in approaches]
+    assert min(around) >= 1
+    assert np.mean(around) >= 2.5
     campus = approaches[0].scene_name == "campus"
     walkers = [sum(o.moves for o in _around(approach)) for approach in approaches]
     assert np.mean(walkers) > 1.0 if campus else np.mean(walkers) < 1.0
