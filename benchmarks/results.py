@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.store import cell_path, cost_path, read_cell, write_atomically
+from benchmarks.store import cell_path, cost_path, read_cell, read_cost, write_atomically
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ def load_run(folder: str | Path) -> RunData:
         if record is None:
             continue
         cells.append(record)
-        cost = cost_path(folder, digest)
-        costs.append(json.loads(cost.read_text(encoding="utf-8")) if cost.is_file() else {})
+        costs.append(read_cost(cost_path(folder, digest)))
     return RunData(folder, manifest, tuple(cells), tuple(costs))
 
 

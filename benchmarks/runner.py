@@ -15,7 +15,7 @@ from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.executors import Executor, Task, WorkersLost, serial
 from benchmarks.executors.work import Done, Work, done_by
-from benchmarks.store import cell_path, cost_path, only_one_process, read_cell, write_atomically, write_cell
+from benchmarks.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _compute(cell: Cell) -> dict[str, Any]:
 
 def _store(run: Path, done: Done) -> None:
     if done.cost is not None:
-        write_atomically(cost_path(run, done.digest), done.cost)
+        write_cost(cost_path(run, done.digest), done.cost)
     write_cell(cell_path(run, done.digest), done.record)
 
 

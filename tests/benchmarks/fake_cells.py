@@ -27,7 +27,8 @@ def fake_work(wait_s: float = 0.0, failing: tuple[int, ...] = ()) -> Work:
     """
 
     def work(cell: Any) -> dict[str, Any]:
-        time.sleep(wait_s)
+        if wait_s > 0.0:
+            time.sleep(wait_s)
         if cell.index in failing:
             raise ValueError(f"no such thing as {cell.index}")
         numbers = [float((cell.seed * 7919 + k) % 1009) / 7.0 for k in range(20)]

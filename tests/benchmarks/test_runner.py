@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,7 @@ from benchmarks.executors import WorkersLost, choose_executor, serial
 from benchmarks.label_filter import label_filter
 from benchmarks.results import load_run
 from benchmarks.runner import run_cells
-from benchmarks.store import cell_path, only_one_process, read_cell, to_json, write_atomically
+from benchmarks.store import cell_path, only_one_process, read_cell, to_json
 
 from .fake_cells import fake_plan, fake_work
 
@@ -133,15 +135,15 @@ def test_workers_of_another_version_are_refused(tmp_path, monkeypatch):
 def test_a_full_disk_is_one_error_and_loses_nothing_done(tmp_path, monkeypatch):
     cells, written = fake_plan(6), []
 
-    def almost_full(path, text):
+    def almost_full(partial, path):
         if len(written) == 7:  # three cells with their costs, and the cost of the fourth
             raise OSError(errno.ENOSPC, "No space left on device", str(path))
         written.append(path)
-        write_atomically(path, text)
+        replace(partial, path)
 
+    replace = os.replace
     with monkeypatch.context() as patch:
-        patch.setattr("benchmarks.store.write_atomically", almost_full)
-        patch.setattr("benchmarks.runner.write_atomically", almost_full)
+        patch.setattr("benchmarks.store.os.replace", almost_full)
         with pytest.raises(OSError, match="No space left on device"):
             run_cells(tmp_path, cells, work=fake_work())
     assert len(contents(tmp_path)) == 3
@@ -196,3 +198,26 @@ def test_filter_of_labels(expression, kept):
 def test_filters_that_cannot_be_read_are_refused(expression):
     with pytest.raises(ValueError, match="-k must join words by and, or, not"):
         label_filter(expression)
+
+
+def test_a_disk_that_is_really_full(tmp_path):
+    """256 kB of memory as a disk: the sweep stops with one error, goes on elsewhere, and has lost nothing."""
+    small = tmp_path / "small"
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(small)]
+    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode != 0:
+        pytest.skip("mounting a small disk takes root and leave to mount")
+    cells = fake_plan(200)
+    try:
+        with pytest.raises(OSError, match="No space left on device"):
+            run_cells(small / "run", cells, work=fake_work())
+        shutil.copytree(small / "run", tmp_path / "run")
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+    kept = contents(tmp_path / "run")
+    assert 10 < len(kept) < 200
+    begun = []
+    assert run_cells(tmp_path / "run", cells, work=lambda cell: begun.append(1) or fake_work()(cell)).complete
+    assert len(begun) == 200 - len(kept)
+    assert run_cells(tmp_path / "calm", cells, work=fake_work()).complete
+    assert contents(tmp_path / "calm") == contents(tmp_path / "run")
