@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -21,25 +23,34 @@ from benchmarks.scores import (
 )
 
 Measure = Callable[[RunData, str], float]
-_SHORT = {
-    "recording.": "",
-    "knowledge.": "",
-    "walk.": "",
-    "air.": "",
-    "phone.": "beep ",
-    "noise.level_spl_db": "noise dB",
-    "level_spl_db": "dB",
-    "mic_gain_db": "gain dB",
-    "mic_delay_samples": "lag",
-    "clock_ppm": "clock ppm",
-    "pitch_error_rad": "lift error rad",
-    "pitch_rad": "lift rad",
-    "temperature_c": "°C",
-    "relative_humidity": "humidity",
-    "speed_m_s": "speed m/s",
-    "gait_scale": "gait x",
-    "identical=True": "equal channels",
+_DEGREES = 180.0 / np.pi
+_WORDS: dict[str, tuple[str, float]] = {
+    "recording.mic_gain_db": ("gain of microphones, dB", 1.0),
+    "recording.mic_delay_samples": ("lag of microphones, samples", 1.0),
+    "recording.clock_ppm": ("recorder's clock, ppm", 1.0),
+    "recording.identical": ("equal channels", 1.0),
+    "knowledge.pitch_error_rad": ("error of the lift, °", _DEGREES),
+    "noise.level_spl_db": ("noise, dB SPL", 1.0),
+    "phone.level_spl_db": ("beep, dB SPL", 1.0),
+    "walk.gait_scale": ("gait, times", 1.0),
+    "walk.pitch_rad": ("lift of the phone, °", _DEGREES),
+    "walk.speed_m_s": ("speed, m/s", 1.0),
+    "air.temperature_c": ("air, °C", 1.0),
+    "air.relative_humidity": ("relative humidity", 1.0),
 }
+"""Parameters in words, and the factor to the unit that people read."""
+
+Rows = dict[str, list[tuple[Any, RunData]]]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one point of the sweep does: by how much, where it is drawn, whether its value is the highest, in words."""
+
+    by: float
+    place: float
+    highest: bool
+    words: str
 
 
 def error_tornado(run: RunData) -> PlotFigure:
@@ -112,58 +123,97 @@ def _tornado(
     run: RunData, name: str, title: str, measures: tuple[tuple[str, str, Measure], ...], detectors: list[str]
 ) -> PlotFigure:
     parts = variants(run)
-    base, changed = parts.get("as it is"), {k: v for k, v in parts.items() if k != "as it is"}
+    base, rows = parts.get("as it is"), _by_parameter(parts)
     panels: list[Panel] = []
     said: list[str] = []
-    if base is not None and changed:
-        order = _by_effect(base, changed, measures[0][2], detectors[0])
-        ticks = tuple(_shortened(each) for each in order)
+    if base is not None and rows:
+        order = _by_effect(base, rows, measures[0][2], detectors[0])
         for label, unit, measure in measures:
             lines = []
             for k, detector in enumerate(detectors):
+                aside = 0.2 * (k - 0.5 * (len(detectors) - 1))
                 before = measure(base, detector)
-                delta = np.array([measure(changed[each], detector) - before for each in order])
-                place = np.arange(len(order)) + 0.16 * (k - 0.5 * (len(detectors) - 1))
-                lines.append(Line(detector, detector, delta, place, "points"))
-                worst = int(np.nanargmax(np.abs(delta))) if np.isfinite(delta).any() else 0
-                most = f"most changed by {ticks[worst]} ({delta[worst]:+.1f})"
-                said.append(f"{label}, {detector}: {before:.1f} {unit} as it is, {most}")
-            shown = ticks if not panels else tuple("" for _ in ticks)
+                found = _changes(rows, order, before, aside, measure, detector)
+                lines += _change_lines(detector, found)
+                if np.isfinite(before) and found:
+                    most = max(found, key=lambda change: np.nan_to_num(abs(change.by)))
+                    said.append(f"{label}, {detector}: {before:.1f} {unit} as it is, {most.by:+.1f} by {most.words}")
+            ticks = tuple(_named(rows, each) if not panels else "" for each in order)
             panels.append(
-                Panel(
-                    label,
-                    f"change, {unit}",
-                    "",
-                    tuple(lines),
-                    (Guide("x", 0.0, ""),),
-                    ticks=shown,
-                    flat=True,
-                    width_in=2.4,
-                )
+                Panel(label, f"change, {unit}", "", tuple(lines), (Guide("x", 0.0, ""),), ticks=ticks, flat=True)
             )
+    note = "The same walks with one thing changed; 0 is the suite as it is."
+    silent = " Errors are over the beeps that have an estimate: what silences the detector may look harmless there."
     return PlotFigure(
         name,
         title,
         tuple(panels) or (Panel("", "", "", ()),),
         f"{'; '.join(said)}." if said else "No data.",
-        "The same walks with one thing changed; 0 is the suite as it is. Errors are over the beeps that "
-        "have an estimate, so a change that silences the detector may look harmless in the first two."
-        if name == "tornado"
-        else "The same walks with one thing changed; 0 is the suite as it is.",
-        height_in=max(2.7, 0.2 * len(changed) + 0.5),
+        note + (silent if name == "tornado" else ""),
+        height_in=max(2.7, 0.27 * len(rows) + 0.4),
     )
 
 
-def _by_effect(base: RunData, changed: dict[str, RunData], measure: Measure, detector: str) -> list[str]:
+def _by_parameter(parts: dict[str, RunData]) -> Rows:
+    """Values and runs of every parameter that was changed alone, values rising."""
+    rows: Rows = {}
+    for part in parts.values():
+        variant = part.cells[0]["cell"].get("variant") or {}
+        if len(variant) == 1:
+            ((parameter, value),) = variant.items()
+            rows.setdefault(parameter, []).append((value, part))
+    for found in rows.values():
+        found.sort(key=lambda pair: (str(type(pair[0])), str(pair[0]) if isinstance(pair[0], list) else pair[0]))
+    return rows
+
+
+def _changes(
+    rows: Rows, order: list[str], before: float, aside: float, measure: Measure, detector: str
+) -> list[Change]:
+    return [
+        Change(
+            measure(part, detector) - before,
+            place + aside,
+            0 < k == len(rows[name]) - 1,
+            f"{_words(name)[0]} {_value(name, value)}",
+        )
+        for place, name in enumerate(order)
+        for k, (value, part) in enumerate(rows[name])
+    ]
+
+
+def _change_lines(detector: str, found: list[Change]) -> list[Line]:
+    """A bar from 0 to every change, and a point at its end: filled for lower values, hollow for the highest."""
+    lines = [Line("", detector, np.array([0.0, one.by]), np.full(2, one.place)) for one in found]
+    for highest, label in ((False, "lower or only value"), (True, "highest value")):
+        chosen = [one for one in found if one.highest == highest]
+        by, place = np.array([one.by for one in chosen]), np.array([one.place for one in chosen])
+        lines.append(Line(f"{detector}, {label}", detector, by, place, "ring" if highest else "points"))
+    return lines
+
+
+def _by_effect(base: RunData, rows: Rows, measure: Measure, detector: str) -> list[str]:
     before = measure(base, detector)
-    effect = {name: abs(measure(part, detector) - before) for name, part in changed.items()}
-    return sorted(changed, key=lambda name: -np.nan_to_num(effect[name], nan=-1.0))
+
+    def effect(name: str) -> float:
+        return max(float(np.nan_to_num(abs(measure(part, detector) - before))) for _, part in rows[name])
+
+    return sorted(rows, key=effect, reverse=True)
 
 
-def _shortened(name: str) -> str:
-    for long, short in _SHORT.items():
-        name = name.replace(long, short)
-    return name
+def _named(rows: Rows, parameter: str) -> str:
+    """A parameter and the values that it took: "air, °C: -10, 40"."""
+    return f"{_words(parameter)[0]}: {', '.join(_value(parameter, value) for value, _ in rows[parameter])}"
+
+
+def _words(parameter: str) -> tuple[str, float]:
+    return _WORDS.get(parameter, (parameter, 1.0))
+
+
+def _value(parameter: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{_words(parameter)[1] * value:.3g}" if isinstance(value, int | float) else str(value)
 
 
 def side_calls(run: RunData, detector: str) -> tuple[np.ndarray, np.ndarray]:

@@ -42,7 +42,7 @@ def variants(run: RunData) -> dict[str, RunData]:
 
 def variant_name(variant: Mapping[str, Any]) -> str:
     """A point of a sweep for people: its name, or "start_hz=16000"; the unchanged suite is "as it is"."""
-    return variant_text(dict(variant)).strip("[]") or "as it is"
+    return variant_text(dict(variant)).removeprefix("[").removesuffix("]") or "as it is"
 
 
 def of_one_variant(builder: Callable[[RunData], Figure]) -> Callable[[RunData], Figure]:
@@ -90,10 +90,14 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
     names = tuple(_wrapped(point) for point in parts)
     detectors = judged_detectors(run)
     panels: list[Panel] = []
+    said: dict[str, list[str]] = {detector: [] for detector in detectors}
     for label, measure in (("TP, % of walks", _tp), ("TN, % of walks", _tn), ("range error, median, cm", _range)):
         lines = []
         for k, detector in enumerate(detectors):
             values = np.array([measure(part, detector) for part in parts.values()]).reshape(-1, 3)
+            if np.isfinite(values[:, 0]).any():
+                ends_of = f"{np.nanmin(values[:, 0]):.1f} to {np.nanmax(values[:, 0]):.1f}"
+                said[detector].append(f"{label.split(',')[0]} {ends_of} {'cm' if measure is _range else '%'}")
             place = np.arange(len(values)) + 0.16 * (k - 0.5 * (len(detectors) - 1))
             lines.append(Line(detector, detector, values[:, 0], place, "points", values[:, 1], values[:, 2]))
         ticks = tuple(word.replace("\n", " ") for word in names) if not panels else tuple("" for _ in names)
@@ -103,7 +107,7 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
         name,
         title,
         tuple(panels),
-        f"{len(parts)} points on the same walks.",
+        " ".join(f"{name}: {', '.join(words)}." for name, words in said.items() if words) or "No data.",
         f"Whiskers: 95 % intervals, Wilson's for rates, bootstrap over whole walks for medians. {note}",
         height_in=max(2.4, 0.32 * len(names) + 0.4),
     )

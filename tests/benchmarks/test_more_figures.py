@@ -70,10 +70,10 @@ def test_tornado_shows_the_change_from_the_suite_as_it_is(tmp_path):
     cells = [at_variant(walk(index=k), {}) for k in range(4)]
     cells += [at_variant(walk(index=k, alert_distance_m=None), {"recording.identical": True}) for k in range(4)]
     figure = FIGURES["tornado_alerts"](made_up_run(tmp_path, cells))
-    assert figure.panels[0].ticks == ("equal channels",)
-    assert line_of(figure, "PaperDetector").x.tolist() == [-100.0]
+    assert figure.panels[0].ticks == ("equal channels: yes",)
+    assert line_of(figure, "PaperDetector, lower or only value").x.tolist() == [-100.0]
     errors = FIGURES["tornado"](made_up_run(tmp_path, cells))
-    assert line_of(errors, "PaperDetector").x.tolist() == [0.0]  # the errors made up are the same
+    assert line_of(errors, "PaperDetector, lower or only value").x.tolist() == [0.0]  # the errors made up are the same
 
 
 def test_alerts_by_miss_distance_and_before_contact(tmp_path):
