@@ -22,7 +22,7 @@ from scenes.truth import ground_truth
 
 Array = NDArray[np.float64]
 
-PAPER_DISTANCES_M = {"listens to": 7.0, "judges from": 5.0, "alerts within": 3.0}
+PAPER_DISTANCES_M = {"listens\nto 7 m": 7.0, "judges\nfrom 5 m": 5.0, "alerts\nwithin 3 m": 3.0}
 """Sections 3.5, 3.6 and 3.2."""
 
 MET, MISSED, PAPER = "#2c5f8a", "#d08a2e", "#b4432f"
@@ -124,13 +124,14 @@ def plot_statistics(found: ApproachStatistics, path: str | Path) -> Path:
     _halves(panels[1], found, found.start_range_m, "distance at the start / m", np.arange(0.0, 9.1, 0.5))
     for text, distance in PAPER_DISTANCES_M.items():
         panels[1].axvline(distance, color=PAPER, linewidth=1.2)
-        top = panels[1].get_ylim()[1]
-        panels[1].text(distance - 0.08, 0.97 * top, f"paper {text}", color=PAPER, rotation=90, va="top", ha="right")
+        above = panels[1].get_xaxis_transform()
+        panels[1].text(distance, 1.01, text, color=PAPER, transform=above, ha="center", va="bottom", fontsize=8)
     angle = np.rad2deg(found.start_bearing_rad)
     _halves(panels[2], found, angle, "walking angle at the start / degrees", np.arange(0.0, 91.0, 5.0))
-    _halves(panels[3], found, found.miss_distance_m, "offset of the phone's line / m", np.arange(0.0, 2.01, 0.1))
+    _halves(panels[3], found, found.miss_distance_m, "offset of the phone's line / m", np.arange(0.0, 1.51, 0.1))
     _halves(panels[4], found, found.speed_m_s, "walking speed / m/s", np.arange(0.75, 1.66, 0.05))
     _sizes(panels[5], found)
+    panels[2].legend(frameon=False, loc="upper right")
     for panel in panels:
         panel.spines[["top", "right"]].set_visible(False)
         panel.grid(axis="y", color="#d5d9e0", linewidth=0.7)
@@ -160,7 +161,6 @@ def _halves(axes: Axes, found: ApproachStatistics, values: Array, label: str, ed
     axes.set(xlabel=label, ylabel="walks")
     if (values > edges[-1]).any():
         axes.set_xlabel(f"{label} (the last bar holds all beyond)")
-    axes.legend(frameon=False, loc="upper right")
 
 
 def _sizes(axes: Axes, found: ApproachStatistics) -> None:

@@ -19,8 +19,6 @@ glTF, ...) with its unit, which has no default: a mesh does not know it. Angles 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,24 +27,10 @@ import trimesh
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from scenes.fields import Number, Plan, Positive, Strict
-from scenes.obstacles import (
-    a_frame,
-    bench,
-    bollard,
-    car,
-    donation_box,
-    dumpster,
-    ground,
-    lamp_post,
-    litter_bin,
-    person,
-    pole_sign,
-    tree,
-    wall,
-    wheeled_bin,
-)
+from scenes.kinds import KINDS, Kind
+from scenes.obstacles import ground
 from scenes.placing import placed
-from scenes.solids import box, cylinder, shifted
+from scenes.solids import shifted
 from scenes.walk_schema import PhoneSpec, WalkSpec
 from scenes.yaml_file import YamlFile
 from simulator.air import Air
@@ -56,34 +40,6 @@ from simulator.scene import Obstacle, Scene
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """From axes with y up, as in glTF, to axes with z up."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of obstacle: the function that makes its mesh, its category and its usual material."""
-
-    mesh: Callable[..., trimesh.Trimesh]
-    category: str
-    material: str
-
-
-KINDS: dict[str, Kind] = {
-    "wall": Kind(wall, "wall", "brick"),
-    "litter_bin": Kind(litter_bin, "dustbin", "metal"),
-    "wheeled_bin": Kind(wheeled_bin, "dustbin", "plastic"),
-    "dumpster": Kind(dumpster, "dustbin", "metal"),
-    "donation_box": Kind(donation_box, "dustbin", "metal"),
-    "car": Kind(car, "car", "metal"),
-    "pole_sign": Kind(pole_sign, "sign", "sign-sheet"),
-    "a_frame": Kind(a_frame, "sign", "sign-sheet"),
-    "person": Kind(person, "pedestrian", "clothed-person"),
-    "tree": Kind(tree, "clutter", "wood"),
-    "bollard": Kind(bollard, "clutter", "metal"),
-    "lamp_post": Kind(lamp_post, "clutter", "metal"),
-    "bench": Kind(bench, "clutter", "wood"),
-    "box": Kind(box, "clutter", "metal"),
-    "cylinder": Kind(cylinder, "clutter", "metal"),
-}
 
 
 class AirSpec(Strict):
@@ -153,7 +109,7 @@ class ObstacleSpec(Strict):
             if self.units is None:
                 raise ValueError(f"obstacle '{self.name}' with a mesh must have units, one of {list(UNITS_M)}")
         if self.kind is not None:
-            known = list(inspect.signature(KINDS[self.kind].mesh).parameters)
+            known = [name for name in inspect.signature(KINDS[self.kind].mesh).parameters if name != "rng"]
             unknown = sorted(set(self.parameters) - set(known))
             if unknown:
                 raise ValueError(f"parameters of kind '{self.kind}' must be among {known}, got {unknown}")

@@ -8,7 +8,8 @@ import trimesh
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from scenes import load_encounter, load_scene
+from scenes import load_encounter, load_scene, obstacles
+from scenes.kinds import KINDS
 from scenes.routes import RouteWalk
 from scenes.solids import box
 from scenes.walks import GaitWalk
@@ -210,3 +211,13 @@ def test_simulate_takes_the_files_own_walk_and_refuses_another(tmp_path: Path) -
     assert "0.27 s, 2 microphones" in done.output
     clash = CliRunner().invoke(cli, ["simulate", str(path), "-o", str(sound), "--speed", "1", "--heading", "3"])
     assert "has a walk of its own, so --heading, --speed must not be given" in str(clash.exception)
+
+
+def test_every_obstacle_is_a_kind(tmp_path: Path) -> None:
+    helpers = {"CATEGORIES", "ground", "random_obstacle", "walker_body"}
+    assert set(obstacles.__all__) - helpers == set(KINDS) - {"box", "cylinder"}
+    free = [kind for kind in KINDS if kind not in ("box", "cylinder")]  # the others have measures that must be given
+    lines = [f"  - {{kind: {kind}, name: {kind}, at_m: [0, {5 * number}]}}" for number, kind in enumerate(free)]
+    scene = load_scene(written(tmp_path, "name: all\nobstacles:\n" + "\n".join(lines) + "\n"))
+    assert {one.name for one in scene.obstacles} == {"ground", *free}
+    assert all(one.category == "ground" or one.category == KINDS[one.name].category for one in scene.obstacles)
