@@ -26,7 +26,7 @@ class Candidates:
         normal: (C, N, 3) unit normals on the incident side.
         curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
         lift_m: (C, N) how far the true surface may stand off its mesh there.
-        face, uv: (C,), (C, 2) place on the smooth surface; -1 without one.
+        face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
         part: (C,) edges.APEX, START or END of that edge.
         cell: (C,) cell of a body heard by Kirchhoff's integral, -1 without one.
@@ -68,7 +68,8 @@ def nothing(width: int) -> Candidates:
     none, shape = np.zeros(0, dtype=np.int64), (0, width)
     return Candidates(
         none, none, none, np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)), np.zeros((*shape, 3)),
-        np.zeros((*shape, 3, 3)), np.zeros(shape), none, np.zeros((0, 2)), none, none, none,
+        np.zeros((*shape, 3, 3)), np.zeros(shape), np.zeros(shape, dtype=np.int64), np.zeros((*shape, 2)), none, none,
+        none,
     )  # fmt: skip
 
 
@@ -76,7 +77,7 @@ def joined(parts: list[Candidates]) -> Candidates:
     """All parts, sorted by pose, microphone, order and sequence: the order in which they are summed."""
     whole = concatenated(parts)
     keys = tuple(whole.sequence.T[::-1]) + (whole.order, whole.mic, whole.pose)
-    return whole[np.lexsort((whole.cell, whole.part, whole.face, *keys))]
+    return whole[np.lexsort((whole.cell, whole.part, *whole.face.T[::-1], *keys))]
 
 
 def direct(tracing: Tracing, width: int) -> Candidates:
@@ -97,7 +98,7 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
         points[reflects, 1 + k] = hits[reflects, k]
     return Candidates(
         pose, mic, order, sequence, points, np.zeros((count, width, 3)), np.zeros((count, width, 3, 3)),
-        np.zeros((count, width)), np.full(count, -1), np.zeros((count, 2)),
+        np.zeros((count, width)), np.full((count, width), -1), np.zeros((count, width, 2)),
         np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
     )  # fmt: skip
 

@@ -37,6 +37,8 @@ class StationaryPoints:
         point_m: (H, 3).
         normal: (H, 3) unit normal on the side of the two points.
         curvature: (H, 3, 3) tensor K, dn = K dx along the surface, 1/m; positive where convex.
+        outside: (H,) whether that side is the mesh's outside.
+        inside_facet: (H,) whether the position is within the facet; not where a crease was run over.
     """
 
     query: Ints
@@ -45,6 +47,8 @@ class StationaryPoints:
     point_m: Floats
     normal: Floats
     curvature: Floats
+    outside: NDArray[np.bool_]
+    inside_facet: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.query)
@@ -107,7 +111,11 @@ def _complete(
         np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
     )
     side = np.where(side == 0.0, 1.0, side)
-    return StationaryPoints(query, face, uv, point, normal * side[:, None], curvature * side[:, None, None])
+    eta, zeta = uv[:, 0], uv[:, 1]
+    within = (zeta >= -INSIDE) & (eta <= 1.0 + INSIDE) & (zeta <= eta + INSIDE)
+    return StationaryPoints(
+        query, face, uv, point, normal * side[:, None], curvature * side[:, None, None], side > 0.0, within
+    )
 
 
 @numba.njit(cache=True, inline="always")
@@ -310,7 +318,7 @@ def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
     face, uv = face0.copy(), uv0.copy()
     for q in range(len(source)):
         t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
-        came_from = -1
+        came_from, returns = -1, 0
         for _ in range(200):
             eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta)
             edge, worst = -1, 1e-9
@@ -322,8 +330,9 @@ def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
                 edge, worst = 2, zeta - eta
             if edge == -1 or neighbor[t, edge] == -1:
                 break
-            if neighbor[t, edge] == came_from and worst < 1e-3:
-                break  # on the common edge to within rounding
+            returns += neighbor[t, edge] == came_from
+            if returns > 1 or (neighbor[t, edge] == came_from and worst < 1e-3):
+                break  # on the common edge to within rounding, or beyond it as seen from either side
             came_from, t = t, neighbor[t, edge]
             eta, zeta = 2.0 / 3.0, 1.0 / 3.0
         face[q], uv[q, 0], uv[q, 1] = t, eta, zeta

@@ -24,7 +24,7 @@ from simulator.edges import strength_bound
 from simulator.floor import Audible
 from simulator.frames import out_of_rest, turned
 from simulator.ledger import Ledger, Turned
-from simulator.unfolding import Turns, straightened, unfolded
+from simulator.unfolding import Turns, matches, straightened, unfolded
 from simulator.visibility import COINCIDENT_M
 from simulator.wedges import Wedges
 from simulator.world import Tracing
@@ -67,7 +67,7 @@ def _turn_faint_away(
 ) -> None:
     """Book contributions below the floor; whether their mirrors would be met is not asked."""
     number, width = tracing.world.first_wedge + before.wedge, before.sequence.shape[1] + 1
-    turns = Turns(mic, before, after, point, number, width)
+    turns = Turns(mic, before, after, point[:, None], number[:, None], width)
     ledger.turn_away("faint edge", len(point), lambda: Turned(bound, partial(straightened, tracing, turns)))
 
 
@@ -115,11 +115,7 @@ def _outside(wedges: Wedges, view: EdgeView) -> NDArray[np.bool_]:
 
 def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: int) -> tuple[EdgeImages, EdgeImages]:
     """Every image of the speaker with every image of the microphone at the same pose and edge, within the order."""
-    key, other = lit.pose * wedges + lit.wedge, heard.pose * wedges + heard.wedge
-    first = np.searchsorted(other, key, "left")
-    count = np.searchsorted(other, key, "right") - first
-    left = np.repeat(np.arange(len(key)), count)
-    right = first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+    left, right = matches(lit.pose * wedges + lit.wedge, heard.pose * wedges + heard.wedge)
     keep = lit.order[left] + heard.order[right] + 1 <= max_order
     return lit[left[keep]], heard[right[keep]]
 
@@ -158,7 +154,9 @@ def _bent(
 ) -> Candidates:  # fmt: skip
     """Candidates over given points of edges; none that sits on a mirror it has just met."""
     number = tracing.world.first_wedge + before.wedge
-    found, ok, place = unfolded(tracing, Turns(mic, before, after, point, number, width), ledger, lambda: bound)
+    found, ok, place = unfolded(
+        tracing, Turns(mic, before, after, point[:, None], number[:, None], width), ledger, lambda: bound
+    )
     found.edge[:], found.part[:] = before.wedge[ok], part[ok]
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
     each = np.arange(len(ok))

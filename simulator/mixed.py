@@ -17,7 +17,7 @@ from simulator.candidates import Candidates, concatenated
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.ledger import Ledger
 from simulator.spreading import spreading
-from simulator.unfolding import Turns, unfolded
+from simulator.unfolding import Turns, matches, unfolded
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -72,23 +72,22 @@ def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: 
     return concatenated(parts)
 
 
-def images_lighting(tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float) -> Images:
-    """Images of a point in the patches from which the surface's bounding sphere can be reached."""
+def images_lighting(
+    tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float, extent_m: float = 0.0
+) -> Images:
+    """Images of a point in the patches from which the surface's bounding sphere, and `extent_m` around, is reached."""
     world = tracing.world
     goal = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
     found = specular.images_towards(
         np.ascontiguousarray(point_m), tracing.placed, *specular.arrays(world.patches), world.follows, max_order,
-        limit_m, np.ascontiguousarray(goal), surface.radius_m, surface.obstacle,
+        limit_m, np.ascontiguousarray(goal), surface.radius_m + extent_m, surface.obstacle,
     )  # type: ignore[call-arg]  # fmt: skip
     return Images(*found)
 
 
 def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
     """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
-    first = np.searchsorted(heard.pose, lit.pose, "left")
-    count = np.searchsorted(heard.pose, lit.pose, "right") - first
-    left = np.repeat(np.arange(len(lit.pose)), count)
-    right = first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+    left, right = matches(lit.pose, heard.pose)
     keep = lit.order[left] + heard.order[right] + 1 <= max_order
     return left[keep], right[keep]
 
@@ -108,9 +107,11 @@ def _reflected(
         ways = np.stack([before.point_m, point, after.point_m], axis=1)
         return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
 
-    found, ok, place = unfolded(tracing, Turns(mic, before, after, point, number, width), ledger, amplitude)
+    found, ok, place = unfolded(
+        tracing, Turns(mic, before, after, point[:, None], number[:, None], width), ledger, amplitude
+    )
     each = np.arange(len(ok))
     found.normal[each, place], found.curvature[each, place] = normal[ok], curvature[ok]
     found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
-    found.face[:], found.uv[:] = hit.face[ok], hit.uv[ok]
+    found.face[each, place], found.uv[each, place] = hit.face[ok], hit.uv[ok]
     return found

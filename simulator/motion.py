@@ -144,22 +144,26 @@ def _solved(
 ) -> Moment:
     """Exact reflection points with every reflector where it is when struck."""
     width = found.sequence.shape[1]
-    turns = (found.face >= 0) | (found.edge >= 0) | (found.cell >= 0)
-    place = np.where(turns, np.argmax(found.sequence >= len(tracing.world.patches), axis=1), found.order)
+    turn = found.sequence >= len(tracing.world.patches)
+    turns: NDArray[np.bool_] = np.any(turn, axis=1)
+    place = np.where(turns, np.argmax(turn, axis=1), found.order)
+    last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
+    here, there = np.minimum(place, width - 1) + 1, np.minimum(last, width - 1) + 1
     normal, offset = _planes(tracing, found, struck_s)
     early = [(k, place > k) for k in range(width)]
-    late = [(k, (place < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
+    late = [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
     lit, heard = _mirrors(source, normal, offset, early), _mirrors(receiver, normal, offset, late)
     points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source
     moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
-    _reflect_smoothly(tracing, found, place, lit[-1], heard[0], struck_s, moment)
+    every, twice = np.arange(len(points)), np.flatnonzero(last > place)  # retardations and turns settle together
+    onwards = np.where((last > place)[:, None], guess.points_m[every, there], heard[0])
+    _reflect_smoothly(tracing, found, every, place, lit[-1], onwards, struck_s, moment)
+    _reflect_smoothly(tracing, found, twice, last, points[every, here], heard[0], struck_s, moment)
     _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
     _carry_cells(tracing, found, place, struck_s, moment)
-    every, here = np.arange(len(points)), np.minimum(place, width - 1) + 1
-    turning = np.where(turns[:, None], points[every, here], receiver)
-    _cross(points, lit, normal, offset, turning, early[::-1])
-    _cross(points, heard, normal, offset, turning, late[::-1])
+    for images, at, steps in ((lit, here, early), (heard, there, late)):
+        _cross(points, images, normal, offset, np.where(turns[:, None], points[every, at], receiver), steps[::-1])
     return moment
 
 
@@ -173,21 +177,23 @@ def _mirrors(point: Floats, normal: Floats, offset: Floats, steps: list[tuple[in
 
 
 def _reflect_smoothly(
-    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, heard: Floats, struck_s: Floats, moment: Moment
-) -> None:
-    """Follow the stationary points of all smooth surfaces, and fill in point, normal and curvature there."""
+    tracing: Tracing, found: Candidates, chosen: Ints, place: Ints, lit: Floats, heard: Floats, struck_s: Floats,
+    moment: Moment,
+) -> None:  # fmt: skip
+    """Follow the stationary points in one slot of chosen paths, and fill in point, normal and curvature there."""
+    met = found.sequence[chosen, np.minimum(place[chosen], found.sequence.shape[1] - 1)]
     for index, surface in enumerate(tracing.world.surfaces):
-        rows = np.flatnonzero(np.any(found.sequence == len(tracing.world.patches) + index, axis=1))
+        rows = chosen[met == len(tracing.world.patches) + index]
         if len(rows) == 0:
             continue
         at = place[rows]
         frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck_s[rows, at])
         ends = into_rest(lit[rows], frame), into_rest(heard[rows], frame)
-        hit = curved.follow(surface, *ends, moment.face[rows], moment.uv[rows])
+        hit = curved.follow(surface, *ends, moment.face[rows, at], moment.uv[rows, at])
         moment.points_m[rows, at + 1] = out_of_rest(hit.point_m, frame)
         moment.normal[rows, at] = turned(hit.normal, frame[:, 3])
         moment.curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
-        moment.face[rows], moment.uv[rows] = hit.face, hit.uv
+        moment.face[rows, at], moment.uv[rows, at] = hit.face, hit.uv
 
 
 def _follow_edges(

@@ -27,13 +27,13 @@ class Paths:
         mic: (P,) microphone, 0 top or 1 bottom.
         pose: (P,) index of the pose.
         order: (P,) number of reflections, an edge counting as one; 0 is the direct sound.
-        kind: (P,) "direct", "specular", "curved", "edge", or "mixed" (one curved surface or edge among mirrors).
-            An edge has a row for its apex and one for each end, which add up.
+        kind: (P,) "direct", "specular", "curved", "edge", or "mixed" (one curved surface or edge among
+            mirrors, or two curved surfaces). An edge has a row for its apex and one for each end, which add up.
         obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound.
         sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges.
         points_m: (P, N + 2, 3) source, reflection points, then the microphone (repeated), world frame.
-        face: (P,) facet of the smooth surface, -1 without one.
-        uv: (P, 2) position within that facet.
+        face: (P, N) facet of the smooth surface met at each reflection, -1 where none is.
+        uv: (P, N, 2) position within that facet.
         phone: the phone, for its frequency responses.
         poses: number of poses traced.
         rejected: how many candidates each validity mask turned away, by its name.

@@ -89,7 +89,7 @@ def _turns(
     before, after = before[cells.pair], after[cells.pair]
     point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
     number = np.full(len(cells), tracing.world.first_body + facets.obstacle)
-    return Turns(mic, before, after, point, number, width)
+    return Turns(mic, before, after, point[:, None], number[:, None], width)
 
 
 def _turn_faint_away(

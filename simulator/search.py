@@ -18,6 +18,7 @@ from simulator.planar import planar
 from simulator.scattering import scattered_paths
 from simulator.spreading import spreading
 from simulator.sufficiency import heard_whole
+from simulator.twice_curved import twice_curved
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -38,8 +39,11 @@ def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Led
     rays.append(planar(tracing, order, audible.limit_m, ledger))
     rays += [mixed(tracing, i, order, audible.limit_m, ledger) for i in range(len(tracing.world.surfaces))]
     whole = heard_whole(tracing, fidelity, concatenated(rays), audible, wavenumber)
+    loudest = _loudest(tracing, rays[1:])
+    if order > 1 and len(tracing.world.surfaces) > 1:
+        rays.append(twice_curved(tracing, order, audible, rays[2:], loudest, ledger))
     if len(tracing.world.wedges):
-        rays.append(diffracted(tracing, order, audible, _loudest(tracing, rays[1:]), wavenumber, ledger))
+        rays.append(diffracted(tracing, order, audible, loudest, wavenumber, ledger))
     rays = [_not_heard_whole(tracing, whole, each, ledger) for each in rays]
     nodes = 2.0 * np.pi * band.nodes_hz(fidelity.band_points) / speed_m_s
     cells, sums = _integrals(tracing, fidelity, whole, audible, nodes, ledger)

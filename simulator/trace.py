@@ -33,7 +33,7 @@ NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noi
 NOT_MODELLED = (
     "creases between planar and smooth surfaces, and concave creases that are no corner of mirrors",
     "two diffractions in one path, or one with a curved reflection",
-    "two curved reflections in one path",
+    "two curved reflections off one body or with a mirror between them, and three in one path",
 )
 
 
@@ -134,7 +134,7 @@ def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
-    curved_hit[found.face < 0] = 0
+    curved_hit[(found.face < 0).all(axis=1)] = 0
     columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, found.cell])
     _, first = np.unique(columns, axis=0, return_index=True)
     mask = np.zeros(len(found), dtype=bool)
@@ -157,7 +157,7 @@ def _unfolded_source(found: Candidates) -> Floats:
 def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
     """(C,) False where a concave mirror gathers rays on the receiver: the ray tube closes and its level diverges."""
     clear = np.ones(len(found), dtype=bool)
-    rows = np.flatnonzero(found.face >= 0)
+    rows = np.flatnonzero((found.face >= 0).any(axis=1))
     curved = found[rows]
     gain = np.abs(spreading(curved.points_m, curved.normal, curved.curvature, curved.order))
     clear[rows] = gain * curved.length_m <= FOCUS_GAIN

@@ -1,4 +1,4 @@
-"""From a point on a surface or edge, back through the mirrors on both sides to speaker and microphone."""
+"""From points on surfaces or edges, back through the mirrors on both sides to speaker and microphone."""
 
 from __future__ import annotations
 
@@ -33,15 +33,23 @@ class Mirrors(Protocol):
     def sequence(self) -> Ints: ...
 
 
+def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
+    """Indices of every pair of equal elements, in order; `other` is sorted."""
+    first = np.searchsorted(other, key, "left")
+    count = np.searchsorted(other, key, "right") - first
+    left = np.repeat(np.arange(len(key)), count)
+    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+
+
 @dataclass(frozen=True)
 class Turns:
-    """R ways that turn at one point of a surface or edge each, with mirrors before and after it.
+    """R ways that turn at K points of surfaces or edges, one after the other, with mirrors before and after them.
 
     Attributes:
         mic: microphone at which they end.
         before, after: mirrors from the speaker and from the microphone on.
-        point_m: (R, 3) where the surface or edge is met.
-        reflector: (R,) its number in the sequence of reflectors.
+        point_m: (R, K, 3) where the surfaces or edges are met.
+        reflector: (R, K) their numbers among the reflectors.
         width: reflections kept for each path.
     """
 
@@ -63,12 +71,12 @@ def unfolded(
         amplitude: (R,) estimated gains, asked for only to list what misses.
 
     Returns:
-        The candidates, which of the R they are, and the slot of the turning point in their sequences.
+        The candidates, which of the R they are, and the slot of the first turning point in their sequences.
     """
-    before, after, point = turns.before, turns.after, turns.point_m
+    before, after = turns.before, turns.after
     source, mics = tracing.source_m[before.pose], tracing.mics_m[before.pose, turns.mic]
-    code_before, hits_before = crossed(tracing, source, point, before.pose, before.order, before.sequence)
-    code_after, hits_after = crossed(tracing, mics, point, after.pose, after.order, after.sequence)
+    code_before, hits_before = crossed(tracing, source, turns.point_m[:, 0], before.pose, before.order, before.sequence)
+    code_after, hits_after = crossed(tracing, mics, turns.point_m[:, -1], after.pose, after.order, after.sequence)
     code = np.maximum(code_before, code_after)
     for miss, name in MISSES.items():
         rows = np.flatnonzero(code == miss)
@@ -80,9 +88,10 @@ def unfolded(
 def straightened(tracing: Tracing, turns: Turns, rows: Ints) -> Candidates:
     """Candidates out of chosen rows whatever they miss: the mirrors are crossed as if they went on for ever."""
     hits = []
-    for end, mirrors in ((tracing.source_m, turns.before), (tracing.mics_m[:, turns.mic], turns.after)):
+    ends = (tracing.source_m, turns.before, 0), (tracing.mics_m[:, turns.mic], turns.after, -1)
+    for end, mirrors, turn in ends:
         pose, order, sequence = mirrors.pose[rows], mirrors.order[rows], mirrors.sequence[rows]
-        hits.append(straight(tracing, end[pose], turns.point_m[rows], pose, order, sequence)[0])
+        hits.append(straight(tracing, end[pose], turns.point_m[rows, turn], pose, order, sequence)[0])
     return _assembled(tracing, turns, rows, *hits)
 
 
@@ -95,12 +104,14 @@ def _assembled(tracing: Tracing, turns: Turns, rows: Ints, hits_before: Floats, 
     before, after = turns.before, turns.after
     sequence, hits = np.full((len(rows), turns.width), -1), np.zeros((len(rows), turns.width, 3))
     each, place, late_order = np.arange(len(rows)), before.order[rows], after.order[rows]
-    for k in range(turns.width - 1):
+    met = turns.reflector.shape[1]
+    for k in range(turns.width - met):
         early = np.flatnonzero(place > k)
         sequence[early, k], hits[early, k] = before.sequence[rows[early], k], hits_before[early, k]
         late = np.flatnonzero(late_order > k)
-        slot = place[late] + late_order[late] - k  # mirrors behind the point are met in reverse
+        slot = place[late] + met - 1 + late_order[late] - k  # mirrors behind the points are met in reverse
         sequence[late, slot], hits[late, slot] = after.sequence[rows[late], k], hits_after[late, k]
-    sequence[each, place], hits[each, place] = turns.reflector[rows], turns.point_m[rows]
+    for k in range(met):
+        sequence[each, place + k], hits[each, place + k] = turns.reflector[rows, k], turns.point_m[rows, k]
     found = candidates(tracing, before.pose[rows], np.full(len(rows), turns.mic), sequence, hits)
     return with_plane_normals(tracing, found)
