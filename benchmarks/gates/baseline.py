@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.results import RunData
-from benchmarks.scores import beep_table
 from benchmarks.store import write_atomically
 
 
@@ -79,8 +78,8 @@ def baseline_of(run: RunData) -> RunBaseline:
 
 
 def _values(run: RunData, detector: str, kind: str) -> dict[str, dict[str, float]]:
-    beeps = beep_table(run, detector, kind)
-    return {quantity: per_walk_of(beeps, quantity) for quantity in QUANTITIES}
+    tables = walk_tables(run, detector, kind)
+    return {quantity: per_walk_of(tables, quantity) for quantity in QUANTITIES}
 
 
 def updated(baseline: Baseline | None, runs: Sequence[RunData], reason: str) -> Baseline:
@@ -164,12 +163,13 @@ def _packed(found: RunBaseline) -> dict[str, Any]:
 
 
 def _packed_values(columns: dict[str, dict[str, float]]) -> dict[str, Any]:
-    labels = sorted(next(iter(columns.values())))
-    rounded = {
-        name: [float(f"{column[k]:.{DIGITS}g}") if np.isfinite(column[k]) else None for k in labels]
-        for name, column in columns.items()
-    }
-    return {"labels": labels, "columns": rounded} if labels else {"labels": [], "columns": {}}
+    labels = sorted({label for column in columns.values() for label in column})
+    rounded = {name: [_rounded(column.get(k, np.nan)) for k in labels] for name, column in columns.items() if column}
+    return {"labels": labels, "columns": rounded}
+
+
+def _rounded(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
 
 
 def _unpacked(data: dict[str, Any]) -> RunBaseline:

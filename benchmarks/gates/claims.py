@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.gates.config import Gates, MedianClaim, RateClaim
-from benchmarks.gates.quantities import QUANTITIES, per_walk_of, walks_where
+from benchmarks.gates.quantities import QUANTITIES, per_walk_of, rows_where, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.results import RunData
-from benchmarks.scores import approach_table, beep_table
+from benchmarks.scores import approach_table
 from benchmarks.statistics import lower_bound, needed_of, upper_quantile_bound
 
 GROUP = "claim"
@@ -31,7 +31,7 @@ def _judge(run: RunData, claim: RateClaim | MedianClaim, split: str) -> Verdict:
 
 def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
     walks = approach_table(run, claim.detector)
-    walks = walks_where(walks, scene=claim.scene, category=claim.category, phone=claim.phone)
+    walks = rows_where(walks, scene=claim.scene, category=claim.category, phone=claim.phone)
     asked = walks["collides"] if claim.rate == "TP" else ~walks["collides"]
     n = int(asked.sum())
     if n == 0:
@@ -48,9 +48,13 @@ def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
 
 
 def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
-    beeps = beep_table(run, claim.detector, claim.kind)
-    beeps = walks_where(beeps, scene=claim.scene, category=claim.category, standing_range_m=claim.standing_range_m)
-    values = np.array([value for value in per_walk_of(beeps, claim.quantity).values() if np.isfinite(value)])
+    tables = tables_where(
+        walk_tables(run, claim.detector, claim.kind),
+        scene=claim.scene,
+        category=claim.category,
+        standing_range_m=claim.standing_range_m,
+    )
+    values = np.array([value for value in per_walk_of(tables, claim.quantity).values() if np.isfinite(value)])
     if len(values) == 0:
         return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in the run")
     middle, bound = float(np.median(values)), upper_quantile_bound(values, 0.5, claim.confidence)

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from benchmarks.gates.paired import Change, Shift, change_of, shift_of
-from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.results import RunData
-from benchmarks.scores import beep_table
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def _compare(first: RunData, second: RunData, name: str, other: str) -> Comparis
 
 def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[tuple[tuple[str, str, str], Shift]]:
     for kind in KINDS:
-        tables = beep_table(first, name, kind), beep_table(second, other, kind)
+        tables = walk_tables(first, name, kind), walk_tables(second, other, kind)
         for quantity, rule in QUANTITIES.items():
             before, now = (per_walk_of(table, quantity) for table in tables)
             found = shift_of(before, now, rule.summary)

@@ -23,14 +23,16 @@ class Quantity:
     Attributes:
         unit: for messages.
         worse: whether only growth is a loss ("up"), or any shift ("either").
-        of: from a walk's beeps to one value each; NaN without an estimate.
+        of: from a table to one value a row; NaN without an estimate.
         summary: of the values of a walk, and of the differences between walks: median, or mean for shares and counts.
+        rows: whether `of` takes a table of beeps or one of walks.
     """
 
     unit: str
     worse: Worse
     of: Callable[[Table], Array]
     summary: Callable[..., Any]
+    rows: Literal["beeps", "walks"] = "beeps"
 
 
 QUANTITIES = {
@@ -45,27 +47,45 @@ QUANTITIES = {
     "no_estimate": Quantity("", "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
     "candidates": Quantity("", "either", lambda t: t["candidates"].astype(np.float64), np.mean),
     "snr": Quantity("dB", "either", lambda t: t["snr_db"], np.median),
+    "alerts": Quantity("", "either", lambda t: t["alert"].astype(np.float64), np.mean, "walks"),
+    "alert_distance": Quantity("m", "either", lambda t: t["alert_distance_m"], np.median, "walks"),
 }
 """A channel that comes late shows in `path_difference_bias`; a threshold that has moved in `candidates`, `no_estimate`
-and `snr`."""
+and `snr`; a vote that has become easier in `alerts`, before rates can tell."""
 
 KINDS = ("approach", "standing")
+
+
+@dataclass(frozen=True)
+class WalkTables:
+    """One detector's tables of a kind of cells: a row per beep, and a row per walk (none of standing measurements)."""
+
+    beeps: Table
+    walks: Table
+
+
+def walk_tables(run: RunData, detector: str, kind: str) -> WalkTables:
+    """The tables that quantities are taken from."""
+    walks = approach_table(run, detector)
+    mask = np.full(len(walks["label"]), kind == "approach")
+    return WalkTables(beep_table(run, detector, kind), chosen(walks, mask))
 
 
 def per_walk(run: RunData, detector: str, kind: str, quantity: str) -> dict[str, float]:
     """Label of every walk (or standing measurement) with a beep in range -> the quantity; NaN without an estimate.
 
     Raises:
-        ValueError: an unknown kind or quantity.
+        ValueError: an unknown quantity.
     """
-    return per_walk_of(beep_table(run, detector, kind), quantity)
+    return per_walk_of(walk_tables(run, detector, kind), quantity)
 
 
-def per_walk_of(table: Table, quantity: str) -> dict[str, float]:
-    """The same from a table of beeps."""
+def per_walk_of(tables: WalkTables, quantity: str) -> dict[str, float]:
+    """The same from tables."""
     if quantity not in QUANTITIES:
         raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{quantity}'")
     asked = QUANTITIES[quantity]
+    table = tables.beeps if asked.rows == "beeps" else tables.walks
     labels, owner = np.unique(table["label"], return_inverse=True)
     values = asked.of(table) if len(labels) else np.empty(0)
     found: dict[str, float] = {}
@@ -86,10 +106,15 @@ def judged_right(run: RunData, detector: str) -> dict[str, tuple[bool, bool]]:
     }
 
 
-def walks_where(table: Table, **values: str | float | None) -> Table:
-    """The rows whose columns have these values; None leaves a column free."""
+def tables_where(tables: WalkTables, **values: str | float | None) -> WalkTables:
+    """Both tables cut to rows whose columns have these values; None leaves a column free."""
+    return WalkTables(rows_where(tables.beeps, **values), rows_where(tables.walks, **values))
+
+
+def rows_where(table: Table, **values: str | float | None) -> Table:
+    """The rows whose columns have these values; None, or a column that the table lacks, leaves them free."""
     mask = np.ones(len(table["label"]), dtype=bool)
     for column, value in values.items():
-        if value is not None:
+        if value is not None and column in table:
             mask &= table[column] == value
     return chosen(table, mask)

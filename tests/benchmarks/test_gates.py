@@ -41,7 +41,7 @@ from .gated_runs import (
 
 QUANTITIES = {
     "range_error": 0.005, "range_bias": 0.005, "path_difference_bias": 0.0005, "bearing_error": 0.02,
-    "no_estimate": 0.02, "candidates": 0.1, "snr": 0.3,
+    "no_estimate": 0.02, "candidates": 0.1, "snr": 0.3, "alerts": 0.01,
 }  # fmt: skip
 REGRESSION = Gates.model_validate(
     {
@@ -75,7 +75,7 @@ def test_untouched_is_green(tmp_path, seed):
     [
         (one_channel_late, {"PaperDetector path_difference_bias, approach"}),
         (threshold_too_high, {"PaperDetector candidates, approach", "PaperDetector no_estimate, approach"}),
-        (votes_too_few, {"PaperDetector TN"}),
+        (votes_too_few, {"PaperDetector TN", "PaperDetector alerts, approach"}),
     ],
 )
 def test_a_mistake_turns_its_own_metric_red(tmp_path, seed, mistake, metrics):
