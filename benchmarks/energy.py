@@ -4,18 +4,19 @@
     share = CPU time per beep x slower phone / beep period
     charge = power x time / battery voltage
 
-Every constant is a stated assumption: none was fitted to the paper's Table 1, and the answer moves with them as the
-formula says. The audio path is the whole phone playing music with its screen off, 322 to 460 mW on three phones of
-2008-2010 (Carroll and Heiser 2010, "An Analysis of Power Consumption in a Smartphone", USENIX ATC, comparison of
-phones); recording is taken to come with it. An active core is taken at 0.75 W, and a phone of 2014-2017 as five times
-slower than the machine that measured.
+Every constant is an assumption stated here: none was fitted to the paper's Table 1, and the answer moves with them as
+the formula says. The audio path stands for the whole phone playing and recording with its screen off, 0.3 to 0.5 W,
+the order that Carroll and Heiser (2010, "An Analysis of Power Consumption in a Smartphone", USENIX ATC) measured on
+phones playing audio. A busy core is taken at 0.75 W more, and a phone of 2014-2017 as three to ten times slower than
+the machine that measured.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-AUDIO_W = (0.32, 0.46)
+AUDIO_W = (0.3, 0.5)
+SLOWER = (3.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class EnergyModel:
         battery_v: mean voltage of a lithium cell.
     """
 
-    audio_w: float = 0.39
+    audio_w: float = 0.4
     core_w: float = 0.75
     slower: float = 5.0
     battery_v: float = 3.85
@@ -41,6 +42,9 @@ class EnergyModel:
 
 
 def charge_range_mah(cpu_s_per_beep: float, period_s: float, duration_s: float = 1800.0) -> tuple[float, float]:
-    """Charge at both ends of the published audio powers, with a phone 3 to 10 times slower, mAh."""
-    low = EnergyModel(audio_w=AUDIO_W[0], slower=3.0).charge_mah(cpu_s_per_beep, period_s, duration_s)
-    return low, EnergyModel(audio_w=AUDIO_W[1], slower=10.0).charge_mah(cpu_s_per_beep, period_s, duration_s)
+    """Charge at both ends of what is assumed of the audio path and of the phone's speed, mAh."""
+    low, high = (
+        EnergyModel(audio_w=audio, slower=slower).charge_mah(cpu_s_per_beep, period_s, duration_s)
+        for audio, slower in zip(AUDIO_W, SLOWER, strict=True)
+    )
+    return low, high

@@ -8,12 +8,26 @@ import click
 
 from benchmarks.figures import draw_figures
 from benchmarks.results import load_run
+from benchmarks.store import write_atomically
 
 
 @click.command()
 @click.argument("run_folder", type=click.Path(path_type=Path))
 @click.argument("names", nargs=-1)
-def figures(run_folder: Path, names: tuple[str, ...]) -> None:
+@click.option("--claims", "detector", metavar="DETECTOR", help="also write claims.md: the paper beside this detector")
+@click.option("--with", "others", multiple=True, type=click.Path(path_type=Path), metavar="RUN",
+              help="further runs for the claims that RUN_FOLDER does not test")  # fmt: skip
+def figures(run_folder: Path, names: tuple[str, ...], detector: str | None, others: tuple[Path, ...]) -> None:
     """Draw the figures of RUN_FOLDER, all or the NAMES given (fig16 fig17 ...), as PNG, SVG and CSV."""
-    for path in draw_figures(load_run(run_folder), list(names) or None):
+    run = load_run(run_folder)
+    if others and detector is None:
+        raise ValueError("--with needs --claims DETECTOR")
+    further = [load_run(folder) for folder in others]
+    for path in draw_figures(run, list(names) or None):
         click.echo(path)
+    if detector is not None:
+        from benchmarks.claims import claim_rows, claims_markdown
+
+        target = run.folder / "claims.md"
+        write_atomically(target, claims_markdown(claim_rows([run, *further], detector), detector))
+        click.echo(target)

@@ -14,9 +14,9 @@ from benchmarks.results import RunData
 
 PERIOD_S = 0.090
 MODEL_NOTE = (
-    "A model, not a measurement: 0.39 W of audio (0.32-0.46 W published for whole phones playing with the screen off), "
-    "0.75 W a busy core, a phone five (three to ten) times slower than the machine that measured, 3.85 V. Nothing was "
-    "fitted to the paper."
+    "A model, not a measurement, and nothing in it was fitted to the paper: 0.4 W (0.3-0.5) of a phone playing and "
+    "recording with its screen off, 0.75 W more for a busy core, a phone five (three to ten) times slower than the "
+    "machine that measured, 3.85 V. Whiskers and brackets: the ends of these ranges."
 )
 
 

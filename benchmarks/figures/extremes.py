@@ -80,9 +80,11 @@ def detector_extremes(run: RunData) -> PlotFigure:
                 y_range=(-3.0, 103.0),
             ),
         )
-        between = (snr >= 20.0) & (snr <= 80.0)
+        ratio = (rms / bound)[(snr >= 20.0) & (snr <= 80.0) & np.isfinite(rms)]
         reading = (
-            f"From 20 to 80 dB the error is {np.nanmax(rms[between] / bound[between]):.2f} times the bound at most."
+            f"From 20 to 80 dB the error is {ratio.max():.2f} times the bound at most."
+            if len(ratio)
+            else "No beep between 20 and 80 dB has an estimate."
         )
     return PlotFigure(
         "extremes_snr",
