@@ -18,9 +18,10 @@ from simulator.reflectors import MeshReading, SmoothSurface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-PIECE = 32  # facets a piece: some 4 cm across
+PIECE = 128  # facets a piece at most: some 4 cm across
 TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart when facets are put into pieces
-MOST_FACETS = 2_000_000
+MOST_FACETS = 400_000
+FACETS_A_SQUARE = 6.0  # facets for each square of their greatest edge: halving makes many smaller than they must be
 BEND_M = 0.25  # radius down to which facets of full size stand for the curve; 12 mm then stand off by 0.07 mm
 
 _WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
@@ -60,17 +61,21 @@ class Facets:
         return len(self.area_m2)
 
 
+def can_cut(reading: MeshReading, size_m: float) -> bool:
+    """Whether a mesh in facets of this size stays within `MOST_FACETS`."""
+    return FACETS_A_SQUARE * float(reading.mesh.area) / size_m**2 <= MOST_FACETS
+
+
 def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
     """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends more than at 25 cm.
 
     Raises:
         ValueError: more than `MOST_FACETS` facets would be needed.
     """
-    expected = 6.0 * float(reading.mesh.area) / size_m**2
-    if expected > MOST_FACETS:
+    if not can_cut(reading, size_m):
         raise ValueError(
-            f"facets of {size_m} m over {reading.mesh.area:.3g} m2 would be about {expected:.2g}, "
-            f"more than {MOST_FACETS}: choose larger ones or leave this obstacle to the other mechanisms"
+            f"facets of {size_m} m over {reading.mesh.area:.3g} m2 would be more than {MOST_FACETS}: "
+            "choose larger ones or leave this obstacle to the other mechanisms"
         )
     skin = _Skin.of(reading, surface)
     owner, place = _bisected(skin, size_m)

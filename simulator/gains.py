@@ -14,7 +14,7 @@ from simulator.edge_view import APEX, END, EdgeView
 from simulator.edges import FACE_0, FACE_N, edge_terms
 from simulator.phone import Phone
 from simulator.pose import Pose
-from simulator.spreading import spreading
+from simulator.spreading import rays, spreading
 from simulator.world import Tracing, World
 
 Floats = NDArray[np.float64]
@@ -74,15 +74,13 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
     """(C, K) product of the reflection factors of the mirrors, smooth surfaces and whole bodies met."""
     owner = world.owner
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
+    _, arriving = rays(found.points_m, found.normal)
     for k in range(found.sequence.shape[1]):
         reflector = found.sequence[:, k]
         mirrors = (reflector >= 0) & ((reflector < world.first_wedge) | (reflector >= world.first_body))
         met = np.full(len(found), -1)
         met[mirrors] = owner[found.sequence[mirrors, k]]
-        arriving = found.points_m[:, k + 1] - found.points_m[:, k]
-        cosine = np.abs(np.sum(arriving * found.normal[:, k], axis=1)) / np.maximum(
-            np.linalg.norm(arriving, axis=1), 1e-300
-        )
+        cosine = np.abs(np.sum(arriving[:, k] * found.normal[:, k], axis=1))
         for index in np.unique(met[met >= 0]):
             rows = np.flatnonzero(met == index)
             product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosine[rows, None])

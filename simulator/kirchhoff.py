@@ -29,6 +29,7 @@ Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 
 CELL_M = 0.02  # of path, about a wavelength: six frequencies then carry a cell's gain across the band to 0.02 dB
+PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
 _SMALL = 1e-2
 
 
@@ -66,12 +67,15 @@ def scattered(
         wavenumber_rad_m: (K,) rising.
     """
     count = int(np.ceil(4.0 * facets.radius_m / CELL_M)) + 3
-    shortest, total = _sums(*_arrays(facets), source_m, receiver_m, seen, wavenumber_rad_m, count)  # type: ignore[call-arg]
+    shortest, total, weight, moment = _sums(
+        *_arrays(facets), source_m, receiver_m, seen, wavenumber_rad_m, count
+    )  # type: ignore[call-arg]  # fmt: skip
     pair, slot = np.nonzero(np.abs(total).max(axis=2) > 0.0)
     gain = total[pair, slot]
     centre = shortest[pair] + CELL_M * slot
     wanted = centre + _excess(gain, wavenumber_rad_m)
-    facet, length = _nearest(*_arrays(facets), source_m, receiver_m, seen, pair, slot, shortest, wanted)  # type: ignore[call-arg]
+    place = moment[pair, slot] / weight[pair, slot, None]
+    facet, length = _nearest(*_arrays(facets), source_m, receiver_m, seen, pair, slot, shortest, wanted, place)  # type: ignore[call-arg]
     gain = gain * np.exp(1j * (length - centre)[:, None] * wavenumber_rad_m)
     return Cells(pair, facet, length, gain)
 
@@ -142,9 +146,10 @@ def _difference(a, b):
 
 @numba.njit(cache=True)
 def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, wavenumber, count):
-    """(R,) shortest path and (R, count, K) sums of the cells, each about its own centre."""
+    """(R,) shortest path, (R, count, K) sums of the cells about their centres, weights and moments of their facets."""
     pairs, nodes = len(source), len(wavenumber)
     total = np.zeros((pairs, count, nodes), np.complex128)
+    weight, moment = np.zeros((pairs, count)), np.zeros((pairs, count, 3))
     shortest = np.full(pairs, np.inf)
     for r in range(pairs):
         for f in range(len(area)):
@@ -164,6 +169,11 @@ def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, w
             slot = int(place)
             share = np.sin(0.5 * np.pi * (place - slot)) ** 2
             scale = 2.0 * area[f] / (4.0 * np.pi * l * m)
+            for s in range(2):
+                part = scale * (1.0 - share if s == 0 else share)
+                weight[r, slot + s] += part
+                for k in range(3):
+                    moment[r, slot + s, k] += part * middle[f, k]
             centre = shortest[r] + CELL_M * slot
             for n in range(nodes):
                 k = wavenumber[n]
@@ -173,12 +183,15 @@ def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, w
                 turn = k * CELL_M
                 total[r, slot, n] += (1.0 - share) * value
                 total[r, slot + 1, n] += share * value * (np.cos(turn) + 1j * np.sin(turn))
-    return shortest, total
+    return shortest, total, weight, moment
 
 
 @numba.njit(cache=True)
-def _nearest(corner, middle, normal, area, piece, closed, source, receiver, seen, pair, slot, shortest, wanted):
-    """Facet of each cell whose path is nearest to the one wanted, and that path."""
+def _nearest(corner, middle, normal, area, piece, closed, source, receiver, seen, pair, slot, shortest, wanted, place):
+    """Facet of each cell near to a place, with a path near to the one wanted, and that path.
+
+    Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
+    """
     facet, length = np.zeros(len(pair), np.int64), np.zeros(len(pair))
     best = np.full(len(pair), np.inf)
     first = 0
@@ -197,8 +210,13 @@ def _nearest(corner, middle, normal, area, piece, closed, source, receiver, seen
                 continue
             here = int((l + m - shortest[r]) / CELL_M)
             for s in (here, here + 1):
-                if s < len(cell) and cell[s] >= 0 and abs(l + m - wanted[cell[s]]) < best[cell[s]]:
-                    best[cell[s]] = abs(l + m - wanted[cell[s]])
-                    facet[cell[s]], length[cell[s]] = f, l + m
+                if s >= len(cell) or cell[s] < 0:
+                    continue
+                i = cell[s]
+                miss = ((l + m - wanted[i]) / PATH_M) ** 2
+                for k in range(3):
+                    miss += ((middle[f, k] - place[i, k]) / PLACE_M) ** 2
+                if miss < best[i]:
+                    best[i], facet[i], length[i] = miss, f, l + m
         first = last
     return facet, length

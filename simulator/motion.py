@@ -127,8 +127,7 @@ def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Fl
     before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
     after = legs.sum(axis=1) - before
     apex = 1.0 / np.sqrt(before * after * (before + after))
-    at_apex = (found.part[over] == APEX) & (found.edge[over] >= 0)
-    amplitude[over] = np.where(at_apex, apex, 1.0 / (before * after))
+    amplitude[over] = np.where(found.part[over] == APEX, apex, 1.0 / (before * after))
     return amplitude
 
 

@@ -19,7 +19,8 @@ from simulator.frames import into_rest, out_of_rest, turned
 from simulator.kirchhoff import Cells, scattered
 from simulator.ledger import Ledger, Turned
 from simulator.legs import legs_free
-from simulator.mixed import Images, image_pairs, images_lighting
+from simulator.mixed import Images
+from simulator.pairs import Pairs
 from simulator.planar import crossed
 from simulator.unfolding import Turns, straightened, unfolded
 from simulator.world import Tracing
@@ -33,45 +34,31 @@ IMAGES_AT_ONCE = 16  # times pieces: what is asked of Embree in one batch
 
 
 def scattered_paths(
-    tracing: Tracing, facets: Facets, wanted: Flags, max_order: int, audible: Audible, wavenumber: Floats,
-    ledger: Ledger,
-) -> tuple[Candidates, Complexes]:  # fmt: skip
+    tracing: Tracing, facets: Facets, pairs: Pairs, max_order: int, audible: Audible, wavenumber: Floats, ledger: Ledger
+) -> tuple[Candidates, Complexes]:
     """Paths over an obstacle heard as a whole, and (M, K) gains of it were it rigid; `cell` names the row.
 
     Args:
-        wanted: (N,) poses.
+        pairs: the ways that are wanted.
         max_order: reflections in all, the body counting as one.
         wavenumber: (K,) rising, rad/m.
         ledger: of what is turned away.
     """
-    lit = _lighting(tracing, facets, tracing.source_m, wanted, max_order, audible.limit_m)
-    lit_pieces = _lit_pieces(tracing, facets, tracing.source_m, lit)
     parts, gains, first = [], [], 0
     for mic in range(2):
-        heard = _lighting(tracing, facets, tracing.mics_m[:, mic], wanted, max_order, audible.limit_m)
-        heard_pieces = _lit_pieces(tracing, facets, tracing.mics_m[:, mic], heard)
-        left, right = image_pairs(lit, heard, max_order)
-        before, after = lit[left], heard[right]
-        frame = tracing.placed[before.pose, facets.obstacle]
-        ends = into_rest(before.point_m, frame), into_rest(after.point_m, frame)
-        cells = scattered(facets, *ends, lit_pieces[left] & heard_pieces[right], wavenumber)
-        loud = _loud(cells, before.pose[cells.pair], audible)
-        _turn_faint_away(tracing, facets, mic, before, after, cells[~loud], max_order, ledger)
+        some = pairs[pairs.mic == mic]
+        frame = tracing.placed[some.pose, facets.obstacle]
+        ends = into_rest(some.before.point_m, frame), into_rest(some.after.point_m, frame)
+        seen = _lit_pieces(tracing, facets, tracing.source_m, some.before)
+        seen &= _lit_pieces(tracing, facets, tracing.mics_m[:, mic], some.after)
+        cells = scattered(facets, *ends, seen, wavenumber)
+        loud = _loud(cells, some.pose[cells.pair], audible)
+        _turn_faint_away(tracing, facets, mic, some.before, some.after, cells[~loud], max_order, ledger)
         cells = cells[loud]
-        parts.append(_over_body(tracing, facets, mic, before, after, cells, first, max_order, ledger))
+        parts.append(_over_body(tracing, facets, mic, some.before, some.after, cells, first, max_order, ledger))
         gains.append(cells.gain)
         first += len(cells)
     return joined(parts), np.concatenate(gains)
-
-
-def _lighting(
-    tracing: Tracing, facets: Facets, point_m: Floats, wanted: Flags, max_order: int, limit_m: float
-) -> Images:
-    """Images of a point that may light the body, none of them in the body's own planes."""
-    images = images_lighting(tracing, facets, point_m, max_order - 1, limit_m)
-    patches = tracing.world.patches
-    own = np.append(patches.obstacle == facets.obstacle, False)[images.sequence].any(axis=1)
-    return images[np.flatnonzero(wanted[images.pose] & ~own)]
 
 
 def _loud(cells: Cells, pose: Ints, audible: Audible) -> Flags:
@@ -117,13 +104,15 @@ def _over_body(
 
 
 def _lit_pieces(tracing: Tracing, facets: Facets, start_m: Floats, images: Images) -> Flags:
-    """(I, G) pieces that each image sees: turned towards it, and nothing between on any leg."""
-    lit = np.zeros((len(images.pose), len(facets.piece_m)), dtype=bool)
-    for first in range(0, len(images.pose), IMAGES_AT_ONCE):
-        some = images[np.arange(first, min(first + IMAGES_AT_ONCE, len(images.pose)))]
+    """(R, G) pieces that each image sees: turned towards it, and nothing between on any leg."""
+    key = np.column_stack([images.pose, images.sequence])
+    first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)[1:]
+    lit = np.zeros((len(first), len(facets.piece_m)), dtype=bool)
+    for start in range(0, len(first), IMAGES_AT_ONCE):
+        some = images[first[start : start + IMAGES_AT_ONCE]]
         image, piece = _facing(tracing, facets, some)
-        lit[first + image, piece] = _reached(tracing, facets, start_m, some[image], piece)
-    return lit
+        lit[start + image, piece] = _reached(tracing, facets, start_m, some[image], piece)
+    return lit[which.ravel()]
 
 
 def _facing(tracing: Tracing, facets: Facets, images: Images) -> tuple[Ints, Ints]:

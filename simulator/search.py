@@ -13,6 +13,7 @@ from simulator.fidelity import Fidelity
 from simulator.floor import Audible
 from simulator.ledger import Ledger, Turned
 from simulator.mixed import mixed
+from simulator.pairs import Pairs, run_over
 from simulator.paths import REFERENCE_HZ
 from simulator.planar import planar
 from simulator.scattering import scattered_paths
@@ -44,33 +45,29 @@ def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Led
         rays.append(twice_curved(tracing, order, audible, rays[2:], loudest, ledger))
     if len(tracing.world.wedges):
         rays.append(diffracted(tracing, order, audible, loudest, wavenumber, ledger))
-    rays = [_not_heard_whole(tracing, whole, each, ledger) for each in rays]
+    rays = [_not_heard_whole(tracing, each, whole, ledger) for each in rays]
     nodes = 2.0 * np.pi * band.nodes_hz(fidelity.band_points) / speed_m_s
     cells, sums = _integrals(tracing, fidelity, whole, audible, nodes, ledger)
     return joined(rays + cells), sums
 
 
 def _integrals(
-    tracing: Tracing, fidelity: Fidelity, whole: Flags, audible: Audible, wavenumber: Floats, ledger: Ledger
+    tracing: Tracing, fidelity: Fidelity, whole: list[Pairs], audible: Audible, wavenumber: Floats, ledger: Ledger
 ) -> tuple[list[Candidates], Complexes]:
-    """Kirchhoff's integrals over all obstacles that are heard as a whole at some pose."""
+    """Kirchhoff's integrals over all ways that are left to them."""
     parts: list[Candidates] = []
     sums = np.zeros((0, len(wavenumber)), dtype=np.complex128)
-    for obstacle in np.flatnonzero(whole.any(axis=0)):
-        skin = facets_of(*tracing.world.skins[obstacle], int(obstacle), fidelity.facet_m)
-        found, gain = scattered_paths(
-            tracing, skin, whole[:, obstacle], fidelity.max_order, audible, wavenumber, ledger
-        )  # fmt: skip
+    for pairs in whole:
+        skin = facets_of(*tracing.world.skins[pairs.obstacle], pairs.obstacle, fidelity.facet_m)
+        found, gain = scattered_paths(tracing, skin, pairs, fidelity.max_order, audible, wavenumber, ledger)
         found.cell[:] += len(sums)
         parts, sums = [*parts, found], np.concatenate([sums, gain])
     return parts, sums
 
 
-def _not_heard_whole(tracing: Tracing, whole: Flags, found: Candidates, ledger: Ledger) -> Candidates:
-    """What meets no obstacle that Kirchhoff's integral takes care of."""
-    owner = np.append(tracing.world.owner, -1)[found.sequence]
-    nobody = np.zeros((len(whole), 1), dtype=bool)
-    taken = np.concatenate([whole, nobody], axis=1)[found.pose[:, None], owner].any(axis=1)
+def _not_heard_whole(tracing: Tracing, found: Candidates, whole: list[Pairs], ledger: Ledger) -> Candidates:
+    """What runs over no way that Kirchhoff's integral takes care of."""
+    taken = run_over(tracing, found, whole)
     rows = np.flatnonzero(taken)
     ledger.turn_away(
         "left to Kirchhoff's integral", len(rows),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _TINY = 1e-12
+_CORNER_M = 1e-9
 
 
 def spreading(
@@ -29,9 +30,7 @@ def spreading(
     Returns:
         Real and positive but for paths through a focus, which gain a factor j (e^{+jwt}) at each.
     """
-    legs = np.diff(points_m, axis=1)
-    length = np.linalg.norm(legs, axis=2)
-    ray = legs / np.maximum(length, _TINY)[:, :, None]
+    length, ray = rays(points_m, normals)
     amplitude = 1.0 / length[:, 0].astype(np.complex128)
     front = (np.eye(3) - ray[:, 0, :, None] * ray[:, 0, None, :]) / length[:, 0, None, None]
     for k in range(normals.shape[1]):
@@ -41,6 +40,23 @@ def spreading(
         amplitude = np.where(active, amplitude * factor, amplitude)
         front = np.where(active[:, None, None], after, front)
     return amplitude
+
+
+def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
+    """(P, N + 1) lengths and (P, N + 1, 3) unit directions of the legs of paths (P, N + 2, 3).
+
+    Two reflections in the corner of two surfaces share one point; the leg between them has no length, and its
+    direction is that of the leg before it, mirrored in the first of the two.
+    """
+    legs = np.diff(points_m, axis=1)
+    length = np.linalg.norm(legs, axis=2)
+    ray = legs / np.maximum(length, _TINY)[:, :, None]
+    for k in range(1, legs.shape[1]):
+        rows = np.flatnonzero(length[:, k] < _CORNER_M)
+        normal = normals[rows, k - 1]
+        along = np.sum(ray[rows, k - 1] * normal, axis=1)
+        ray[rows, k] = ray[rows, k - 1] - 2.0 * along[:, None] * normal
+    return length, ray
 
 
 def _reflected(front: Floats, ray: Floats, normal: Floats, curvature: Floats) -> Floats:

@@ -6,7 +6,8 @@ of stationary phase: the echo that an endless surface would return, times
     sqrt(1/l + 1/m) / (sqrt(2 pi k) g)
 
 with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
-counts as an error as far as it reaches into the obstacle's strongest echo after the matched filter.
+counts as an error as far as it reaches into the obstacle's strongest echo after the matched filter. Ways over an
+obstacle whose rims err together by more than the tolerance are left to Kirchhoff's integral, the others stay rays.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 
 from simulator.borders import Border
 from simulator.candidates import Candidates
+from simulator.facets import can_cut
 from simulator.fidelity import Fidelity
 from simulator.floor import Audible
 from simulator.frames import into_rest, out_of_rest, turned
-from simulator.mixed import image_pairs, images_lighting
+from simulator.pairs import Pairs, pairs_over, swapped_too
 from simulator.spreading import spreading
 from simulator.world import Tracing
 
@@ -31,89 +33,97 @@ PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to i
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
 TOUCHING_M = 2e-3
 DB_PER_SHARE = 20.0 / np.log(10.0)
+FEW = 8.0  # ways that err by less than the tolerance over this stay rays
 
 
-def heard_whole(tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float) -> Flags:
-    """(N, O) obstacles that Kirchhoff's integral is needed for, pose by pose.
+def heard_whole(
+    tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float
+) -> list[Pairs]:
+    """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
-    Those that no mechanism of the fidelity can hear otherwise, and those whose rims spoil their echo by more than the
-    tolerance.
+    All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims spoil its
+    echo, unless it is too large to be cut into facets: those are left to rays.
     """
     world, mechanisms = tracing.world, fidelity.mechanisms
-    whole = np.zeros((len(tracing.pose), len(world.obstacles)), dtype=bool)
     if "kirchhoff" not in mechanisms:
-        return whole
+        return []
+    chosen = []
     for obstacle, (reading, _) in enumerate(world.skins):
         flat, bent = bool((reading.patch >= 0).any()), bool(reading.curved.any())
-        whole[:, obstacle] = (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms)
+        if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
+            chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
     for index, surface in enumerate(world.surfaces):
-        error = rim_error_db(tracing, index, echoes, fidelity.max_order, audible, wavenumber)
-        whole[:, surface.obstacle] |= (error > fidelity.tolerance_db).any(axis=1)
-    return whole
+        if len(world.borders[index]) and can_cut(world.skins[surface.obstacle][0], fidelity.facet_m):
+            pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
+            error = rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            chosen.append(pairs[_needed(tracing, pairs, error, fidelity.tolerance_db)])
+    return [pairs for pairs in chosen if len(pairs)]
+
+
+def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
+    """(R,) ways to be left to the integral, each with the one that runs the other way round: they share a mirror."""
+    total = np.zeros((len(tracing.pose), 2))
+    np.add.at(total, (pairs.pose, pairs.mic), error_db)
+    return swapped_too(pairs, (total[pairs.pose, pairs.mic] > tolerance_db) & (error_db > tolerance_db / FEW))
 
 
 def rim_error_db(
-    tracing: Tracing, index: int, echoes: Candidates, max_order: int, audible: Audible, k: float
+    tracing: Tracing, index: int, pairs: Pairs, echoes: Candidates, audible: Audible, wavenumber: float
 ) -> Floats:
-    """(N, 2) estimated error of an obstacle's echo by rays off its smooth surface `index`, dB; 0 where it has no rim.
+    """(R,) estimated error that the rim of smooth surface `index` makes on each way; infinite where it is the echo.
 
     Args:
         echoes: what the rays found, of any obstacle.
-        max_order: reflections in all.
         audible: rims that it would leave out do no harm.
-        k: wavenumber, rad/m.
+        wavenumber: rad/m.
     """
     surface = tracing.world.surfaces[index]
-    error = np.zeros((len(tracing.pose), 2))
-    if not len(tracing.world.borders[index]):
-        return error
-    level, length = _strongest(tracing, surface.obstacle, echoes)
-    lit = images_lighting(tracing, surface, tracing.source_m, max_order - 1, audible.limit_m)
-    for mic in range(2):
-        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
-        left, right = image_pairs(lit, heard, max_order)
-        pose = lit.pose[left]
-        rim, path = _rim_echo(tracing, index, pose, lit.point_m[left], heard.point_m[right], k)
-        rim = np.where((path <= audible.limit_m) & audible(rim, level[pose, mic]), rim, 0.0)
-        near = np.exp(-(((path - length[pose, mic]) / PULSE_M) ** 2))
-        louder = rim > level[pose, mic]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(louder, np.inf, rim * near / level[pose, mic])
-        np.add.at(error[:, mic], pose, DB_PER_SHARE * np.where(rim > 0.0, share, 0.0))
-    return error
+    loudest, (level, length) = (
+        _strongest(tracing, echoes)[0],
+        _strongest(tracing, _meeting(tracing, surface.obstacle, echoes)),
+    )
+    at = pairs.pose, pairs.mic
+    rim, path = _rim_echo(tracing, index, pairs, wavenumber)
+    np.maximum.at(loudest, at, rim)
+    rim = np.where((path <= audible.limit_m) & audible(rim, loudest[at]), rim, 0.0)
+    near = np.exp(-(((path - length[at]) / PULSE_M) ** 2))
+    louder = rim > level[at]
+    share = rim * near / np.where(level[at] > 0.0, level[at], 1.0)
+    return np.where(louder, np.inf, DB_PER_SHARE * share)
 
 
-def _strongest(tracing: Tracing, obstacle: int, echoes: Candidates) -> tuple[Floats, Floats]:
-    """(N, 2) amplitude and (N, 2) path of the strongest echo that meets an obstacle; 0 and 0 without one."""
+def _meeting(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
     owner = np.append(tracing.world.owner, -1)
-    rows = np.flatnonzero((owner[echoes.sequence] == obstacle).any(axis=1) & (echoes.edge < 0))
-    met = echoes[rows]
+    return echoes[np.flatnonzero((owner[echoes.sequence] == obstacle).any(axis=1))]
+
+
+def _strongest(tracing: Tracing, echoes: Candidates) -> tuple[Floats, Floats]:
+    """(N, 2) amplitude and (N, 2) path of the strongest echo at each pose and microphone; 0 and 0 without one."""
+    met = echoes[np.flatnonzero((echoes.edge < 0) & (echoes.order > 0))]
     amplitude = np.abs(spreading(met.points_m, met.normal, met.curvature, met.order))
-    order = np.argsort(amplitude, kind="stable")
+    rising = np.argsort(amplitude, kind="stable")
     level, length = (np.zeros((len(tracing.pose), 2)) for _ in range(2))
-    level[met.pose[order], met.mic[order]] = amplitude[order]
-    length[met.pose[order], met.mic[order]] = met.length_m[order]
+    level[met.pose[rising], met.mic[rising]] = amplitude[rising]
+    length[met.pose[rising], met.mic[rising]] = met.length_m[rising]
     return level, length
 
 
-def _rim_echo(
-    tracing: Tracing, index: int, pose: Ints, source: Floats, receiver: Floats, k: float
-) -> tuple[Floats, Floats]:
+def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
     """(R,) amplitude and (R,) path of what the rim returns between images of speaker and microphone."""
     obstacle, border = tracing.world.surfaces[index].obstacle, tracing.world.borders[index]
-    frame = tracing.placed[pose, obstacle]
-    source, receiver = into_rest(source, frame), into_rest(receiver, frame)
+    frame = tracing.placed[pairs.pose, obstacle]
+    source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
     to_source, to_receiver = (end[:, None] - border.point_m for end in (source, receiver))
     l, m = np.linalg.norm(to_source, axis=2), np.linalg.norm(to_receiver, axis=2)
     both = to_source / l[:, :, None] + to_receiver / m[:, :, None]
     lit = np.einsum("rbx,bx->rb", both, border.normal) > 0.0
-    path = np.where(lit & ~_touching(tracing, obstacle, border, pose), l + m, np.inf)
+    path = np.where(lit & ~_touching(tracing, obstacle, border, pairs.pose), l + m, np.inf)
     first = path.argmin(axis=1)
-    each = np.arange(len(pose))
+    each = np.arange(len(pairs))
     l, m, shortest = l[each, first], m[each, first], path[each, first]
     slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
     bent = 1.0 + 2.0 * np.maximum(border.bend_1_m[first], 0.0) * l * m / (l + m)
-    share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * k) * np.maximum(slope, 1e-12))
+    share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
     amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
     return np.where(np.isfinite(shortest), amplitude, 0.0), np.where(np.isfinite(shortest), shortest, 0.0)
 

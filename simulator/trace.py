@@ -31,7 +31,8 @@ SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
 
 NOT_MODELLED = (
-    "creases between planar and smooth surfaces, and concave creases that are no corner of mirrors",
+    "rims of smooth surfaces on bodies too large for Kirchhoff's integral (10 m2 at 12 mm)",
+    "concave creases that are no corner of mirrors",
     "two diffractions in one path, or one with a curved reflection",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
@@ -92,18 +93,16 @@ def traced(
     ledger = ledger or Ledger()
     found, sums = searched(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
     masks = {
-        "too long": found.length_m <= 2.0 * fidelity.max_range_m,
-        "twin on a shared border": _first_of_twins(tracing, found),
-        "hidden": (found.order == 0) | legs_free(tracing, found),
-        "at a focus": _out_of_focus(found),
+        "too long": lambda found: found.length_m <= 2.0 * fidelity.max_range_m,
+        "hidden": lambda found: (found.order == 0) | legs_free(tracing, found),
+        "twin on a shared border": _first_of_twins,
+        "at a focus": _out_of_focus,
     }
-    kept = np.ones(len(found), dtype=bool)
-    nodes_hz = band.nodes_hz(fidelity.band_points)
     for name, mask in masks.items():
-        _turn_away(ledger, name, found[kept & ~mask], sums, tracing, phone, scene)
-        kept &= mask
-    found = found[kept]
-    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, nodes_hz)
+        kept = mask(found)
+        _turn_away(ledger, name, found[~kept], sums, tracing, phone, scene)
+        found = found[kept]
+    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, band.nodes_hz(fidelity.band_points))
     heard = _over_noise(phone, gain) | (found.order == 0)
     _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
@@ -129,7 +128,7 @@ def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]
     return np.abs(gain).max(axis=1) >= 10.0 ** (floor_db / 20.0)
 
 
-def _first_of_twins(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
+def _first_of_twins(found: Candidates) -> NDArray[np.bool_]:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)

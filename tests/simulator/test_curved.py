@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
-from simulator import Air, Fidelity, Material, Obstacle, Pose, Scene, held_rotation, trace_paths
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.spreading import spreading
 
 C = 343.0
@@ -128,3 +129,26 @@ def test_flat_surface_reads_the_facets_as_they_are(phone):
     paths = trace_paths(Scene([prism]), phone, pose, Fidelity(mechanisms=("specular",)))
     assert (paths.kind == "curved").sum() == 0
     assert (paths.order > 0).sum() < 40  # facets are seen from few positions
+
+
+@pytest.mark.parametrize("rise_m", [0.0, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("height_m", [0.5, 1.3])
+def test_corner_of_a_post_and_the_ground_at_equal_heights(height_m, rise_m):
+    """Both reflections fall on one point; the leg between them has no direction of its own, the echo is the same."""
+    post = trimesh.creation.cylinder(radius=0.25, height=0.45, sections=32).apply_translation([0.0, 0.0, 0.225])
+    ground = trimesh.Trimesh([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]])
+    scene = Scene(
+        [Obstacle(post, Material.named("asphalt"), "post"), Obstacle(ground, Material.named("asphalt"), "ground")],
+        Air.lossless(343.0),
+    )
+    receiver = np.array([1.25, 0.05, height_m + rise_m])
+    phone = Phone.ideal([1.25, -0.05, height_m], [receiver, receiver + [0.0, 0.0, 0.11]])
+    fidelity = Fidelity(mechanisms=("specular", "curved"))
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], Rotation.identity()), fidelity)
+    corner = paths[(paths.order == 2) & (paths.mic == 0)]
+    assert len(corner) == 1
+    other = Phone.ideal([1.25, -0.05, height_m], [receiver + [0.0, 0.0, 4e-3], receiver + [0.0, 0.0, 0.11]])
+    apart = trace_paths(scene, other, Pose([0.0, 0.0, 0.0], Rotation.identity()), fidelity)
+    apart = apart[(apart.order == 2) & (apart.mic == 0)]
+    assert len(apart) == 1
+    np.testing.assert_allclose(np.abs(corner.gain), np.abs(apart.gain), rtol=5e-3)

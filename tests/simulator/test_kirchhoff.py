@@ -69,15 +69,20 @@ def test_dustbin_against_full_wave(sections):
         assert above or abs(samples) < 0.25, (i, samples)
 
 
-def test_half_a_bin_on_the_ground_against_full_wave():
+@pytest.mark.parametrize(
+    "fidelity",
+    [Fidelity(level="reference"), Fidelity(mechanisms=("specular", "kirchhoff"), max_order=3, band_points=8)],
+)
+def test_half_a_bin_on_the_ground_against_full_wave(fidelity):
     """A rigid ground through the middle of the free bin changes nothing for ends on it, but that both double."""
     stored = _stored()
     half = Obstacle(_bin(height=0.45).apply_translation([0.0, 0.0, 0.225]), Material.rigid(), "bin")
-    for i in (0, 5):
-        source, receiver = (stored[name][i] + [0.0, 0.0, 1e-4] for name in ("S", "R"))
-        paths = _echo([half, _ground()], source, receiver, Fidelity(level="reference", max_order=3))
+    for i in (5,):
+        source, receiver = (stored[name][i] + [0.0, 0.0, 1e-3] for name in ("S", "R"))
+        paths = _echo([half, _ground()], source, receiver, fidelity)
         paths = paths[np.char.find(paths.obstacle.astype(str), "bin") >= 0]
-        assert {"kirchhoff", "mixed"} <= set(paths.kind)
+        assert "mixed" in paths.kind
+        assert "kirchhoff" in paths.kind
         ours = damped(paths, stored["f"], float(stored["sigma"]))
         level, samples = matched_peak(ours, 4.0 * stored["H"][i, 0], stored["f"], _rim_path(source, receiver) / C)
         assert abs(level + 6.02) < 0.1, (i, level)  # the free field of the source at the ground doubles as well
@@ -194,21 +199,19 @@ def test_a_body_behind_a_wall_is_silent():
 
 
 def test_cells_move_with_the_walk():
-    """A beep rendered while walking against the same echo, traced where the phone is when the chirp's middle is out."""
+    """A beep while walking has the level of one from where the walker is when its middle is on its way to the bin."""
     beep = BeepDesign()
     scene = Scene([Obstacle(_bin(), Material.rigid(), "bin")], Air.lossless(C))
     phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.05, 0.0], [0.0, -0.05, 0.0]])
-    fidelity = Fidelity(mechanisms=("kirchhoff",), max_order=1, facet_m=0.02)
-    still, moving = (
-        StraightWalk([1.5, 0.0, 0.6], heading_rad=np.pi, speed_m_s=v, duration_s=beep.period_s, pitch_rad=0.0)
-        for v in (0.0, 1.0)
-    )
-    found = []
-    for walk in (still, moving):
+    fidelity = Fidelity(mechanisms=("kirchhoff",), max_order=1)
+    on_its_way = 0.5 * beep.duration_s + 1.25 / C
+    energy = []
+    for speed, start in ((0.0, 1.5 - on_its_way), (1.0, 1.5)):
+        walk = StraightWalk([start, 0.0, 0.2], np.pi, speed, beep.period_s, 0.0)
         paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
         assert (paths.kind == "kirchhoff").sum() > 5
         echo = np.flatnonzero(paths.order > 0)
-        found.append(np.abs(sum_envelopes(paths[echo], motion[echo], beep, count)).max())
-    assert 20.0 * np.log10(found[1] / found[0]) == pytest.approx(0.0, abs=1.0)
-    rate = np.gradient(np.polynomial.chebyshev.chebval([-1.0, 0.0, 1.0], motion.delay_s[echo].T), axis=1)
-    assert (rate < 0.0).all()  # every part of the bin comes nearer
+        energy.append((np.abs(sum_envelopes(paths[echo], motion[echo], beep, count)) ** 2).sum())
+    assert 10.0 * np.log10(energy[1] / energy[0]) == pytest.approx(0.0, abs=0.06)
+    delay = np.polynomial.chebyshev.chebval([-1.0, 0.0, 1.0], motion.delay_s[echo].T)
+    assert (np.diff(delay, axis=1) < 0.0).all()
