@@ -127,7 +127,7 @@ def plot_statistics(found: ApproachStatistics, path: str | Path) -> Path:
         above = panels[1].get_xaxis_transform()
         panels[1].text(distance, 1.01, text, color=PAPER, transform=above, ha="center", va="bottom", fontsize=8)
     angle = np.rad2deg(found.start_bearing_rad)
-    _halves(panels[2], found, angle, "walking angle at the start / degrees", np.arange(0.0, 91.0, 5.0))
+    _halves(panels[2], found, angle, "walking angle at the start / °", np.arange(0.0, 91.0, 5.0))
     _halves(panels[3], found, found.miss_distance_m, "offset of the phone's line / m", np.arange(0.0, 1.51, 0.1))
     _halves(panels[4], found, found.speed_m_s, "walking speed / m/s", np.arange(0.75, 1.66, 0.05))
     _sizes(panels[5], found)
@@ -160,7 +160,7 @@ def _halves(axes: Axes, found: ApproachStatistics, values: Array, label: str, ed
     axes.hist(parts, edges.tolist(), stacked=True, color=[MET, MISSED], label=["met", "missed"])
     axes.set(xlabel=label, ylabel="walks")
     if (values > edges[-1]).any():
-        axes.set_xlabel(f"{label} (the last bar holds all beyond)")
+        axes.set_xlabel(f"{label} (last bar: or more)")
 
 
 def _sizes(axes: Axes, found: ApproachStatistics) -> None:

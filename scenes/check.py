@@ -16,6 +16,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from scenes.overlap import inside, overlap_depth
+from scenes.solids import shifted
 from scenes.truth import NOT_IN_THE_WAY, contact
 from simulator.phone import Phone
 from simulator.pose import Walk
@@ -34,6 +35,7 @@ AFLOAT_M = 0.02
 
 BESIDE_GROUND_M = 0.02
 WALK_STEP_S = 0.02
+MEETING_STEP_S = 0.25
 
 UNITS_M = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "m": 1.0}
 
@@ -59,13 +61,13 @@ def check_scene(scene: Scene, walk: Walk | None = None, phone: Phone | None = No
     """All findings: obstacle by obstacle, then between them, then along the walk.
 
     Args:
-        scene: to check; overlaps are looked for where its obstacles are at time 0.
+        scene: to check; overlaps of what moves are looked for every 0.25 s of the walk, at time 0 without one.
         walk: the phone's way, followed from 0 to its duration every 20 ms; None leaves it out.
         phone: its transducers; None takes the phone's origin alone.
     """
     found = [finding for obstacle in scene.obstacles for finding in _mesh_findings(obstacle)]
     found += _ground_findings(scene)
-    found += _overlap_findings(scene)
+    found += _overlap_findings(scene, 0.0 if walk is None else walk.duration_s)
     if walk is not None:
         found += _walk_findings(scene, walk, phone)
     return found
@@ -158,11 +160,25 @@ def _things(scene: Scene) -> list[Obstacle]:
     return [obstacle for obstacle in scene.obstacles if obstacle.category not in NOT_IN_THE_WAY]
 
 
-def _overlap_findings(scene: Scene) -> Iterator[Finding]:
+def _overlap_findings(scene: Scene, duration_s: float) -> Iterator[Finding]:
     for one, other in combinations(_things(scene), 2):
-        depth = overlap_depth(one.mesh, other.mesh)
-        if depth > TOUCH_M:
-            yield Finding("warning", one.name, "overlap", f"and '{other.name}' overlap, by {depth:.3g} m or more")
+        moving = bool(np.any(one.velocity_m_s != other.velocity_m_s))
+        for time in np.arange(0.0, duration_s + 1e-9, MEETING_STEP_S) if moving else (0.0,):
+            depth = _depth_at(one, other, float(time))
+            if depth > TOUCH_M:
+                when = f" at {time:.1f} s" if moving else ""
+                message = f"and '{other.name}' overlap{when}, by {depth:.3g} m or more"
+                yield Finding("warning", one.name, "overlap", message)
+                break
+
+
+def _depth_at(one: Obstacle, other: Obstacle, time_s: float) -> float:
+    """How deep two obstacles overlap at an instant, as seen from the second."""
+    shift = time_s * (one.velocity_m_s - other.velocity_m_s)
+    low, high = np.asarray(one.mesh.bounds) + shift
+    if (low >= other.mesh.bounds[1]).any() or (high <= other.mesh.bounds[0]).any():
+        return 0.0
+    return overlap_depth(shifted(one.mesh, shift) if shift.any() else one.mesh, other.mesh)
 
 
 def _walk_findings(scene: Scene, walk: Walk, phone: Phone | None) -> Iterator[Finding]:

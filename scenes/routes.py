@@ -3,6 +3,9 @@
 Both the corners of a route and the stops of a pace are rounded by the same bell: a quantity that would jump from one
 constant rate to another changes over a window, and all derivatives up to the third stay continuous in time, so that
 delays can be followed inside a beep.
+
+The paper's participants walk straight at obstacles (section 4.1), and so do all approaches of `scenes.approaches`, the
+phone held vertically; routes, stops and the horizontal holding are for scenes of one's own and for what-if suites.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ LIVE_LOOK_S = 1.0
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--live", type=float, metavar="SECONDS", help="play beeps and listen here instead (extra `live`)")
-@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `obstaclewatch ls phones`")
+@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones`, or a scene file")
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="lift of the phone's top edge, degrees, if known")
 @click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
@@ -50,7 +50,7 @@ def detect(
         raise click.UsageError("either RECORDING or --live SECONDS must be given")
     if live is not None and plot is not None:
         raise click.UsageError("--plot needs a RECORDING: what is heard live is not kept")
-    geometry = Phone.named(phone).geometry
+    geometry = _phone(phone).geometry
     shape = (*_band(band), 1e-3 * beep_ms, 1e-3 * gap_ms)
     if recording is not None:
         pieces = _from_file(recording, swap)
@@ -116,6 +116,15 @@ def _tell(found: Iterable[Detection], as_json: bool) -> None:
     if not as_json:
         told = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
         click.echo(f"{count} beeps, {told}")
+
+
+def _phone(text: str) -> Phone:
+    """The preset of that name, or the phone of a scene file."""
+    if not text.endswith((".yaml", ".yml")):
+        return Phone.named(text)
+    from scenes import load_encounter
+
+    return load_encounter(text).phone
 
 
 def _band(text: str) -> tuple[float, float]:
