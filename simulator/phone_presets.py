@@ -9,6 +9,18 @@
 | sound in the case | first and strongest arrival (paper, Fig. 9) | 1500 m/s, 1.5 times the direct sound in the air |
 | level, noise | - | 55 dB SPL at 1 m; 30 dB SPL in 18-23 kHz |
 
+The Nexus 6P is not one of the paper's phones: it is here because recordings of it towards a large object exist, and all
+of it but the level is set from them (docs/real_recordings.md). Its loudspeaker is at the bottom.
+
+| Nexus 6P | measured | assumed |
+|---|---|---|
+| microphones | path difference of 14 and 15 cm for an object ahead | on the middle line |
+| speaker | direct over a mirror's echo 46 dB at the bottom one: 3.1 cm from it | above the bottom microphone |
+| shadow | direct sound at the top microphone 7.5 dB below 1 / distance | - |
+| response | loudspeaker to own microphones | - |
+| directivity | bottom microphone 16 dB weaker to the front | speaker omnidirectional |
+| noise | 22.5 dB below the beep at 1 m (17-26 dB in four recordings) | 55 dB SPL at 1 m |
+
 The Galaxy S5's table is derived from LibAcousticSensing (https://github.com/yctung/LibAcousticSensing, commit
 9279d2dd), Copyright 2017 Yu-Chih Tung, MIT licence (the terms of this project's LICENSE): 250 Hz power averages over
 repeats of a sweep, phone in the hand, one unit; its channel 1 is taken for the top microphone, 2 for the bottom one.
@@ -35,7 +47,7 @@ LEVEL_SPL_DB = 55.0
 NOISE_SPL_DB = 30.0
 REFERENCE_BAND_HZ = (18_000.0, 22_000.0)  # over which a response averages 0 dB in power
 
-S5_HZ = np.arange(16_000.0, 23_501.0, 250.0)
+TABLE_HZ = np.arange(16_000.0, 23_501.0, 250.0)
 S5_TOP_DB = np.array([
     -0.4, 2.2, 2.1, -0.2, -2.6, -1.9, -2.8, -2.5, 0.0, 1.4, -0.3, 0.6, 0.1, -2.2, -6.9, -7.5, -3.9, -5.5, -0.6, 3.1,
     3.5, 2.1, -0.2, -2.3, -4.2, -9.8, -17.8, -24.5, -31.0, -41.4, -52.4,
@@ -44,6 +56,20 @@ S5_BOTTOM_DB = np.array([
     5.3, 4.2, 4.0, 0.8, -6.9, -3.5, -2.3, -1.8, 0.0, -0.1, -0.0, -0.8, -3.9, -5.2, -2.4, -1.8, -1.6, -1.1, -4.9, -11.3,
     -4.9, -1.4, -0.2, -1.1, -3.5, -7.3, -13.5, -20.5, -27.8, -36.6, -50.1,
 ])  # fmt: skip
+
+N6P_TOP_DB = np.array([
+    3.8, 4.7, 6.9, 6.8, 6.3, 6.7, 5.6, 2.7, 0.0, -1.6, 0.8, 2.8, 2.9, 2.8, 2.9, 2.6, 0.9, 2.3, 2.5, 1.9, 0.9, 1.7,
+    2.5, 1.6, -0.1, -3.6, -5.7, -8.8, -10.9, -14.2, -18.1,
+])  # fmt: skip
+N6P_BOTTOM_DB = np.array([
+    -16.5, -17.3, -14.2, -10.1, -7.1, -4.8, -2.6, -1.0, 0.0, 0.7, 1.1, 1.5, 2.1, 2.3, 2.1, 1.2, -0.5, -1.8, -2.3,
+    -2.8, -3.4, -4.1, -4.7, -5.6, -7.2, -9.9, -13.6, -19.4, -27.7, -40.0, -40.2,
+])  # fmt: skip
+N6P_SEPARATION_M, N6P_SPEAKER_TO_BOTTOM_MIC_M = 0.145, 0.031
+N6P_REAR_LOSS_DB = 16.0
+N6P_SHADOW_DB = 7.5
+AIR_M_S = 343.2
+N6P_NOISE_SPL_DB = LEVEL_SPL_DB - 22.5
 
 FORWARDS, BACKWARDS = np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0])
 
@@ -127,7 +153,7 @@ def _ideal() -> Phone:
 
 
 def _galaxy_s5() -> Phone:
-    return _phone(_geometry("galaxy-s5", 0.141), S5_HZ, *two_way_split(S5_HZ, S5_TOP_DB, S5_BOTTOM_DB))
+    return _phone(_geometry("galaxy-s5", 0.141), TABLE_HZ, *two_way_split(TABLE_HZ, S5_TOP_DB, S5_BOTTOM_DB))
 
 
 def _galaxy_note5() -> Phone:
@@ -142,14 +168,44 @@ def _galaxy_s8_plus() -> Phone:
     return _phone(_geometry("galaxy-s8-plus", 0.160), frequency, level, np.zeros(8), np.zeros(8))
 
 
+def _nexus_6p() -> Phone:
+    half = 0.5 * N6P_SEPARATION_M
+    mics = np.array([[0.0, half, 0.0], [0.0, -half, 0.0]])
+    speaker = np.array([0.0, N6P_SPEAKER_TO_BOTTOM_MIC_M - half, 0.0])
+    shared, top, bottom = two_way_split(TABLE_HZ, N6P_TOP_DB, N6P_BOTTOM_DB)
+    return Phone(
+        PhoneGeometry("nexus-6p", speaker, mics),
+        Transducer(TABLE_HZ, shared, FORWARDS),
+        (
+            Transducer(TABLE_HZ, top, FORWARDS, MIC_REAR_LOSS_DB),
+            Transducer(TABLE_HZ, bottom, BACKWARDS, N6P_REAR_LOSS_DB),
+        ),
+        _shadow_of_the_case(np.linalg.norm(mics - speaker, axis=1)),
+        level_spl_db=LEVEL_SPL_DB,
+        noise_spl_db=N6P_NOISE_SPL_DB,
+    )
+
+
+def _shadow_of_the_case(distance_m: NDArray[np.float64]) -> StructureBorne:
+    """What the case takes from the direct sound at the top microphone: an arrival of opposite sign along with it.
+
+    Between speaker and top microphone lies the phone's whole length, and the measured level is that much below
+    1 / distance; the bottom microphone's is 1 / distance.
+    """
+    kept = 10.0 ** (-np.array([N6P_SHADOW_DB, 0.0]) / 20.0)
+    return StructureBorne(distance_m / AIR_M_S, (kept - 1.0) / distance_m)
+
+
 _PRESETS: dict[str, Callable[[], Phone]] = {
     "ideal": _ideal,
     "galaxy-s5": _galaxy_s5,
     "galaxy-note5": _galaxy_note5,
     "galaxy-s8-plus": _galaxy_s8_plus,
+    "nexus-6p": _nexus_6p,
 }
 _ALIASES = {
     "s5": "galaxy-s5",
+    "6p": "nexus-6p",
     "note5": "galaxy-note5",
     "s8+": "galaxy-s8-plus",
     "s8-plus": "galaxy-s8-plus",

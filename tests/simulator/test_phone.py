@@ -11,7 +11,7 @@ import pytest
 from obstaclewatch.beep import BeepDesign
 from simulator.air import Air
 from simulator.phone import Phone, Transducer
-from simulator.phone_presets import S5_BOTTOM_DB, S5_HZ, S5_TOP_DB, list_phones, preset
+from simulator.phone_presets import N6P_BOTTOM_DB, N6P_TOP_DB, S5_BOTTOM_DB, S5_TOP_DB, TABLE_HZ, list_phones, preset
 
 REAL_PHONES = ["galaxy-s5", "galaxy-note5", "galaxy-s8-plus"]
 MEASURED = Path(__file__).parents[3] / "shared" / "realdata" / "freq" / "phone_response_model_250Hz.csv"
@@ -26,7 +26,7 @@ def two_way_db(phone, mic, frequency_hz):
 
 
 def test_the_papers_phones_are_there():
-    assert list_phones() == ["ideal", *REAL_PHONES]
+    assert list_phones() == ["ideal", *REAL_PHONES, "nexus-6p"]
 
 
 @pytest.mark.parametrize(("name", "separation_m"), [("s5", 0.141), ("note5", 0.153), ("s8+", 0.160), ("ideal", 0.150)])
@@ -47,7 +47,7 @@ def test_aliases(alias, name):
 
 
 def test_unknown_phone_lists_the_known():
-    with pytest.raises(ValueError, match="ideal, galaxy-s5, galaxy-note5, galaxy-s8-plus, got 'iphone'"):
+    with pytest.raises(ValueError, match="ideal, galaxy-s5, galaxy-note5, galaxy-s8-plus, nexus-6p, got 'iphone'"):
         Phone.named("iphone")
 
 
@@ -110,10 +110,13 @@ def test_direct_sound_peaks_before_the_air_brings_it(name, mic, low_us, high_us)
     assert low_us <= peak_us <= high_us < 1e6 * air_delay_s
 
 
-@pytest.mark.parametrize(("mic", "measured_db"), [(0, S5_TOP_DB), (1, S5_BOTTOM_DB)])
-def test_s5_keeps_the_measured_two_way_response(mic, measured_db):
+@pytest.mark.parametrize(
+    ("name", "mic", "measured_db"),
+    [("s5", 0, S5_TOP_DB), ("s5", 1, S5_BOTTOM_DB), ("6p", 0, N6P_TOP_DB), ("6p", 1, N6P_BOTTOM_DB)],
+)
+def test_the_measured_two_way_response_is_kept(name, mic, measured_db):
     # speaker plus microphone differ from the measurement by one constant: the level of the channel
-    offset = two_way_db(Phone.named("s5"), mic, S5_HZ) - measured_db
+    offset = two_way_db(Phone.named(name), mic, TABLE_HZ) - measured_db
     assert np.ptp(offset) < 1e-9
 
 
@@ -123,15 +126,17 @@ def test_s5_mean_power_is_0_db_over_18_to_22_khz(mic):
     assert power.mean() == pytest.approx(1.0, abs=1e-9)
 
 
-def test_s5_table_is_the_published_one():
+def test_tables_are_the_published_ones():
     if not MEASURED.is_file():
         pytest.skip("the measured responses are not beside the repository")
     with MEASURED.open() as stream:
         rows = list(csv.DictReader(stream))
-    assert len(rows) == len(S5_HZ)
-    np.testing.assert_array_equal([float(row["f_Hz"]) for row in rows], S5_HZ)
+    assert len(rows) == len(TABLE_HZ)
+    np.testing.assert_array_equal([float(row["f_Hz"]) for row in rows], TABLE_HZ)
     np.testing.assert_array_equal([float(row["s5_ch1_mic_dB_re_18k"]) for row in rows], S5_TOP_DB)
     np.testing.assert_array_equal([float(row["s5_ch2_mic_dB_re_18k"]) for row in rows], S5_BOTTOM_DB)
+    np.testing.assert_array_equal([float(row["6p_ch2_mic_dB_re_18k"]) for row in rows], N6P_TOP_DB)
+    np.testing.assert_array_equal([float(row["6p_ch1_mic_dB_re_18k"]) for row in rows], N6P_BOTTOM_DB)
 
 
 def test_s8_plus_carries_the_top_of_the_band_best():
