@@ -1,4 +1,4 @@
-"""Tracks of what closes in: found as a line through the peaks of many beeps, then followed by a Kalman filter.
+"""Tracks of what closes in: found as a line of evidence over many beeps, then followed by a Kalman filter.
 
 Range r and closing speed v are those of the beep's centre as it is hit. The chirp reads r - v x range_doppler_s, and
 that is the filter's measurement: its ranges have no range-Doppler bias.
@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.courses import Samples
+from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
 
 Array = NDArray[np.float64]
 Heard = tuple[float, float, float, NDArray[np.complex64]]
 
-SPEEDS_M_S = np.arange(0.5, 3.3, 0.15)
 SEARCH_BEEPS = 12
 GATE_M = 0.09
 """How far a peak may be from a line: 1 cm of surge, 2.6 cm of its range-Doppler coupling, 6 cm of a coarse speed."""
@@ -27,8 +27,12 @@ HIT, MISS = 1.9, -1.1
 POWER_GAIN, MOST_GAIN = 0.25, 3.0
 """What a peak's power above the usual threshold adds, at most."""
 THRESHOLD_POWER = 4.0
-START_SCORE = 8.0
-"""exp(8) outweighs 3,000 of the 7,000 lines that are tried at every beep; the rest is left to what follows."""
+START_SCORE = 9.0
+"""exp(9) outweighs the 8,000 lines that are tried at every beep."""
+STARTS_A_BEEP = 3
+LEAST_PEAKS = 4
+OWN_M = 0.10
+"""Around a track, what is heard belongs to it."""
 MOST_SCORE = 25.0
 LEAST_SPEED_M_S = 0.3
 MOST_MISSES = 7
@@ -99,10 +103,11 @@ class Approaches:
 
     Args:
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
+        evidence: of lines, empty.
     """
 
-    def __init__(self, ahead_s: float) -> None:
-        self._ahead_s = ahead_s
+    def __init__(self, ahead_s: float, evidence: LineEvidence) -> None:
+        self._ahead_s, self._evidence = ahead_s, evidence
         self.tracks: list[Track] = []
         self._free: deque[tuple[float, MovingPeaks, NDArray[np.bool_]]] = deque(maxlen=SEARCH_BEEPS)
 
@@ -110,6 +115,7 @@ class Approaches:
         """Forget everything."""
         self.tracks.clear()
         self._free.clear()
+        self._evidence.clear()
 
     def step(self, time_s: float, peaks: MovingPeaks) -> list[Track]:
         """Follow the tracks to a beep's peaks, start and end tracks; returns those there are, nearest first."""
@@ -117,8 +123,11 @@ class Approaches:
         for track in sorted(self.tracks, key=lambda track: -track.score):
             self._follow(track, time_s, peaks, taken)
         self.tracks = [track for track in self.tracks if _lives(track)]
-        self._start(time_s, peaks, taken)
         self._free.append((time_s, peaks, ~taken))
+        self._evidence.add(peaks.log_ratio)
+        for track in self.tracks:
+            self._fade(track.expected(self._ahead_s)[0], peaks)
+        self._start(peaks)
         self._part()
         self.tracks.sort(key=lambda track: track.state[0])
         return self.tracks
@@ -140,47 +149,44 @@ class Approaches:
         track.misses = 0
         track.score = min(track.score + HIT + float(_power_gain(peaks.power[best])), MOST_SCORE)
 
-    def _start(self, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_]) -> None:
-        """Tracks from peaks that no track has taken, if a line leads to them."""
-        here = np.flatnonzero(~taken)
-        if len(self._free) < 4 or len(here) == 0:
-            return
-        age_s = np.array([time_s - past for past, _, _ in self._free])
-        width = max(len(past) for _, past, _ in self._free)
-        if width == 0:
-            return
-        ranges = _padded([np.where(free, past.range_m, np.nan) for _, past, free in self._free], width)
-        gains = _padded([_power_gain(past.power) for _, past, _ in self._free], width)
-        line = peaks.range_m[here, None, None] + SPEEDS_M_S[:, None] * age_s
-        offset = np.abs(line[..., None] - ranges)
-        gain = np.where(offset <= GATE_M, HIT + gains - 4.0 * (offset / GATE_M) ** 2 * 0.25, -np.inf)
-        partner = np.argmax(gain, axis=-1)
-        best = np.take_along_axis(gain, partner[..., None], axis=-1)[..., 0]
-        steps = np.where(np.isfinite(best), best, MISS)
-        newest_first = np.cumsum(steps[..., ::-1], axis=-1)
-        score = newest_first.max(axis=-1)
-        for row in np.argsort(-score.max(axis=1)):
-            speed = int(np.argmax(score[row]))
-            if score[row, speed] < START_SCORE or taken[here[row]]:
-                continue
-            beeps = np.arange(len(age_s)) >= len(age_s) - 1 - int(np.argmax(newest_first[row, speed]))
-            chosen = np.flatnonzero(beeps & np.isfinite(best[row, speed]))
-            self._begin(time_s, peaks, int(here[row]), chosen, partner[row, speed], float(score[row, speed]))
-            taken[here[row]] = True
+    def _fade(self, read_m: float, peaks: MovingPeaks, share: float = 0.0) -> None:
+        cell = round((read_m - peaks.first_m) / peaks.cell_m)
+        reach = round(OWN_M / peaks.cell_m)
+        self._evidence.fade(cell - reach, cell + reach + 1, share)
 
-    def _begin(
-        self,
-        time_s: float,
-        peaks: MovingPeaks,
-        here: int,
-        beeps: NDArray[np.intp],
-        partner: NDArray[np.intp],
-        score: float,
-    ) -> None:
+    def _start(self, peaks: MovingPeaks) -> None:
+        """Tracks along the lines that have gathered enough."""
+        for _ in range(STARTS_A_BEEP):
+            score, cell = self._evidence.best()
+            if score < START_SCORE:
+                return
+            read_m = peaks.first_m + cell * peaks.cell_m
+            chains = [self._chain(read_m, speed) for speed in self._evidence.speeds_to(cell)]
+            _, chain = max(chains, key=lambda found: found[0])
+            begun = len(chain) >= LEAST_PEAKS
+            if begun:
+                self._begin(chain, min(score, MOST_SCORE))
+            self._fade(read_m, peaks, 0.0 if begun else 0.5)
+
+    def _chain(self, read_m: float, speed_m_s: float) -> tuple[float, list[tuple[int, int]]]:
+        """What a line has gained that has come to a range, and the (beep, peak) on it since it gained."""
+        now_s = self._free[-1][0]
+        steps, found = np.full(len(self._free), MISS), np.full(len(self._free), -1)
+        for row, (time_s, peaks, free) in enumerate(self._free):
+            offset = (peaks.range_m - read_m - speed_m_s * (now_s - time_s)) / GATE_M
+            gain = np.where(free & (np.abs(offset) <= 1.0), HIT + _power_gain(peaks.power) - offset**2, -np.inf)
+            if len(gain) and gain.max() > -np.inf:
+                found[row] = int(np.argmax(gain))
+                steps[row] = gain[found[row]]
+        gained = np.cumsum(steps[::-1])
+        since = len(steps) - 1 - int(np.argmax(gained))
+        return float(gained.max()), [(row, int(found[row])) for row in range(since, len(steps)) if found[row] >= 0]
+
+    def _begin(self, chain: list[tuple[int, int]], score: float) -> None:
         """A track along a line: least squares through the peaks on it, then remembered as if followed."""
-        chain = [(*self._free[k][:2], int(partner[k])) for k in beeps] + [(time_s, peaks, here)]
-        age = np.array([time_s - past for past, _, _ in chain])
-        read = np.array([found.range_m[which] for _, found, which in chain])
+        last_s = self._free[chain[-1][0]][0]
+        age = np.array([last_s - self._free[row][0] for row, _ in chain])
+        read = np.array([self._free[row][1].range_m[which] for row, which in chain])
         design = np.stack([np.ones(len(age)), age], axis=1)
         inverse = np.linalg.inv(design.T @ design)
         read_m, speed = inverse @ design.T @ read
@@ -188,11 +194,11 @@ class Approaches:
             return
         to_state = np.array([[1.0, self._ahead_s], [0.0, 1.0]])
         covariance = to_state @ inverse @ to_state.T * 4.0 * SURGE_READ_M**2
-        track = Track(np.array([read_m + speed * self._ahead_s, speed]), covariance, time_s, min(score, MOST_SCORE))
-        for past_s, found, which in chain:
-            track.remember(past_s, found, which)
-        for k in beeps:
-            self._free[k][2][partner[k]] = False
+        track = Track(np.array([read_m + speed * self._ahead_s, speed]), covariance, last_s, score)
+        for row, which in chain:
+            time_s, peaks, free = self._free[row]
+            track.remember(time_s, peaks, which)
+            free[which] = False
         self.tracks.append(track)
 
     def _part(self) -> None:
@@ -213,11 +219,3 @@ def _lives(track: Track) -> bool:
 
 def _power_gain(power: Array) -> Array:
     return np.minimum(POWER_GAIN * np.maximum(power - THRESHOLD_POWER, 0.0), MOST_GAIN)
-
-
-def _padded(rows: list[Array], width: int) -> Array:
-    """(K, width), filled up with NaN."""
-    padded = np.full((len(rows), width), np.nan)
-    for line, row in zip(padded, rows, strict=True):
-        line[: len(row)] = row
-    return padded

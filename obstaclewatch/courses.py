@@ -96,6 +96,8 @@ class CourseGrid:
         self._sin_pitch, self.cos_pitch = float(np.sin(pitch_rad)), float(np.cos(pitch_rad))
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
+        self._radius, self._miss2 = self._all.radius_m[:, None], self._all.miss_m[:, None] ** 2
+        self._forwards = (self._cos_angle * self.cos_pitch)[:, None]
 
     def judge(self, samples: Samples, now_s: float, ground_m: float) -> Course:
         """The posterior after K >= 3 beeps.
@@ -108,42 +110,40 @@ class CourseGrid:
         height = np.minimum(self._all.height_m, ground_m)[:, None]
         time_s = samples.time_s - now_s
         precision: Array = np.linalg.inv(reading_covariance(time_s, samples.range_std_m)).astype(np.float64, copy=False)
-        ahead, closing = self._straight(time_s, self._ahead(samples.range_m, height), precision)
+        ahead, closing = _straight(time_s, self._ahead(samples.range_m, height), precision)
         line = np.maximum(ahead - closing * time_s, NEAREST_M)
-        range_m, u_m, _ = self._seen(line, height)
+        range_m, cosine = self._seen(line, height)
         log = self._all.log_prior + _log_fit(samples.range_m - range_m, precision)
         speed = closing[:, 0] / self._cos_angle
         log += np.log(speed_density(speed))
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            _, now_m, _ = self._seen(line[:, heard] + closing * self._ahead_s, height)
-            power = coherent_power(with_wobble(samples.second[heard]), u_m[:, heard], now_m, self._wavelength_m)
-            log += COHERENT * power
+            second = with_wobble(samples.second[heard])
+            u_m = self._path_difference(range_m[:, heard], cosine[:, heard])
+            now_m = self._path_difference(*self._seen(line[:, heard] + closing * self._ahead_s, height))
+            log += COHERENT * coherent_power(second, u_m, now_m, self._wavelength_m)
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
     def _ahead(self, range_m: Array, height_m: Array) -> Array:
         """(H, K) distance ahead at which a course is seen at a range; the least one if it never is."""
-        plan = np.sqrt(np.maximum(range_m**2 - height_m**2, NEAREST_M**2)) + self._all.radius_m[:, None]
-        ahead: Array = np.sqrt(np.maximum(plan**2 - self._all.miss_m[:, None] ** 2, NEAREST_M**2))
+        plan = np.sqrt(np.maximum(range_m**2 - height_m**2, NEAREST_M**2)) + self._radius
+        ahead: Array = np.sqrt(np.maximum(plan**2 - self._miss2, NEAREST_M**2))
         return ahead
 
-    def _straight(self, time_s: Array, ahead_m: Array, precision: Array) -> tuple[Array, Array]:
-        """(H, 1) distance ahead at time 0 and closing speed, by generalised least squares."""
-        design = np.stack([np.ones(len(time_s)), -time_s], axis=1)
-        weighted = design.T @ precision
-        fit = ahead_m @ np.linalg.solve(weighted @ design, weighted).T
-        return fit[:, :1], fit[:, 1:]
-
-    def _seen(self, ahead_m: Array, height_m: Array) -> tuple[Array, Array, Array]:
-        """(H, K) ranges, path differences and cosines with the obstacle that far ahead."""
-        middle = np.sqrt(ahead_m**2 + self._all.miss_m[:, None] ** 2)
-        plan = np.maximum(middle - self._all.radius_m[:, None], NEAREST_M)
+    def _seen(self, ahead_m: Array, height_m: Array) -> tuple[Array, Array]:
+        """(H, K) ranges and cosines of the cone with the obstacle that far ahead."""
+        middle = np.sqrt(ahead_m**2 + self._miss2)
+        plan = np.maximum(middle - self._radius, NEAREST_M)
         range_m = np.sqrt(plan**2 + height_m**2)
-        forwards = plan * ahead_m / middle * (self._cos_angle * self.cos_pitch)[:, None]
-        cosine = (forwards - height_m * self._sin_pitch) / range_m
-        lean = self._separation_m * (self._separation_m + 2.0 * range_m * cosine)
-        return range_m, np.sqrt(range_m**2 + lean) - range_m, cosine
+        cosine = (plan * ahead_m / middle * self._forwards - height_m * self._sin_pitch) / range_m
+        return range_m, cosine
+
+    def _path_difference(self, range_m: Array, cosine: Array) -> Array:
+        """From microphone 1, a phone's length behind microphone 0, less that from microphone 0."""
+        length = self._separation_m
+        difference: Array = np.sqrt(range_m * (range_m + 2.0 * length * cosine) + length**2) - range_m
+        return difference
 
     def _summary(self, share: Array, ahead_m: Array, speed: Array, height_m: Array) -> Course:
         meeting = share * self._all.collision
@@ -159,13 +159,21 @@ class CourseGrid:
             speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            cosine=float(share @ self._seen(ahead_m, height_m)[2][:, 0]),
+            cosine=float(share @ self._seen(ahead_m, height_m)[1][:, 0]),
             miss_m=float(share @ self._all.miss_m),
         )
 
 
+def _straight(time_s: Array, ahead_m: Array, precision: Array) -> tuple[Array, Array]:
+    """(H, 1) distance ahead at time 0 and closing speed, from (H, K) distances by generalised least squares."""
+    total, first = precision.sum(axis=1), precision @ time_s
+    moments = np.array([[total.sum(), -first.sum()], [-first.sum(), time_s @ first]])
+    fit = ahead_m @ np.stack([total, -first], axis=1) @ np.linalg.inv(moments)
+    return fit[:, :1], fit[:, 1:]
+
+
 def _log_fit(error_m: Array, precision: Array) -> Array:
     """(H,) log likelihood of range errors (H, K), which saturates."""
-    misfit = np.einsum("hk,kl,hl->h", error_m, precision, error_m, optimize=True)
+    misfit = np.einsum("hk,hk->h", error_m @ precision, error_m)
     fit: Array = -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
     return fit

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.carrier_phase import second_channel
-from obstaclewatch.echoes import Echoes, echoes_at, noise_amplitude, os_cfar_threshold, separated_peaks, sidelobe_floor
+from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
+from obstaclewatch.echoes import Echoes, echoes_at, keep_separated, local_maxima, noise_amplitude, sidelobe_floor
+from obstaclewatch.line_evidence import log_ratio
+from obstaclewatch.local_noise import local_noise
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.ranging import direct_sound, one_way_range
@@ -32,16 +34,15 @@ CLUTTER_FACTOR = 1.6
 18 of 44 false alerts on 200 rendered walks of the development split."""
 SETTLING_BEEPS = 2
 """Beeps without candidates, for the background to be known."""
-CFAR_HALF_WIDTH_S = 6e-3
-CFAR_FACTOR = 1.8
-"""Multiple of the local 60 % quantile: 1.7 times the rms envelope, which noise alone passes in 5 % of the cells."""
-QUANTILE_TO_RMS = float(np.sqrt(-np.log(0.4)))
-"""A Rayleigh envelope's 60 % quantile as a share of its rms."""
+NOISE_WINDOW_S = 8e-3
+"""Over which noise is measured: 1.4 m of range. Windows overlap by half."""
+PEAK_TO_RMS = 1.7
+"""Least height of a peak over noise, which noise alone passes in 5 % of the cells."""
 MOST_PEAKS = 20
 GROUND_M = (1.0, 1.7)
 """Heights above the ground at which a phone may be held."""
 GROUND_CONTRAST = 3.0
-"""How far above the clutter's median the ground's echo must stand."""
+"""How far above the mean clutter the ground's echo must stand."""
 USUAL_GROUND_M = 1.35
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees."""
 
@@ -55,6 +56,9 @@ class MovingPeaks:
         power: (n,) height squared over the local noise power; 1 is noise, and half of 2E/N0.
         range_std_m: (n,) from noise alone.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
+        log_ratio: (M,) of an echo against noise in cells of two samples, see `line_evidence`.
+        first_m, cell_m: range of the first cell, and their spacing.
+        identical: both channels are the same.
         level_db: (n,) echo relative to the direct sound, at microphone 0.
         snr_db: (n,) 2E/N0 at microphone 0.
     """
@@ -65,9 +69,22 @@ class MovingPeaks:
     second: NDArray[np.complex64]
     level_db: Array
     snr_db: Array
+    log_ratio: NDArray[np.float32]
+    first_m: float
+    cell_m: float
+    identical: bool
 
     def __len__(self) -> int:
         return len(self.range_m)
+
+
+@dataclass(frozen=True)
+class _Window:
+    """What of a profile is listened to: its first sample, that one's delay after emission, and the emission."""
+
+    first: int
+    first_s: float
+    start_s: float
 
 
 class PeakFinder:
@@ -108,6 +125,16 @@ class PeakFinder:
         """Of the carrier whose phase `carrier_u_m` is read from."""
         return self._c / self._filter.reference_hz
 
+    @property
+    def cells(self) -> int:
+        """Cells of the log ratio."""
+        return self._span // 2
+
+    @property
+    def cell_m(self) -> float:
+        """Their spacing: two samples of the two-way path."""
+        return self._c / self._filter.rate_hz
+
     def reset(self) -> None:
         """Forget all beeps."""
         self._background.clear()
@@ -128,23 +155,32 @@ class PeakFinder:
         self._heard += 1
         near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
         first = min(near, profile.envelope.shape[1] - self._span)
-        self._sound_the_ground(profile.start_s + first / profile.rate_hz - start_s)
-        echoes, noise = self._echoes(rest, first, float(direct.amplitude[0]))
-        return start_s, self._measured(rest, echoes, noise, start_s, float(direct.amplitude[0]), first, block)
-
-    def _echoes(self, rest: EchoProfile, first: int, direct: float) -> tuple[Echoes, Array]:
-        """The strongest peaks above clutter and noise, nearest first, and the rms of the noise at each."""
+        window = _Window(first, profile.start_s + first / profile.rate_hz - start_s, start_s)
         heard = rest.magnitude[0, first : first + self._span]
+        noise = self._noise(heard, float(direct.amplitude[0]))
+        self._sound_the_ground(window.first_s)
+        echoes = echoes_at(rest, 0, self._strongest(heard, heard / noise) + first)
+        identical = np.array_equal(profile.envelope[0], profile.envelope[1])
+        second = self._second(rest, echoes, first, identical)
+        return start_s, self._measured(echoes, second, heard, noise, window, float(direct.amplitude[0]), identical)
+
+    def _noise(self, heard: Array, direct: float) -> Array:
+        """(M,) rms that a moving echo must stand out of: noise, what stays, and sidelobes; learns what stays."""
+        rate = self._filter.rate_hz
         clutter = self._clutter.level(heard)
-        if self._heard <= SETTLING_BEEPS:
-            return echoes_at(rest, 0, np.empty(0, dtype=np.intp)), np.empty(0)
-        local = os_cfar_threshold(heard, 1.0, round(CFAR_HALF_WIDTH_S * rest.rate_hz))
-        least = np.maximum(CFAR_FACTOR * local, sidelobe_floor(heard, round(1e-3 * rest.rate_hz)))
+        local = local_noise(heard, 2 * round(0.5 * NOISE_WINDOW_S * rate))
         floor = direct * 10.0 ** (self._settings.floor_db / 20.0)
-        threshold = np.maximum(np.maximum(least, CLUTTER_FACTOR * clutter), floor)
-        peaks = separated_peaks(heard, threshold, round(0.35e-3 * rest.rate_hz))
-        strongest = np.sort(peaks[np.argsort(-heard[peaks] / local[peaks], kind="stable")[:MOST_PEAKS]])
-        return echoes_at(rest, 0, strongest + first), np.maximum(local[strongest] / QUANTILE_TO_RMS, 1e-3 * floor)
+        standing = np.maximum(CLUTTER_FACTOR * clutter, sidelobe_floor(heard, round(1e-3 * rate)))
+        noise: Array = np.maximum(local, np.maximum(standing, floor) / PEAK_TO_RMS)
+        return noise
+
+    def _strongest(self, heard: Array, height: Array) -> NDArray[np.intp]:
+        """(n,) samples of the highest peaks over noise, nearest first; none before the background is known."""
+        if self._heard <= SETTLING_BEEPS:
+            return np.empty(0, dtype=np.intp)
+        peaks = local_maxima(heard)
+        peaks = keep_separated(heard, peaks[height[peaks] >= PEAK_TO_RMS], round(0.35e-3 * self._filter.rate_hz))
+        return np.sort(peaks[np.argsort(-height[peaks], kind="stable")[:MOST_PEAKS]])
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest, if it stands out."""
@@ -154,32 +190,43 @@ class PeakFinder:
         low, high = (round((2.0 * height / self._c - first_s) * self._filter.rate_hz) for height in GROUND_M)
         window = clutter[low:high]
         strongest = float(window.max())
-        if strongest > GROUND_CONTRAST * np.median(clutter):
+        if strongest > GROUND_CONTRAST * clutter.mean():
             middle = low + float(np.flatnonzero(window > 0.8 * strongest).mean())  # the map's peaks are widened
             path_m = self._c * (first_s + middle / self._filter.rate_hz)
             self.ground_m = float(one_way_range(path_m, self._baseline_m, self._sin_pitch))
 
+    def _second(self, rest: EchoProfile, echoes: Echoes, first: int, identical: bool) -> NDArray[np.complex64]:
+        """(n, W) microphone 1 around each peak; NaN if both channels are the same."""
+        if len(echoes) == 0 or identical:
+            return np.full((len(echoes), len(OFFSETS_M)), np.nan, dtype=np.complex64)
+        noise = max(noise_amplitude(rest.magnitude[1, first:]), np.finfo(float).tiny)
+        return second_channel(rest, echoes.delay_s, noise, self._c)
+
     def _measured(
         self,
-        rest: EchoProfile,
         echoes: Echoes,
+        second: NDArray[np.complex64],
+        heard: Array,
         noise: Array,
-        start_s: float,
+        window: _Window,
         direct: float,
-        first: int,
-        block: NDArray[np.floating],
+        identical: bool,
     ) -> MovingPeaks:
-        power = (echoes.amplitude / noise) ** 2
-        noise2 = max(noise_amplitude(rest.magnitude[1, first:]), np.finfo(float).tiny) if len(echoes) else 1.0
-        second = second_channel(rest, echoes.delay_s, noise2, self._c)
-        if np.array_equal(block[0], block[1]):
-            second = np.full_like(second, np.nan)
+        power = (echoes.amplitude / noise[echoes.sample - window.first]) ** 2
         one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
         return MovingPeaks(
-            range_m=one_way_range(self._c * (echoes.delay_s - start_s), self._baseline_m, -1.0),
+            range_m=self._range_m(echoes.delay_s - window.start_s),
             power=power,
             range_std_m=0.5 * one_m / np.sqrt(2.0 * power),
             second=second,
             level_db=20.0 * np.log10(echoes.amplitude / direct),
             snr_db=10.0 * np.log10(2.0 * power),
+            log_ratio=log_ratio((heard / noise) ** 2),
+            first_m=float(self._range_m(np.array([window.first_s + 0.5 / self._filter.rate_hz]))[0]),
+            cell_m=self.cell_m,
+            identical=identical,
         )
+
+    def _range_m(self, delay_s: Array) -> Array:
+        """Ranges from microphone 0, as if from straight ahead."""
+        return one_way_range(self._c * delay_s, self._baseline_m, -1.0)

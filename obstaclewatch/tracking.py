@@ -15,6 +15,7 @@ from obstaclewatch.collision import Decision
 from obstaclewatch.courses import Course, CourseGrid
 from obstaclewatch.detection import Detection, Flag
 from obstaclewatch.detectors import EchoDetector
+from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.measurement import Measurement
 from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
@@ -22,9 +23,9 @@ from obstaclewatch.settings import PaperSettings
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
-REACH_M = 0.10
+REACH_M = 0.03
 """How far hands and phone reach ahead of the phone's middle."""
-SURE = 0.8
+SURE = 0.85
 """Probability of a collision that raises the alert."""
 ALERT_M = (1.0, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits."""
@@ -53,7 +54,8 @@ class TrackingDetector(EchoDetector):
     ) -> None:
         super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
-        self._approaches = Approaches(beep.range_doppler_s)
+        evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
+        self._approaches = Approaches(beep.range_doppler_s, evidence)
         self._grid = CourseGrid(
             phone.mic_separation_m,
             self._finder.wavelength_m,
@@ -86,7 +88,7 @@ class TrackingDetector(EchoDetector):
         tracks = tracks[: self.settings.max_candidates]
         ahead_s = self.beep.range_doppler_s
         courses = [self._grid.judge(track.samples(ahead_s), hit_s, self._finder.ground_m) for track in tracks]
-        flag = Flag.IDENTICAL_CHANNELS if np.array_equal(block[0], block[1]) else Flag.NONE
+        flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
         return self._report(index, emitted_s, tracks, courses, flag)
 
     def _collides(self, found: Measurement) -> NDArray[np.bool_]:
