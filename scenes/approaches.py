@@ -178,15 +178,24 @@ def _target(rng: np.random.Generator, setting: Setting, category: str, collision
     if category == "pedestrian":
         return _target_person(rng, setting, name)
     obstacle = random_obstacle(category, rng, name)
-    if category == "wall":  # faced within 40 degrees; when missed, two in five are passed alongside
-        alongside = not collision and rng.random() < 0.4
+    alongside = category == "wall" and not collision and rng.random() < 0.4  # two in five of the missed are passed so
+    return placed(obstacle, np.zeros(2), target_yaw(rng, category, alongside))
+
+
+def target_yaw(rng: np.random.Generator, category: str, alongside: bool = False) -> float:
+    """How an obstacle of a category is turned to a walker along +x, rad; 0 faces the walker.
+
+    Args:
+        rng: to draw from.
+        category: walls are faced within 40 degrees, signs are put up to be read, all else stands anyhow.
+        alongside: of a wall, whether it runs along the path instead.
+    """
+    if category == "wall":
         low, high = (65.0, 90.0) if alongside else (0.0, 40.0)
-        yaw = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(low, high))
-    elif category == "sign":  # put up to be read by those who walk towards it
-        yaw = rng.normal(0.0, np.deg2rad(15.0)) + np.pi * rng.integers(2)
-    else:
-        yaw = rng.uniform(-np.pi, np.pi)
-    return placed(obstacle, np.zeros(2), float(yaw))
+        return float(rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(low, high)))
+    if category == "sign":
+        return float(rng.normal(0.0, np.deg2rad(15.0)) + np.pi * rng.integers(2))
+    return float(rng.uniform(-np.pi, np.pi))
 
 
 def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obstacle:

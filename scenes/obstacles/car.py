@@ -169,7 +169,7 @@ def _mirrors(shape: CarShape) -> list[trimesh.Trimesh]:
     x = (shape.cabin_foot[0] + 0.1) * shape.length_m / 2
     z = float(np.interp(2.0 * x / shape.length_m, shape.waist_x, shape.waist_m)) + 0.06
     one = ellipsoid(np.zeros(3), [0.065, 0.09, 0.075], segments=16, rows=8)
-    return [shifted(one, [x, side * (shape.width_m / 2 + 0.06), z]) for side in (-1.0, 1.0)]
+    return [shifted(one, [x, side * (shape.width_m / 2 + 0.02), z]) for side in (-1.0, 1.0)]
 
 
 def _plates(shape: CarShape) -> list[trimesh.Trimesh]:
