@@ -83,7 +83,7 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
     Raises:
         ValueError: a radius of 0, an open angle outside pi to 2 pi, wavenumbers not positive.
     """
-    _check(view, wavenumber)
+    check(view, wavenumber)
     center = float(np.mean(wavenumber))
     poles = _poles(view, center)
     fade = np.zeros((len(view), 4, len(wavenumber)), dtype=np.complex128)
@@ -121,7 +121,22 @@ def strength_bound(view: EdgeView, part: Ints, wavenumber: float) -> Floats:
     return np.minimum(np.maximum(bound, np.where(poles.half_sine2.min(axis=1) == 0.0, on_border, 0.0)), 2.0 / shortest)
 
 
-def _check(view: EdgeView, wavenumber: Floats) -> None:
+def zone_angles(view: EdgeView) -> Floats:
+    """(R, 4) angles f of the four terms, from the borders of their zones: positive where the direct or mirror path is.
+
+    The first two belong to the incident field, the others to its mirror images in face 0 and face n. Angles within
+    rounding of a border are 0, which counts as lit.
+    """
+    turn = view.open_angle_rad[:, None]
+    s, r = view.source_angle_rad, view.receiver_angle_rad
+    angle = np.pi + np.stack([s - r, r - s, -s - r, s + r], axis=1)
+    angle -= 2.0 * turn * np.round(angle / (2.0 * turn))  # the period of beta
+    border = BORDER_M * (1.0 / view.source_radius_m + 1.0 / view.receiver_radius_m)[:, None]
+    return np.where(np.abs(angle) <= border, 0.0, angle)
+
+
+def check(view: EdgeView, wavenumber: Floats) -> None:
+    """Raise what `edge_terms` says it raises."""
     for radius in (view.source_radius_m, view.receiver_radius_m):
         if not (radius > 0.0).all():
             raise ValueError(f"source and receiver must stand off the edge, got a distance of {radius.min()} m")
@@ -134,12 +149,7 @@ def _check(view: EdgeView, wavenumber: Floats) -> None:
 
 def _poles(view: EdgeView, wavenumber: float) -> _Poles:
     """The poles of the four beta next to the real axis, on the lit or the dark side of their zones."""
-    turn = view.open_angle_rad[:, None]
-    s, r = view.source_angle_rad, view.receiver_angle_rad
-    angle = np.pi + np.stack([s - r, r - s, -s - r, s + r], axis=1)
-    angle -= 2.0 * turn * np.round(angle / (2.0 * turn))  # the period of beta; positive where the mirror is seen
-    border = BORDER_M * (1.0 / view.source_radius_m + 1.0 / view.receiver_radius_m)[:, None]
-    angle = np.where(np.abs(angle) <= border, 0.0, angle)
+    turn, angle = view.open_angle_rad[:, None], zone_angles(view)
     product = (view.source_radius_m * view.receiver_radius_m)[:, None]
     shortest = view.apex_path_m[:, None]
     drop2 = 4.0 * product * np.sin(0.5 * angle) ** 2  # L0^2 - L_p^2

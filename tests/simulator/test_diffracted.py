@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -17,16 +14,12 @@ from simulator.edge_view import APEX, START
 from simulator.phone import Transducer
 from simulator.render import sum_envelopes, trace_walk
 from simulator.trace import still_tracing
+from tests.references import fullwave
 
 C = 343.0
 SAMPLE_S = 1.0 / 192_000.0
 FREQUENCY = np.linspace(18_000.0, 23_000.0, 41)
 BEEP = BeepDesign()
-
-
-def _shared() -> Path:
-    default = Path(__file__).resolve().parents[3] / "shared"
-    return Path(os.environ.get("OBSTACLEWATCH_SHARED", default)) / "reference"
 
 
 def _sheet(width: float, height: float, thickness: float) -> Obstacle:
@@ -54,24 +47,10 @@ def _echo(obstacles, source, receiver, **fidelity):
     return paths.transfer_function(FREQUENCY)[0], paths
 
 
-def _correlation_peak(transfer, frequency, delay_s):
-    """Level and time about `delay_s` of the peak of the matched filter's envelope."""
-    time = np.arange(0.0, BEEP.duration_s, 1.0 / 192_000.0)
-    power = np.abs(np.exp(-2j * np.pi * frequency[:, None] * time) @ BEEP.waveform(time)) ** 2
-    lag = np.arange(-1.2e-3, 1.2e-3, SAMPLE_S / 20.0)
-    kernel = np.exp(2j * np.pi * np.outer(frequency, lag))
-    envelope = np.abs((power * transfer * np.exp(2j * np.pi * frequency * delay_s)) @ kernel)
-    peak = int(envelope.argmax())
-    return 20.0 * np.log10(envelope[peak] / power.sum()), lag[peak]
-
-
 @pytest.mark.parametrize("thickness", [0.0, 0.003])
 @pytest.mark.parametrize("name", ["45x45", "20x30"])
 def test_plates_against_full_wave(name, thickness):
-    path = _shared() / f"plate_{name}_fullwave.npz"
-    if not path.exists():
-        pytest.skip(f"no full-wave reference at {path}; OBSTACLEWATCH_SHARED names its folder")
-    stored = np.load(path)
+    stored = fullwave.stored(f"plate_{name}")
     plate = _sheet(float(stored["w"]), float(stored["h"]), thickness)
     for i, distance in enumerate(stored["d"]):
         source, receiver, f = stored["S"][i], stored["R"][i], stored["f"]
@@ -79,8 +58,8 @@ def test_plates_against_full_wave(name, thickness):
         paths = trace_paths(scene, phone, pose, Fidelity(max_order=1))
         echo = paths[paths.order > 0]
         assert (echo.kind == "edge").sum() >= 10
-        ours = _correlation_peak(echo.transfer_function(f)[0], f, 2.0 * distance / C)
-        exact = _correlation_peak(stored["H"][i, 0], f, 2.0 * distance / C)
+        ours = fullwave.correlation_peak(echo.transfer_function(f)[0], f, 2.0 * distance / C)
+        exact = fullwave.correlation_peak(stored["H"][i, 0], f, 2.0 * distance / C)
         below_wall_db = exact[0] + 20.0 * np.log10(2.0 * distance)
         # first order only: at -30 dB re wall and less the waves that cross the plate from edge to edge count
         step = np.searchsorted([-30.0, -20.0], below_wall_db)
