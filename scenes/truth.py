@@ -26,6 +26,9 @@ NOT_IN_THE_WAY = ("ground",)
 TRACK_STEP_S = 0.010
 """Spacing at which a walk is followed for contact, straight between two samples: gait departs by some 20 um."""
 
+INSTANT_S = 1e-4
+"""Over which a walk's velocity at its end is taken."""
+
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
 
@@ -56,8 +59,8 @@ class GroundTruth:
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
             NaN if it has no such part.
         miss_distance_m: distance in plan between the obstacle and the line along which the phone walks on average
-            (the route of a `RouteWalk`), from its start on and beyond its end, as seen from the obstacle if that
-            moves; 0 if the line meets it.
+            (the route of a `RouteWalk`), from its start on and straight beyond its end unless it ends at a stand, as
+            seen from the obstacle if that moves; 0 if the line meets it.
         clearance_m: smallest gap between the walker's body and the obstacle during the walk; 0 if they touch.
         collides: whether the walker's body meets the obstacle during the walk.
         line_collides: the paper's looser rule: whether the phone's line meets it.
@@ -252,7 +255,8 @@ def _mean_line(obstacle: Obstacle, walk: Walk, time_s: Array, phone_m: Array) ->
     """
     if isinstance(walk, HasMeanWay):
         mean = walk.mean_plan_m(time_s) - time_s[:, None] * obstacle.velocity_m_s[:2]
-        velocity = (mean[-1] - mean[-2]) / (time_s[-1] - time_s[-2])
+        before, end = walk.mean_plan_m(time_s[-1] - np.array([INSTANT_S, 0.0]))
+        velocity = (end - before) / INSTANT_S - obstacle.velocity_m_s[:2]
     else:
         centered = time_s - time_s.mean()
         velocity = centered @ phone_m / (centered @ centered)

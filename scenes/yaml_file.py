@@ -42,7 +42,10 @@ class YamlFile:
         path = Path(path)
         if not path.is_file():
             raise FileNotFoundError(f"scene file must exist, got '{path}'")
-        text = path.read_text(encoding="utf-8")
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{path.name}: a scene file must be UTF-8 text: {error}") from error
         try:
             root = yaml.compose(text, Loader=yaml.SafeLoader)
             data = yaml.safe_load(text)

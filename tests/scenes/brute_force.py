@@ -61,6 +61,12 @@ def _to_core(tree: cKDTree, obstacle: Obstacle, walk: Walk, time_s: Array, count
     return np.asarray(tree.query(core.reshape(-1, 2))[0]).reshape(len(time_s), -1).min(axis=1)
 
 
+def miss_distance(samples_m: Array, way_m: Array, ahead: Array) -> float:
+    """Distance between samples and a way (N, 2) that goes on for 30 m in a direction (2,)."""
+    line = np.concatenate([way_m, way_m[-1] + np.outer(np.arange(0.0, 30.0, 0.004), ahead / np.linalg.norm(ahead))])
+    return float(cKDTree(samples_m).query(line)[0].min())
+
+
 def plan_samples(mesh: trimesh.Trimesh) -> Array:
     """(K, 2) points of all edges of the part between the ground and the walker's height, in plan."""
     segments = _clipped_edges(mesh)

@@ -133,6 +133,13 @@ def test_mistakes_about_the_walk_are_named(tmp_path: Path, text: str, message: s
         load_encounter(written(tmp_path, text.lstrip("\n")))
 
 
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_bytes(b"name: \xff\xfe")
+    with pytest.raises(ValueError, match=r"scene.yaml: a scene file must be UTF-8 text"):
+        load_scene(path)
+
+
 def test_two_mistakes_are_said_in_order_of_lines(tmp_path: Path) -> None:
     text = "obstacles:\n  - {kind: dragon, name: x}\nair: {temperature_c: hot}\n"
     with pytest.raises(ValueError, match=r"scene.yaml:1: name: is missing; scene.yaml:2: .*; scene.yaml:3: "):
