@@ -160,7 +160,7 @@ def _probe_points(suite: Suite) -> Iterator[tuple[Probe, str, dict[str, Any]]]:
 
 def _shared(suite: Suite) -> dict[str, Any]:
     """What every cell takes from its suite unchanged."""
-    names = ("walk", "phone_change", "air", "beep", "fidelity", "recording", "interferer", "knowledge")
+    names = ("scene_change", "walk", "phone_change", "air", "beep", "fidelity", "recording", "interferer", "knowledge")
     return {name: getattr(suite, name) for name in names}
 
 

@@ -17,6 +17,7 @@ from benchmarks.cells.spec import (
     Knowledge,
     PhoneChange,
     RecordingChange,
+    SceneChange,
     Scoring,
     WalkChange,
 )
@@ -106,7 +107,7 @@ class Suite(_Strict):
         sweep: the points at which all of it is planned.
         tiers: how much of it.
         detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
-        walk, phone_change, air, beep, fidelity, recording, interferer, knowledge, settings, scoring: see
+        scene_change, walk, phone_change, air, beep, fidelity, recording, interferer, knowledge, settings, scoring: see
             `benchmarks.cells.spec.Cell`.
         figures: names of the figures that a run draws; none draws all that have data.
     """
@@ -124,6 +125,7 @@ class Suite(_Strict):
     sweep: Sweep | None = None
     tiers: dict[str, Tier]
     detectors: Annotated[tuple[str, ...], Field(min_length=1)]
+    scene_change: SceneChange = SceneChange()
     walk: WalkChange = WalkChange()
     phone_change: PhoneChange = PhoneChange()
     air: dict[str, Any] = {}

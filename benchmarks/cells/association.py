@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad")
+COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad", "flags")
 
 
 class DetectionLike(Protocol):
@@ -51,6 +51,10 @@ class DetectionLike(Protocol):
     def bearing_std_rad(self) -> Array:
         """(K,) claimed standard deviation of bearing_rad; NaN without a claim."""
 
+    @property
+    def flags(self) -> NDArray[np.int_]:
+        """(K,) remarks, a combination of `obstaclewatch.Flag`."""
+
 
 @dataclass(frozen=True)
 class Estimates:
@@ -58,6 +62,7 @@ class Estimates:
 
     Attributes:
         range_m, range2_m, bearing_rad, radius_m, snr_db: (T,) of the associated candidate.
+        flags: (T,) remarks on it, a combination of `obstaclewatch.Flag`.
         range_std_m, bearing_std_rad: (T,) what the detector claims of its own errors.
         candidates: (T,) how many candidates the beep had.
     """
@@ -69,6 +74,7 @@ class Estimates:
     snr_db: Array
     range_std_m: Array
     bearing_std_rad: Array
+    flags: Array
     candidates: NDArray[np.int64]
 
     @property

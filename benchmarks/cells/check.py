@@ -7,7 +7,7 @@ from benchmarks.cells.interference import other_beep
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.variation import air_of, changed_phone
 from obstaclewatch import BeepDesign
-from simulator import Fidelity, Phone
+from simulator import Fidelity, Material, Phone
 
 
 def check_cell(cell: Cell) -> None:
@@ -23,6 +23,9 @@ def check_cell(cell: Cell) -> None:
         if cell.kind != "scene":  # such a file may bring a phone of its own
             changed_phone(Phone.named(cell.phone), cell.phone_change)
         air_of(cell)
+        for name in (cell.scene_change.target_material, cell.scene_change.ground_material):
+            if name is not None:
+                Material.named(name)
         paper_settings(cell.settings)
         for name in cell.detectors:
             detector_class(parse_detector(name))

@@ -174,6 +174,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
         "snr_db": estimates.snr_db,
         "range_std_m": estimates.range_std_m,
         "bearing_std_rad": estimates.bearing_std_rad,
+        "flags": estimates.flags,
         "candidates": estimates.candidates,
     }
     return {name: column[inside].tolist() for name, column in columns.items()}

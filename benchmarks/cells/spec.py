@@ -68,6 +68,21 @@ class Scoring(BaseModel):
     max_range_m: Positive = 7.0
 
 
+class SceneChange(BaseModel):
+    """What is different about a scene that was drawn.
+
+    Attributes:
+        target_material, ground_material: names of `simulator.Material.named`; None leaves what was drawn.
+        surroundings: whether things, walls and people besides the target and the ground stay.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    target_material: str | None = None
+    ground_material: str | None = None
+    surroundings: bool = True
+
+
 class WalkChange(BaseModel):
     """What is different about a walk that was drawn.
 
@@ -174,6 +189,7 @@ class Cell(BaseModel):
     range_m: float | None = None
     bearing_rad: Finite = 0.0
     approach: dict[str, Any] = {}
+    scene_change: SceneChange = SceneChange()
     walk: WalkChange = WalkChange()
     phone_change: PhoneChange = PhoneChange()
     air: dict[str, Any] = {}

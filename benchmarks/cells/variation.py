@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from benchmarks.cells.situation import Situation
-from benchmarks.cells.spec import Cell, PhoneChange, WalkChange
+from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
 from scenes import GaitWalk
-from simulator import Air, Phone, Pose
+from simulator import Air, Material, Obstacle, Phone, Pose, Scene
 from simulator.pose import Walk
 
 LANDSCAPE = Rotation.from_euler("z", 90.0, degrees=True)
@@ -48,7 +48,8 @@ def varied(setting: Situation, cell: Cell) -> Situation:
     Raises:
         ValueError: a change that the walk does not know, or a number out of range.
     """
-    scene = replace(setting.scene, air=air_of(cell)) if cell.air else setting.scene
+    scene = changed_scene(setting, cell.scene_change)
+    scene = replace(scene, air=air_of(cell)) if cell.air else scene
     walk = changed_walk(setting.walk, cell.walk, cell.beep_period_s)
     return replace(setting, scene=scene, walk=walk, phone=changed_phone(setting.phone, cell.phone_change))
 
@@ -63,6 +64,18 @@ def air_of(cell: Cell) -> Air:
         return Air(**cell.air)
     except TypeError as error:
         raise ValueError(f"air must have the arguments of simulator.Air: {error}") from error
+
+
+def changed_scene(setting: Situation, change: SceneChange) -> Scene:
+    """The scene with other materials, or with nothing but ground and targets.
+
+    Raises:
+        ValueError: an unknown material.
+    """
+    if change == SceneChange():
+        return setting.scene
+    kept = [o for o in setting.scene.obstacles if change.surroundings or _stays(o, setting.targets)]
+    return replace(setting.scene, obstacles=tuple(_of_material(o, change, setting.targets) for o in kept))
 
 
 def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
@@ -82,6 +95,16 @@ def changed_phone(phone: Phone, change: PhoneChange) -> Phone:
     """The phone with other levels, or without the walker's body behind it."""
     louder = replace(phone, **change.model_dump(exclude={"body"}, exclude_none=True))
     return louder if change.body else louder.held_by(None)
+
+
+def _stays(obstacle: Obstacle, targets: tuple[str, ...]) -> bool:
+    return obstacle.category == "ground" or obstacle.name in targets
+
+
+def _of_material(obstacle: Obstacle, change: SceneChange, targets: tuple[str, ...]) -> Obstacle:
+    name = change.target_material if obstacle.name in targets else None
+    name = change.ground_material if obstacle.category == "ground" else name
+    return obstacle if name is None else replace(obstacle, material=Material.named(name))
 
 
 def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:

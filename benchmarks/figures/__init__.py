@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.figures.alerts import alert_distances, alert_rate_by_miss, det, roc
+from benchmarks.figures.bins import errors_by_bin, missing_by_bin
 from benchmarks.figures.budget import calibration, losses, range_budget
 from benchmarks.figures.claims import claims_table
 from benchmarks.figures.data import BarFigure, CurveFigure
@@ -86,6 +87,8 @@ _OF_ONE_VARIANT: dict[str, Builder] = {
     "roc": roc,
     "det": det,
     "error_budget": range_budget,
+    "error_bins": errors_by_bin,
+    "missing_bins": missing_by_bin,
     "calibration": calibration,
     "extremes": simulator_extremes,
     "extremes_snr": detector_extremes,

@@ -124,7 +124,7 @@ def _budget(run: RunData, walking: Table, still: Table, reads_ahead: bool) -> tu
     cells = [record["cell"]["beep"] for record in run.cells if record["cell"]["kind"] == "approach"][:1]
     beep = BeepDesign(**(cells[0] if cells else {}))
     error = walking["range_m"] - walking["true_range_m"]
-    ahead = beep.range_doppler_s * _closing_speed(walking)
+    ahead = beep.range_doppler_s * closing_speed(walking)
     both = np.concatenate([walking["snr_db"], still["snr_db"]])
     bound = 0.5 * SPEED_M_S / (2 * np.pi * rms_bandwidth_hz(beep)) * 10.0 ** (-both / 20.0)
     normal = np.abs(stats.norm.ppf((np.arange(len(bound)) + 0.5) / max(len(bound), 1)))
@@ -133,7 +133,7 @@ def _budget(run: RunData, walking: Table, still: Table, reads_ahead: bool) -> tu
     return np.abs(error), rest, np.abs(still["range_m"] - still["true_range_m"]), noise
 
 
-def _closing_speed(table: Table) -> np.ndarray:
+def closing_speed(table: Table) -> np.ndarray:
     """Fall of the true range per second, over each walk; NaN where a walk has one beep."""
     speed = np.full(len(table["label"]), np.nan)
     for label in np.unique(table["label"]):

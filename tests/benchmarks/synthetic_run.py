@@ -99,6 +99,7 @@ def beeps(range_m: Sequence[float], bearing_rad: float, radius_m: float) -> dict
         "radius_m": estimated(np.full(count, radius_m + RADIUS_ERROR_M)),
         "snr_db": estimated(np.full(count, 25.0)),
         "range_std_m": estimated(np.full(count, RANGE_ERROR_M)),
+        "flags": estimated(np.array([0.0, 1.0] * count)[:count]),
         "bearing_std_rad": estimated(np.full(count, BEARING_ERROR_RAD)),
         "candidates": [0, *[2] * (count - 1)],
     }

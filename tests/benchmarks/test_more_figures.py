@@ -122,6 +122,18 @@ def test_error_budget_takes_the_reading_ahead_away(tmp_path):
     assert math.isnan(median[2])
 
 
+def test_errors_and_gaps_by_bin(tmp_path):
+    """Ranges of 4.0 (no estimate), 3.5, 3.0 and 2.5 m, each read 0.4 cm short; every second bearing clamped."""
+    run = made_up_run(tmp_path)
+    line = line_of(FIGURES["error_bins"](run), "PaperDetector")
+    np.testing.assert_allclose(line.y, -0.4, atol=1e-9)
+    np.testing.assert_allclose(line.x, [2.75, 3.75])  # middles of what lies in the bins 2.5-3.5 and 3.5-4.5 m
+    gaps = FIGURES["missing_bins"](run)
+    assert line_of(gaps, "PaperDetector").y.tolist() == [0.0, 50.0]  # 2.5 and 3.0 m; 3.5 and 4.0 m
+    clamped = line_of(gaps, "PaperDetector", 1)
+    assert clamped.y.tolist() == [pytest.approx(200.0 / 3.0)]
+
+
 def test_roc_joins_what_differs_in_constants(tmp_path):
     names = ("PaperDetector", "PaperDetector(walker_half_width_m=1.0)", "TrackingDetector")
     cells = [walk(index=k, collides=k < 2, detectors=names) for k in range(4)]

@@ -73,6 +73,7 @@ def detection(*ranges: float) -> SimpleNamespace:
         snr_db=place,
         range_std_m=place,
         bearing_std_rad=place,
+        flags=place,
     )
 
 

@@ -71,6 +71,7 @@ def test_a_log_range_has_even_ratios_and_random_points_stay_inside() -> None:
         ("scene.range_m", 2.5, ("range_m",)),
         ("scene.bearing_rad", 0.3, ("bearing_rad",)),
         ("scene.beep_period_s", 0.1, ("approach", "beep_period_s")),
+        ("scene.target_material", "brick", ("scene_change", "target_material")),
         ("walk.speed_m_s", 1.1, ("walk", "speed_m_s")),
         ("phone.name", "galaxy-note5", ("phone",)),
         ("phone.level_spl_db", 60.0, ("phone_change", "level_spl_db")),
@@ -135,6 +136,7 @@ def test_a_suite_is_planned_at_every_point_with_the_same_walks() -> None:
     [
         ("fidelity.max_ordre=2", "max_ordre"),
         ("fidelity.max_order=99", "max_order must be .* got 99"),
+        ("scene_change={target_material: cheese}", "cheese"),
         ("air={temperature_c: 99.0}", "temperature_c must be .* got 99"),
         ("air={temprature_c: 20.0}", "temprature_c"),
         ("settings={votes_needed: 12}", "votes_needed"),

@@ -9,7 +9,7 @@ from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.channel import through_channel
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.situation import Situation
-from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange, WalkChange
+from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange, SceneChange, WalkChange
 from benchmarks.cells.standing import standing_situation
 from benchmarks.cells.variation import changed_phone, changed_walk, varied
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
@@ -81,6 +81,18 @@ def test_a_walk_at_another_speed_still_knows_its_truth():
     first, then = (ground_truth(s.scene, s.walk, s.phone, [0.0], target=s.targets[0]) for s in (plain, changed))
     assert first.range_m[0] == pytest.approx(then.range_m[0], abs=0.03)  # the surge of the other gait
     assert then.contact_time_s * 0.9 == pytest.approx(first.contact_time_s * plain.walk.speed_m_s, abs=0.05)
+
+
+def test_materials_can_be_changed_and_surroundings_taken_away():
+    cell = Cell(
+        kind="approach", scene="campus", category="dustbin", index=1, phone="galaxy-s5", seed=3, collision=True,
+        detectors=("PaperDetector",),
+        scene_change=SceneChange(target_material="glass", ground_material="rubber", surroundings=False),
+    )  # fmt: skip
+    plain = approach_situation(cell)
+    changed = varied(plain, cell).scene
+    assert len(plain.scene.obstacles) > 2
+    assert {o.name: o.material.name for o in changed.obstacles} == {"ground": "rubber", plain.targets[0]: "glass"}
 
 
 @pytest.mark.parametrize("bearing_rad", [0.0, 0.35, -0.6])
