@@ -1,4 +1,4 @@
-"""The stored full-wave echoes beside the repository, and how an echo is compared with them."""
+"""The stored full-wave echoes beside the repository, and how echoes are compared with them, damped ones included."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
+from simulator import Paths, band
 
-RATE_HZ = 192_000.0
+SAMPLE_S = 1.0 / 192_000.0
 
 
 def stored(name: str) -> dict[str, NDArray]:
@@ -24,12 +25,27 @@ def stored(name: str) -> dict[str, NDArray]:
         return dict(arrays)
 
 
-def correlation_peak(transfer: NDArray, frequency_hz: NDArray, delay_s: float) -> tuple[float, float]:
+def damped(paths: Paths, frequency_hz: NDArray, sigma_1_s: float) -> NDArray[np.complex128]:
+    """(F,) sum of paths at complex frequencies w - j sigma: each one is damped by e^{-sigma delay}."""
+    gain = band.evaluate(band.coefficients(paths.band_gain), frequency_hz)
+    turn = np.exp(-(2j * np.pi * frequency_hz + sigma_1_s) * paths.delay_s[:, None])
+    return (gain * turn).sum(axis=0)
+
+
+def matched_peak(
+    ours: NDArray[np.complex128], reference: NDArray[np.complex128], frequency_hz: NDArray, delay_s: float
+) -> tuple[float, float]:
+    """Level, dB, and delay, samples at 192 kHz, of the matched filter's peak about `delay_s` re the reference's."""
+    (level_a, lag_a), (level_b, lag_b) = (correlation_peak(h, frequency_hz, delay_s) for h in (ours, reference))
+    return level_a - level_b, (lag_a - lag_b) / SAMPLE_S
+
+
+def correlation_peak(transfer: NDArray[np.complex128], frequency_hz: NDArray, delay_s: float) -> tuple[float, float]:
     """Level, dB, and time about `delay_s`, s, of the peak of the matched filter's envelope."""
     beep = BeepDesign()
-    time = np.arange(0.0, beep.duration_s, 1.0 / RATE_HZ)
+    time = np.arange(0.0, beep.duration_s, SAMPLE_S)
     power = np.abs(np.exp(-2j * np.pi * frequency_hz[:, None] * time) @ beep.waveform(time)) ** 2
-    lag = np.arange(-1.2e-3, 1.2e-3, 0.05 / RATE_HZ)
+    lag = np.arange(-1.2e-3, 1.2e-3, SAMPLE_S / 20.0)
     kernel = np.exp(2j * np.pi * np.outer(frequency_hz, lag))
     envelope = np.abs((power * transfer * np.exp(2j * np.pi * frequency_hz * delay_s)) @ kernel)
     peak = int(envelope.argmax())
