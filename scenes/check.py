@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from scenes.overlap import inside, overlap_depth
+from scenes.overlap import inside, overlap_depth, winding_number
 from scenes.solids import shifted
 from scenes.truth import NOT_IN_THE_WAY, contact
 from simulator.phone import Phone
@@ -116,9 +116,9 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
         message = "has neighbouring triangles wound against each other: both sides of its faces reflect"
         yield Finding("warning", name, "winding", message)
     elif mesh.is_watertight:
-        inverted = [part for part in _bodies(mesh) if _signed_volume(part) < 0.0]
+        inverted = _inverted(_bodies(mesh))
         if inverted:
-            message = f"has {len(inverted)} closed bodies with normals inwards: they return no echo; flip their faces"
+            message = f"has {inverted} closed bodies with normals inwards: they return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
 
 
@@ -126,6 +126,16 @@ def _bodies(mesh: trimesh.Trimesh) -> list[Array]:
     """Triangles (F, 3, 3) of every connected part."""
     parts = trimesh.graph.connected_components(mesh.face_adjacency, nodes=np.arange(len(mesh.faces)))
     return [np.asarray(mesh.triangles)[part] for part in parts]
+
+
+def _inverted(bodies: list[Array]) -> int:
+    """How many bodies point inwards, but for those that are cavities in others."""
+    count = 0
+    for k, body in enumerate(bodies):
+        if _signed_volume(body) < 0.0:
+            around = np.concatenate([*bodies[:k], *bodies[k + 1 :], np.zeros((0, 3, 3))])
+            count += float(winding_number(around, body[:1, 0])[0]) < 0.5
+    return count
 
 
 def _signed_volume(triangles_m: Array) -> float:

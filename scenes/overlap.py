@@ -25,7 +25,7 @@ def inside(mesh: trimesh.Trimesh, point_m: ArrayLike) -> NDArray[np.bool_]:
     low, high = mesh.bounds
     near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
     triangles = np.ascontiguousarray(mesh.triangles, dtype=np.float64)
-    found[near] = np.abs(_winding_number(triangles, points[near])) > 0.5
+    found[near] = np.abs(winding_number(triangles, points[near])) > 0.5
     return found
 
 
@@ -68,8 +68,8 @@ def _between_crossings(edges: Array, edge: Index, share: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _winding_number(triangles: Array, points: Array) -> Array:
-    """(Q,) signed solid angle of all triangles (F, 3, 3) over 4 pi (Van Oosterom and Strackee 1983)."""
+def winding_number(triangles: Array, points: Array) -> Array:
+    """(Q,) signed solid angle of all triangles (F, 3, 3) over 4 pi (Van Oosterom and Strackee 1983): 1 inside."""
     total = np.zeros(len(points))
     for q in range(len(points)):
         angle = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,8 @@ class WalkSpec(Strict):
         placed = self.start_m is not None or self.heading_deg is not None or self.arc is not None
         if self.waypoints_m is not None and placed:
             raise ValueError("a walk with waypoints_m must have no start_m, heading_deg or arc")
+        if self.vary is not None and 0.0 < self.vary.speed_m_s >= self.speed_m_s:
+            raise ValueError(f"vary must leave the speed {self.speed_m_s:g} positive, got {self.vary.speed_m_s:g}")
         return self
 
 
@@ -109,39 +111,54 @@ class PhoneSpec(Strict):
         return self
 
 
+class Drawn(NamedTuple):
+    """What a seed changes about a walk."""
+
+    left_m: float = 0.0
+    turn_rad: float = 0.0
+    faster_m_s: float = 0.0
+    phase_rad: float = 0.0
+
+
 def walk_of(spec: WalkSpec, seed: int) -> GaitWalk | RouteWalk:
     """The walk of a file; a seed changes it only within what `vary` allows.
 
     Raises:
         ValueError: a route or stops that cannot be walked.
     """
-    side, turn, faster, phase = _drawn(spec.vary, seed)
-    speed = spec.speed_m_s + faster
-    gait = Gait() if spec.gait == "none" else Gait.at_speed(max(speed, 0.0), phase)
-    pitch, roll = np.deg2rad(spec.pitch_deg), np.deg2rad(spec.roll_deg)
+    drawn = _drawn(spec.vary, seed)
+    speed = spec.speed_m_s + drawn.faster_m_s
+    gait = Gait() if spec.gait == "none" else Gait.at_speed(speed, drawn.phase_rad)
     route = _route(spec, speed)
-    if route is None:
-        start, heading = _moved(np.array([spec.start_m or (0.0, 0.0)]), _heading(spec), side, turn)[0], _heading(spec)
-        return GaitWalk(
-            np.append(start, spec.height_m), heading + turn, speed, spec.duration_s or STRAIGHT_S,
-            pitch, roll, gait, spec.holding,
-        )  # fmt: skip
+    return _straight(spec, speed, gait, drawn) if route is None else _routed(spec, route, speed, gait, drawn)
+
+
+def _straight(spec: WalkSpec, speed_m_s: float, gait: Gait, drawn: Drawn) -> GaitWalk:
+    start = _moved(np.array([spec.start_m or (0.0, 0.0)]), _heading(spec), drawn)[0]
+    return GaitWalk(
+        np.append(start, spec.height_m), _heading(spec) + drawn.turn_rad, speed_m_s, spec.duration_s or STRAIGHT_S,
+        np.deg2rad(spec.pitch_deg), np.deg2rad(spec.roll_deg), gait, spec.holding,
+    )  # fmt: skip
+
+
+def _routed(spec: WalkSpec, route: Route, speed_m_s: float, gait: Gait, drawn: Drawn) -> RouteWalk:
     first = np.diff(route.waypoints_m[:2], axis=0)[0]
-    points = _moved(route.waypoints_m, float(np.arctan2(first[1], first[0])), side, turn)
-    route = Route(points, route.rounding_m)
-    pace = Pace(speed, [Stop(stop.at_s, stop.for_s) for stop in spec.stops])
+    route = Route(_moved(route.waypoints_m, float(np.arctan2(first[1], first[0])), drawn), route.rounding_m)
+    pace = Pace(speed_m_s, [Stop(stop.at_s, stop.for_s) for stop in spec.stops])
     duration = time_to_walk(route, pace) if spec.duration_s is None else spec.duration_s
-    return RouteWalk(route, pace, duration, spec.height_m, pitch, roll, gait, spec.holding)
+    return RouteWalk(
+        route, pace, duration, spec.height_m,
+        np.deg2rad(spec.pitch_deg), np.deg2rad(spec.roll_deg), gait, spec.holding,
+    )  # fmt: skip
 
 
-def _drawn(vary: VarySpec | None, seed: int) -> tuple[float, float, float, float]:
-    """Shift to the left, turn, greater speed and phase of the step."""
+def _drawn(vary: VarySpec | None, seed: int) -> Drawn:
     if vary is None:
-        return 0.0, 0.0, 0.0, 0.0
+        return Drawn()
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     ranges = vary.lateral_m, np.deg2rad(vary.heading_deg), vary.speed_m_s
-    side, turn, faster = (float(half * rng.uniform(-1.0, 1.0)) for half in ranges)
-    return side, turn, faster, float(rng.uniform(0.0, 4.0 * np.pi))
+    left, turn, faster = (float(half * rng.uniform(-1.0, 1.0)) for half in ranges)
+    return Drawn(left, turn, faster, float(rng.uniform(0.0, 4.0 * np.pi)))
 
 
 def _heading(spec: WalkSpec) -> float:
@@ -161,10 +178,10 @@ def _route(spec: WalkSpec, speed_m_s: float) -> Route | None:
     return Route(np.stack([start, start + reach * np.array([np.cos(_heading(spec)), np.sin(_heading(spec))])]))
 
 
-def _moved(points_m: NDArray[np.float64], heading_rad: float, left_m: float, turn_rad: float) -> NDArray[np.float64]:
+def _moved(points_m: NDArray[np.float64], heading_rad: float, drawn: Drawn) -> NDArray[np.float64]:
     """Points shifted to the left of a heading, then turned about the first of them."""
-    shifted = points_m + left_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
-    cos, sin = np.cos(turn_rad), np.sin(turn_rad)
+    shifted = points_m + drawn.left_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
+    cos, sin = np.cos(drawn.turn_rad), np.sin(drawn.turn_rad)
     moved: NDArray[np.float64] = (shifted - shifted[0]) @ np.array([[cos, sin], [-sin, cos]]) + shifted[0]
     return moved
 

@@ -74,6 +74,12 @@ def test_one_inverted_body_among_good_ones_is_found() -> None:
     assert found(thing(both)) == [("error", "thing", "normals")]
 
 
+def test_a_cavity_is_no_inverted_body() -> None:
+    hollow = shifted(box([0.3, 0.3, 0.3]), [0.0, 0.0, 0.1])
+    both = trimesh.util.concatenate([CUBE, changed(hollow, hollow.faces[:, ::-1])])
+    assert found(thing(both)) == []
+
+
 def test_a_triangle_soup_is_as_good_as_a_closed_mesh() -> None:
     soup = trimesh.Trimesh(CUBE.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False)
     assert found(thing(soup)) == []

@@ -99,6 +99,7 @@ MISTAKES = [
         5,
         r"walk: .*must have no start_m",
     ),
+    ("{kind: wall, name: x}\nwalk: {speed_m_s: 1, vary: {speed_m_s: 1}}", 5, r"walk: vary must leave the speed 1 pos"),
     ("{kind: wall, name: x}\nwalk:\n  stops:\n  - {at_s: 1}", 7, r"walk.stops\[0\].for_s: is missing"),
     ("{kind: wall, name: x}\nphone: {preset: nokia}", 5, r"phone.preset: phone must be one of .*got 'nokia'"),
     ("[unclosed", 5, r"a scene file must be YAML"),
