@@ -53,10 +53,11 @@ def path_difference(
     reach = separation_m + margin_m
     detour = 0.0 if np.isnan(body_distance_m) else 2.0 * body_distance_m
     loud = amplitude2 >= least_amplitude[:, None]
-    straight, by_body = loud & (np.abs(gap) <= reach), loud & (gap >= -reach) & (gap <= reach + detour)
-    own, own_height = _strongest(gap, straight, amplitude2)
-    late, late_height = _strongest(gap, by_body, amplitude2)
-    deduct = ~np.isnan(late) & (np.isnan(own) | (not gated)) & (detour > 0.0)
+    own, own_height = _strongest(gap, loud & (np.abs(gap) <= reach), amplitude2)
+    if detour == 0.0:
+        return PathDifference(own, own_height, np.zeros(len(own), dtype=bool))
+    late, late_height = _strongest(gap, loud & (gap >= -reach) & (gap <= reach + detour), amplitude2)
+    deduct = ~np.isnan(late) & (np.isnan(own) | (not gated))
     shortened = deducted_difference(late, separation_m, body_distance_m, cos_pitch, whole_detour)
     u = np.where(deduct, shortened, own)
     return PathDifference(u, np.where(deduct, late_height, own_height), deduct & ~np.isnan(u))

@@ -94,8 +94,9 @@ def judge_motion(
     speeds = np.concatenate([[0.0], steps])
     offset = nearest_offset(range_m[:, None, None] + speeds[:, None] * age_s, past_m)
     stays, approach = offset[:, 0] <= static_tolerance_m, offset[:, 1:]
-    partners = np.sum(approach <= closing_tolerance_m, axis=-1)
-    best = np.argmax(partners - 1e-3 * np.mean(np.minimum(approach, 1.0), axis=-1), axis=-1)
+    each = np.ones(len(age_s))
+    partners = (approach <= closing_tolerance_m) @ each
+    best = np.argmax(partners - 1e-3 / len(age_s) * (np.minimum(approach, 1.0) @ each), axis=-1)
     most = partners[np.arange(count), best]
     static = (stays[:, old].mean(axis=1) >= STATIC_SHARE) & (stays.sum(axis=1) >= most)
     closing = (most >= np.maximum(CLOSING_SHARE * len(age_s), LEAST_BEEPS)) & ~static
@@ -123,9 +124,10 @@ def fitted_speed(
     """(n,) least-squares speed through each peak (n,) and its partners along a trial speed (n,)."""
     if past_m.shape[1] == 0:
         return speed_m_s
-    offset = past_m - (range_m[:, None] + speed_m_s[:, None] * age_s)[..., None]
-    filled = np.where(np.isnan(offset), np.inf, offset)
-    nearest = np.take_along_axis(filled, np.argmin(np.abs(filled), axis=-1)[..., None], axis=-1)[..., 0]
+    expected = range_m[:, None] + speed_m_s[:, None] * age_s
+    offset = np.where(np.isnan(past_m), np.inf, past_m) - expected[..., None]
+    rows = offset.reshape(-1, past_m.shape[1])
+    nearest = rows[np.arange(len(rows)), np.argmin(np.abs(rows), axis=1)].reshape(expected.shape)
     weight = np.where(np.abs(nearest) <= tolerance_m, age_s, 0.0)
     correction = np.sum(weight * np.where(weight > 0, nearest, 0.0), axis=-1)
     return speed_m_s + correction / np.maximum(np.sum(weight * age_s, axis=-1), np.finfo(float).tiny)

@@ -73,10 +73,11 @@ def os_cfar_passes(
     rank = int((2 * half_width + 1) * (100.0 * quantile) / 100.0)
     height = magnitude[peaks]
     likely = np.flatnonzero(height >= factor * _least_order_statistic(magnitude, peaks, rank, half_width))
-    index = peaks[likely, None] + np.arange(-half_width, half_width + 1)
-    window = magnitude[np.minimum(np.maximum(index, 0), len(magnitude) - 1)]
+    ends = np.full(half_width, magnitude[0]), np.full(half_width, magnitude[-1])
+    bar = factor * np.concatenate([ends[0], magnitude, ends[1]])
+    window = bar[peaks[likely, None] + np.arange(2 * half_width + 1)]
     passes = np.zeros(len(peaks), dtype=bool)
-    passes[likely] = np.count_nonzero(factor * window <= height[likely, None], axis=1) > rank
+    passes[likely] = np.count_nonzero(window <= height[likely, None], axis=1) > rank
     return passes
 
 
@@ -155,8 +156,7 @@ def refine_peaks(
     left, middle, right = np.log(np.maximum(magnitude[inner + NEIGHBOURS], TINY))
     curvature = left - 2.0 * middle + right
     is_peak = (middle >= left) & (middle >= right) & (curvature < 0.0) & (inner == peaks)
-    offset = np.zeros(len(peaks))
-    np.divide(0.5 * (left - right), curvature, out=offset, where=is_peak)
+    offset: NDArray[np.float64] = np.where(is_peak, 0.5 * (left - right) / np.where(is_peak, curvature, 1.0), 0.0)
     height = magnitude[peaks] * np.exp(-0.25 * (left - right) * offset)
     return peaks + offset, height
 
