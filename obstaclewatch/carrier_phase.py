@@ -23,6 +23,8 @@ OFFSETS_M = np.arange(-REACH_M, REACH_M + STEP_M, STEP_M)
 WOBBLE = 0.5
 """Deviation of the phase by the hand, rad: 1.5 degrees of pitch are 1.8 mm of path at 30 degrees, 0.7 rad of carrier at
 their peak. As noise it grows with the echo, so that no beep says more than 1 / WOBBLE^2."""
+MISFIT = 0.25
+"""Deviation of the envelope, in parts of it: other echoes, and what the microphones' responses differ by."""
 
 
 def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_speed_m_s: float) -> NDArray[np.complex64]:
@@ -45,15 +47,8 @@ def with_wobble(second: NDArray[np.complex64]) -> NDArray[np.complex64]:
     return steadied
 
 
-def coherent_power(second: NDArray[np.complex64], u_m: Array, u_now_m: Array, wavelength_m: float) -> Array:
-    """(H,) what H courses gather at microphone 1 from K beeps, in units of noise power: 1 is noise.
-
-    Args:
-        second: (K, W) from `second_channel`.
-        u_m: (H, K) path differences that the courses predict for the times that the envelope reads.
-        u_now_m: (H, K) the same for the times at which the beep met the obstacle, which the phase reads.
-        wavelength_m: c / reference_hz.
-    """
+def at_path_differences(second: NDArray[np.complex64], u_m: Array) -> NDArray[np.complex64]:
+    """(H, K) rows (K, W) of `second_channel` at path differences (H, K), linear between `OFFSETS_M`."""
     count, width = second.shape
     along = (np.asarray(u_m, dtype=np.float32) - np.float32(OFFSETS_M[0])) / np.float32(STEP_M)
     position = np.minimum(np.maximum(along, np.float32(0.0)), np.float32(width - 1.01))
@@ -63,11 +58,34 @@ def coherent_power(second: NDArray[np.complex64], u_m: Array, u_now_m: Array, wa
     index = low + width * np.arange(count, dtype=np.int32)
     value = flat[index]
     value += rest * (flat[index + 1] - value)
+    return value
+
+
+def with_deviation(second: NDArray[np.complex64], share: float) -> NDArray[np.float32]:
+    """(K,) factors that bring rows (K, W) to units of noise and of a deviation that is a share of the echo."""
+    strength = np.abs(second).max(axis=1)
+    factor: NDArray[np.float32] = 1.0 / np.sqrt(np.float32(1.0) + (np.float32(share) * strength) ** 2)
+    return factor
+
+
+def coherent_power(value: NDArray[np.complex64], u_now_m: Array, wavelength_m: float) -> Array:
+    """(H,) what H courses gather in phase at microphone 1 from K beeps, in units of noise power: 1 is noise.
+
+    Args:
+        value: (H, K) from `at_path_differences`, for the times that the envelope reads.
+        u_now_m: (H, K) path differences at the times at which the beep met the obstacle, which the phase reads.
+        wavelength_m: c / reference_hz.
+    """
     turn = np.asarray(2.0 * np.pi / wavelength_m * u_now_m, dtype=np.float32)
     phasor = np.empty(turn.shape, dtype=np.complex64)
     phasor.real, phasor.imag = np.cos(turn), np.sin(turn)
     total = np.einsum("hk,hk->h", value, phasor)
-    return np.asarray(np.abs(total) ** 2 / count, dtype=np.float64)
+    return np.asarray(np.abs(total) ** 2 / value.shape[1], dtype=np.float64)
+
+
+def envelope_power(value: NDArray[np.complex64]) -> Array:
+    """(H,) the same without phase: the sum of the K powers."""
+    return np.asarray(np.sum(value.real**2 + value.imag**2, axis=1), dtype=np.float64)
 
 
 def complex_at(profile: EchoProfile, channel: int, delay_s: Array) -> NDArray[np.complex128]:

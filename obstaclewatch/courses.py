@@ -24,14 +24,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import coherent_power, with_wobble
+from obstaclewatch.carrier_phase import (
+    MISFIT,
+    WOBBLE,
+    at_path_differences,
+    coherent_power,
+    envelope_power,
+    with_deviation,
+)
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import reading_covariance
 
 Array = NDArray[np.float64]
 
-COHERENT = 0.5
-"""Share of microphone 1's coherent power that counts: beeps within a step share their deviations."""
+SHARE_HEARD = 0.5
+"""Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
 NEAREST_M = 0.05
@@ -118,10 +125,9 @@ class CourseGrid:
         log += np.log(speed_density(speed))
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            second = with_wobble(samples.second[heard])
             u_m = self._path_difference(range_m[:, heard], cosine[:, heard])
             now_m = self._path_difference(*self._seen(line[:, heard] + closing * self._ahead_s, height))
-            log += COHERENT * coherent_power(second, u_m, now_m, self._wavelength_m)
+            log += self._log_heard(samples.second[heard], u_m, now_m)
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
@@ -144,6 +150,13 @@ class CourseGrid:
         length = self._separation_m
         difference: Array = np.sqrt(range_m * (range_m + 2.0 * length * cosine) + length**2) - range_m
         return difference
+
+    def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
+        """(H,) log likelihood ratio of microphone 1: envelopes, and phases from beep to beep."""
+        value = at_path_differences(second, u_m)
+        envelope = envelope_power(value * with_deviation(second, MISFIT))
+        phase = coherent_power(value * with_deviation(second, WOBBLE), now_m, self._wavelength_m)
+        return SHARE_HEARD * (envelope + phase)
 
     def _summary(self, share: Array, ahead_m: Array, speed: Array, height_m: Array) -> Course:
         meeting = share * self._all.collision

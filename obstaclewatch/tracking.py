@@ -25,8 +25,9 @@ CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
 REACH_M = 0.03
 """How far hands and phone reach ahead of the phone's middle."""
-SURE = 0.85
-"""Probability of a collision that raises the alert."""
+SURE = 0.9
+"""Probability of a collision that raises the alert. On 400 rendered walks of the development split, true alerts and
+true silences were 54 % and 84 % at 0.8, 47 % and 92 % at 0.9, 43 % and 94 % at 0.93."""
 ALERT_M = (1.0, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4

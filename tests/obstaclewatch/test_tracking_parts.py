@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
-from obstaclewatch.carrier_phase import OFFSETS_M, coherent_power, second_channel
+from obstaclewatch.carrier_phase import (
+    OFFSETS_M,
+    at_path_differences,
+    coherent_power,
+    envelope_power,
+    second_channel,
+    with_deviation,
+)
 from obstaclewatch.echoes import echoes_at
 from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.moving_peaks import PeakFinder
@@ -57,7 +64,10 @@ def test_coherent_power_peaks_at_the_true_path_difference(aside_m):
     phase = np.angle(np.interp(u_m, OFFSETS_M, row[0].real) + 1j * np.interp(u_m, OFFSETS_M, row[0].imag))
     off = (phase + 2.0 * np.pi * u_m * profile.reference_hz / C + np.pi) % (2.0 * np.pi) - np.pi
     assert abs(off) < 0.15
-    power = coherent_power(row, *2 * [np.array([[u_m], [u_m - 0.12], [u_m + 0.12]])], WAVELENGTH)
+    asked_m = np.array([[u_m], [u_m - 0.12], [u_m + 0.12]])
+    value = at_path_differences(row, asked_m)
+    power = coherent_power(value, asked_m, WAVELENGTH)
+    assert envelope_power(value) == pytest.approx(power, rel=1e-3)  # one beep has no phase to compare
     assert power[0] == pytest.approx((point.gain / 0.01) ** 2, rel=0.05)
     assert power[0] > 1.4 * power[1:].max()
 
@@ -87,7 +97,7 @@ def test_coherent_power_against_a_slow_sum():
     rng = np.random.default_rng(3)
     second = (rng.standard_normal((5, len(OFFSETS_M))) + 1j * rng.standard_normal((5, len(OFFSETS_M)))).astype("c8")
     u, now = rng.uniform(-0.15, 0.15, (2, 7, 5))
-    for row, phase, power in zip(u, now, coherent_power(second, u, now, WAVELENGTH), strict=True):
+    for row, phase, power in zip(u, now, coherent_power(at_path_differences(second, u), now, WAVELENGTH), strict=True):
         total = 0j
         for k, one in enumerate(row):
             value = np.interp(one, OFFSETS_M, second[k].real) + 1j * np.interp(one, OFFSETS_M, second[k].imag)
@@ -103,6 +113,12 @@ def test_a_direct_sound_that_drifts_keeps_the_window_of_the_clutter_map():
         block = np.roll(record([Point(2.0)], noise=1e-3), shift, axis=1)
         found += finder.find(block) is not None
     assert found == 40
+
+
+def test_a_deviation_limits_what_one_beep_says():
+    second = np.array([[0.1, 0.0], [3.0, 100.0], [0.0, 1e4]], dtype=np.complex64)
+    limited = np.abs(second).max(axis=1) * with_deviation(second, 0.5)
+    assert limited == pytest.approx([0.1, 2.0, 2.0], rel=2e-3)
 
 
 @pytest.mark.parametrize("height_m", [1.15, 1.33, 1.5])
