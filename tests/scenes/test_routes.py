@@ -86,7 +86,7 @@ def test_one_may_begin_at_a_stand() -> None:
     assert pace.distance(np.array([3.0]))[0] == pytest.approx(1.2 * 2.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(turn=st.floats(-2.5, 2.5), speed=st.floats(0.6, 1.6), stop=st.floats(0.5, 4.0))
 def test_walks_are_smooth_in_time(turn: float, speed: float, stop: float) -> None:
     """A cubic in time over one beep, as delays are followed, is off by less than a thousandth of a wavelength.
