@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from obstaclewatch import BeepDesign, Detection, MatchedFilter, PhoneGeometry, Recording
 from obstaclewatch.feed import SampleFeed
 
-DYNAMIC_DB = 60.0
+LEVELS_DB = (-80.0, -20.0)
+"""From the noise of quiet recordings to the nearest wall; the direct sound itself may burn out."""
 SPEED_M_S = 343.0
 MOST_COLUMNS = 2000
 
@@ -66,28 +67,30 @@ def draw_echogram(
     figure = Figure(figsize=(10, 5.5), layout="constrained")
     axes = figure.subplots()
     edges = np.append(time, time[-1] + width_s)
-    image = axes.pcolormesh(edges, range_m, levels, cmap="magma", vmin=-DYNAMIC_DB, vmax=0.0, rasterized=True)
+    image = axes.pcolormesh(edges, range_m, levels, cmap="magma", vmin=LEVELS_DB[0], vmax=LEVELS_DB[1], rasterized=True)
     figure.colorbar(image, ax=axes, label="envelope, dB re direct sound")
-    _mark_candidates(axes, columns)
+    _mark_candidates(axes, columns, 0.5 * width_s)
     for alert_s in columns.alerts_s:
         axes.axvspan(alert_s, alert_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
     axes.set(xlabel="time, s", ylabel="range, m", ylim=(0.0, range_m[-1]))
-    axes.set_title(f"{phone.name}: candidates blue, on course red, what is warned of white, alerts shaded", fontsize=11)
+    axes.set_title(
+        f"{phone.name}: candidates blue, on course red, nearest on course ringed, alerts shaded", fontsize=11
+    )
     figure.savefig(path, dpi=120, metadata={"Software": None})
 
 
-def _mark_candidates(axes: Axes, columns: Columns) -> None:
-    """Dots for candidates, and a line along the ranges that the decisions name."""
+def _mark_candidates(axes: Axes, columns: Columns, middle_s: float) -> None:
+    """Dots for candidates in the middle of their column, and a line of rings along what the decisions name."""
     for on_course, color in ((False, "#7fd3ff"), (True, "#ff4d4d")):
         points = [
-            (detection.time_s, range_m)
+            (detection.time_s + middle_s, range_m)
             for detection in columns.kept
             for range_m, hit in zip(detection.range_m, detection.collides, strict=True)
             if bool(hit) is on_course
         ]
         axes.plot(*np.array(points).reshape(-1, 2).T, ".", color=color, markersize=5)
-    track = [(detection.time_s, detection.decision.range_m) for detection in columns.kept]
-    axes.plot(*np.array(track).T, "-", color="white", linewidth=1.0)
+    track = [(detection.time_s + middle_s, detection.decision.range_m) for detection in columns.kept]
+    axes.plot(*np.array(track).T, "o-", color="white", linewidth=1.0, markersize=8, markerfacecolor="none")
 
 
 def _levels(pieces: Iterable[Recording], beep: BeepDesign, columns: Columns) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,54 @@
+"""The table of what each erratum costs, from cells written by hand."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.errata_table import HEADER, errata_rows, markdown
+from benchmarks.results import RunData
+from benchmarks.suite import load_suite
+from obstaclewatch import Errata
+
+
+def cell(kind, outcome, error_m, candidates):
+    beeps = {
+        "range_m": [3.0 + error_m, None],
+        "true_range_m": [3.0, 3.0],
+        "bearing_rad": [np.radians(10.0 + 100.0 * error_m), None],
+        "true_bearing_rad": [np.radians(10.0)] * 2,
+        "radius_m": [0.2, None],
+        "candidates": [candidates, 0],
+    }
+    return {"beeps": [beeps], "outcome": outcome}
+
+
+def record(kind, good, bad):
+    entries = {"PaperDetector(walker_width=False)": bad, "PaperDetector": good}
+    return {"cell": {"kind": kind}, "status": "ok", "result": {"detectors": entries}}
+
+
+def test_rows_are_medians_and_counts_the_corrected_detector_first():
+    records = (
+        record("standing", cell("standing", "TN", 0.01, 1), cell("standing", "TN", -0.03, 1)),
+        record("approach", cell("approach", "TP", 0.5, 2), cell("approach", "FN", 0.5, 4)),
+        record("approach", cell("approach", "TN", 0.5, 2), cell("approach", "FP", 0.5, 4)),
+    )
+    rows = errata_rows(RunData(Path(), {}, records))
+    assert rows == [
+        ["nothing", "1.0", "1.0", "0.20", "50%", "1.0", "1 of 1", "1 of 1"],
+        ["`walker_width`", "3.0", "3.0", "0.20", "50%", "2.0", "0 of 1", "0 of 1"],
+    ]
+    assert len(markdown(rows).splitlines()) == 4
+    assert markdown(rows).splitlines()[0].count("|") == len(HEADER) + 1
+
+
+@pytest.mark.parametrize("part", ["walks", "standing"])
+def test_the_suite_flips_every_switch_once(part):
+    suite = load_suite("errata")
+    assert suite.standing is not None
+    named = suite.detectors if part == "walks" else suite.standing.detectors
+    assert sorted(named) == sorted(["PaperDetector", *(f"PaperDetector({f.name}=False)" for f in fields(Errata))])
