@@ -1,15 +1,26 @@
 # Two commands on a fresh machine with python3.11, pip and make:
 #   make bench   install, then run a small `paper` suite through simulation, detection, scores, figures and report
 #   make test    install, then run the tests
+# and for those who change it:
+#   make gate      `make bench`, then hold the run against the stored baseline and the exact physics
+#   make baseline REASON="what changed"    `make bench`, then make that run the stored baseline
 PYTHON ?= python3.11
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOBS   ?= 2
 
-.PHONY: bench test lint clean
+.PHONY: bench test gate baseline lint clean
 
 bench: $(VENV)/.bench-installed
 	$(BIN)/obstaclewatch run paper --tier ci -j $(JOBS)
+
+gate: bench
+	$(BIN)/obstaclewatch gate results/paper/latest
+
+baseline:
+	@test -n "$(REASON)" || { echo 'usage: make baseline REASON="what changed and why"' >&2; exit 2; }
+	$(MAKE) bench
+	$(BIN)/obstaclewatch baseline update results/paper/latest --reason "$(REASON)"
 
 test: $(VENV)/.test-installed
 	$(BIN)/python -m pytest -n $(JOBS)

@@ -30,8 +30,6 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     Raises:
         ValueError: an unknown tier, a limit below 1, a plan without a cell, or a cell that could not run.
     """
-    if limit is not None and limit < 1:
-        raise ValueError(f"limit must be at least 1, got {limit}")
     chosen = suite.tier(tier)
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
     cells += [cell for own in suite.scenes for cell in _own_walks(suite, own, chosen.size)]
@@ -42,7 +40,7 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
     if not cells:
         raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
-    cells = _thinned(cells, limit)
+    cells = thinned(cells, limit)
     _check(cells)
     return cells
 
@@ -181,7 +179,14 @@ def _check(cells: Sequence[Cell]) -> None:
             check_cell(cell)
 
 
-def _thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
+def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
+    """At most so many cells, taken evenly from the first to the last; all without a limit.
+
+    Raises:
+        ValueError: a limit below 1.
+    """
+    if limit is not None and limit < 1:
+        raise ValueError(f"limit must be at least 1, got {limit}")
     if limit is None or limit >= len(cells):
         return cells
     return [cells[k] for k in np.linspace(0, len(cells) - 1, limit).round().astype(int)]

@@ -18,7 +18,8 @@ def run_tutorial(page: Path) -> list[str]:
     """Run all blocks in the current folder.
 
     A block of Python is executed, in one namespace; one of YAML that begins with "# name.yaml" is written to that
-    file; one without a language holds commands. A block of text is what the command before it prints: each of its
+    file; one without a language holds commands, which must succeed or end with the code that a comment at the end of
+    the line says, "# exit code 1". A block of text is what the command before it prints: each of its
     lines but "..." has to begin a line of the output, up to "..." if it ends so, in the same order.
 
     Returns:
@@ -47,10 +48,11 @@ def run_tutorial(page: Path) -> list[str]:
 
 
 def _run(line: str) -> str:
-    program, *arguments = shlex.split(line)
+    program, *arguments = shlex.split(line, comments=True)
+    code = int(line.rpartition("# exit code ")[2]) if "# exit code " in line else 0
     assert program == "obstaclewatch", f"commands must be the project's own, got {line!r}"
     result = CliRunner().invoke(cli, arguments)
-    assert result.exit_code == 0, f"{line}: {result.output} {result.exception!r}"
+    assert result.exit_code == code, f"{line}: {result.output} {result.exception!r}"
     return result.output
 
 

@@ -14,7 +14,7 @@ from benchmarks.executors import EXECUTORS, choose_executor
 from benchmarks.figures import draw_figures
 from benchmarks.label_filter import label_filter
 from benchmarks.manifest import manifest
-from benchmarks.plan import plan_cells, plan_digest
+from benchmarks.plan import plan_cells, plan_digest, thinned
 from benchmarks.report import write_report
 from benchmarks.results import load_run, write_results_csv
 from benchmarks.runner import Tally, run_cells
@@ -33,7 +33,7 @@ INCOMPLETE, NOTHING_MEASURED = 3, 4
 @click.option("--seed", type=int, help="replaces the suite's seed")
 @click.option("--split", type=click.Choice(["dev", "test"]), help="which seeds: dev to tune, test to report")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
-@click.option("--limit", type=int, help="so many cells at most, spread evenly")
+@click.option("--limit", type=int, help="so many of the cells at most, spread evenly")
 @click.option("--only", metavar="LABEL", help="one cell alone, e.g. supermarket/dustbin/17")
 @click.option("-k", "expression", metavar="EXPR", help="cells whose label fits, e.g. 'dustbin and not campus'")
 @click.option("--executor", type=click.Choice(EXECUTORS), help="where cells are computed  [local if -j > 1]")
@@ -53,7 +53,7 @@ def run(
     missing and never mixes results of another plan or version.
     """
     chosen = load_suite(suite, [*settings, *([f"split={split}"] if split else [])], seed)
-    cells = _fitting(_only(plan_cells(chosen, tier, limit), only), expression)
+    cells = thinned(_fitting(_only(plan_cells(chosen, tier), only), expression), limit)
     if dry_run:
         _print_plan(chosen, tier, cells)
         return

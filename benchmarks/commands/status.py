@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -54,4 +55,4 @@ def _lines(run: RunData, found: dict[str, Any], failures: int) -> Iterator[str]:
     for cell in broken[:failures]:
         yield f"failed: {cell['label']}: {cell['error'].strip().splitlines()[-1]}"
     if found["missing"] or found["failed"]:
-        yield f"to go on: obstaclewatch {' '.join(run.manifest['argv'])}"
+        yield f"to go on: obstaclewatch {shlex.join(run.manifest['argv'])}"

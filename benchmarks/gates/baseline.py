@@ -86,13 +86,16 @@ def updated(baseline: Baseline | None, runs: Sequence[RunData], reason: str) -> 
     """The baseline with these runs in place of earlier ones of the same key, and why.
 
     Raises:
-        ValueError: an empty reason, no run, or a run that cannot serve.
+        ValueError: an empty reason, no run, two runs of one key, or a run that cannot serve.
     """
     if not reason.strip():
         raise ValueError("a baseline must be updated with a reason, got an empty one")
     fresh = {run_key(run): baseline_of(run) for run in runs}
-    if not fresh:
-        raise ValueError("a baseline must be updated from at least one run, got none")
+    if not runs or len(fresh) < len(runs):
+        raise ValueError(
+            f"a baseline must be updated from runs of different suite, tier, split or seed, "
+            f"got {[run_key(run) for run in runs]}"
+        )
     entry = {
         "date": datetime.now(UTC).date().isoformat(),
         "reason": reason.strip(),

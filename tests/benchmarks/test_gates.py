@@ -231,6 +231,8 @@ def test_baselines_that_cannot_serve_are_refused(tmp_path):
     run = good_run(tmp_path)
     with pytest.raises(ValueError, match="with a reason"):
         updated(None, [run], "  ")
+    with pytest.raises(ValueError, match="runs of different suite, tier, split or seed"):
+        updated(None, [run, run], "both")
     part = RunData(run.folder, run.manifest, run.cells[:-1])
     with pytest.raises(ValueError, match="whole run, got 85 good cells of 86"):
         updated(None, [part], "half")
@@ -353,3 +355,16 @@ def test_an_incomplete_run_is_neither_green_nor_red(tmp_path):
     done = CliRunner().invoke(cli, ["gate", str(part), "--gates", str(gates)])
     assert done.exit_code == 3
     assert "incomplete: 40 good cells of 86" in done.stderr
+
+
+def test_status_counts_and_says_how_to_go_on(tmp_path):
+    run = good_run(tmp_path)
+    whole = stored(run, tmp_path / "whole")
+    part = stored(RunData(run.folder, run.manifest, run.cells[:40]), tmp_path / "part")
+    done = CliRunner().invoke(cli, ["status", str(whole)], catch_exceptions=False)
+    assert (done.exit_code, done.output) == (0, "86 planned, 86 ok, 0 failed, 0 missing\n")
+    half = CliRunner().invoke(cli, ["status", str(part), "--json"], catch_exceptions=False)
+    assert half.exit_code == 3
+    assert json.loads(half.output)["missing"] == 46
+    text = CliRunner().invoke(cli, ["status", str(part)], catch_exceptions=False).output
+    assert "run paper --tier smoke --set scoring.alert_margin_m=0.5" in text
