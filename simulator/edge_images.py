@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.frames import out_of_rest, turned
+from simulator.pruning import aside, dot, far_or_aside, grown
 from simulator.reflectors import PlanarPatches
-from simulator.specular import BORDER_M, _aside, _dot, _far_or_aside, _grown
+from simulator.specular import BORDER_M
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -82,8 +83,8 @@ def _lit_edge(image, mirror, height, p, normal, offset, center, radius, start, e
     if p == patch[0] or p == patch[1]:
         return False
     side = 1.0 if height > 0.0 else -1.0
-    rise = max(side * (_dot(start, normal[p]) - offset[p]), side * (_dot(end, normal[p]) - offset[p]))
-    return rise > BORDER_M and not _aside(image, middle, half, center[p], radius[p])
+    rise = max(side * (dot(start, normal[p]) - offset[p]), side * (dot(end, normal[p]) - offset[p]))
+    return rise > BORDER_M and not aside(image, middle, half, center[p], radius[p])
 
 
 @numba.njit(cache=True)
@@ -109,12 +110,12 @@ def _search(point, normal, offset, center, radius, one_sided, follows, start, en
                         break
                     continue
                 before = point[n] if depth == 0 else images[depth - 1]
-                height = _dot(before, normal[n, p]) - offset[n, p]
+                height = dot(before, normal[n, p]) - offset[n, p]
                 if height == 0.0 or (depth == 0 and one_sided[p] and height < 0.0):
                     continue
                 if depth > 0:
                     last = sequence[depth - 1]
-                    if not follows[last, p] or _far_or_aside(
+                    if not follows[last, p] or far_or_aside(
                         before, center[n, p], radius[p], center[n, last], radius[last], point[n], limit, limit
                     ):
                         continue
@@ -130,8 +131,8 @@ def _search(point, normal, offset, center, radius, one_sided, follows, start, en
                 ):  # fmt: skip
                     continue
                 if found == len(pose):
-                    pose, wedge, order = _grown(pose), _grown(wedge), _grown(order)
-                    sequences, points = _grown(sequences), _grown(points)
+                    pose, wedge, order = grown(pose), grown(wedge), grown(order)
+                    sequences, points = grown(sequences), grown(points)
                 pose[found], wedge[found], order[found] = n, w, depth + 1
                 sequences[found] = -1
                 sequences[found, : depth + 1] = sequence[: depth + 1]

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.pruning import aside, dot, far_or_aside, grown
 from simulator.reflectors import PlanarPatches
 
 Floats = NDArray[np.float64]
@@ -46,11 +47,6 @@ def arrays(patches: PlanarPatches) -> tuple:
         patches.normal, patches.offset_m, patches.one_sided, patches.obstacle,
         patches.center_m, patches.radius_m, patches.edge_m, patches.edge_start,
     )  # fmt: skip
-
-
-@numba.njit(cache=True, inline="always")
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @numba.njit(cache=True)
@@ -100,7 +96,7 @@ def _backtrack(
     end = target.copy()
     for k in range(depth - 1, -1, -1):
         p = sequence[k]
-        here, there = _dot(end, normal[p]) - offset[p], _dot(images[k], normal[p]) - offset[p]
+        here, there = dot(end, normal[p]) - offset[p], dot(images[k], normal[p]) - offset[p]
         if there > 0.0:
             here, there = -here, -there
             if one_sided[p]:
@@ -114,34 +110,6 @@ def _backtrack(
             return OUTSIDE
         end[:] = hits[k]
     return REACHED
-
-
-@numba.njit(cache=True)
-def _far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
-    """Whether the next patch cannot be lit through the previous one within the path length allowed."""
-    gap = max(np.sqrt(np.sum((image - center) ** 2)) - radius, 0.0)
-    onwards = max(np.sqrt(np.sum((goal - center) ** 2)) - radius - goal_radius, 0.0)
-    if gap + onwards > limit:
-        return True
-    return previous_radius > 0.0 and _aside(image, center, radius, previous_center, previous_radius)
-
-
-@numba.njit(cache=True)
-def _aside(image, center, radius, window, window_radius):
-    """Whether a sphere lies outside the cone from an image through another sphere."""
-    a, b = np.sqrt(np.sum((center - image) ** 2)), np.sqrt(np.sum((window - image) ** 2))
-    if a <= radius or b <= window_radius:
-        return False
-    cosine = _dot(center - image, window - image) / (a * b)
-    angle = np.arccos(min(1.0, max(-1.0, cosine)))
-    return angle > np.arcsin(radius / a) + np.arcsin(window_radius / b)
-
-
-@numba.njit(cache=True)
-def _grown(array):
-    bigger = np.empty((2 * len(array),) + array.shape[1:], array.dtype)
-    bigger[: len(array)] = array
-    return bigger
 
 
 @numba.njit(cache=True)
@@ -198,16 +166,16 @@ def planar_paths(
             before = source[n] if depth == 0 else images[depth - 1]
             if depth > 0:
                 last = sequence[depth - 1]
-                if not follows[last, p] or _far_or_aside(
+                if not follows[last, p] or far_or_aside(
                     before, world_center[p], radius[p], world_center[last], radius[last], goal, goal_radius, limit
                 ):
                     continue
             else:
-                if one_sided[p] and _dot(before, world_normal[p]) - world_offset[p] <= 0.0:
+                if one_sided[p] and dot(before, world_normal[p]) - world_offset[p] <= 0.0:
                     continue
-                if _far_or_aside(before, world_center[p], radius[p], world_center[p], 0.0, goal, goal_radius, limit):
+                if far_or_aside(before, world_center[p], radius[p], world_center[p], 0.0, goal, goal_radius, limit):
                     continue
-            height = _dot(before, world_normal[p]) - world_offset[p]
+            height = dot(before, world_normal[p]) - world_offset[p]
             for x in range(3):
                 images[depth, x] = before[x] - 2.0 * height * world_normal[p, x]
             for m in range(receivers.shape[1]):
@@ -221,7 +189,7 @@ def planar_paths(
                 if code != REACHED and not keep_missed:
                     continue
                 if found == len(where):
-                    where, sequences, points = _grown(where), _grown(sequences), _grown(points)
+                    where, sequences, points = grown(where), grown(sequences), grown(points)
                 where[found, 0], where[found, 1], where[found, 2], where[found, 3] = n, m, depth + 1, code
                 sequences[found] = -1
                 sequences[found, : depth + 1] = sequence[: depth + 1]
@@ -265,32 +233,32 @@ def images_towards(
                         break
                     continue
                 before = source[n] if depth == 0 else images[depth - 1]
-                height = _dot(before, world_normal[p]) - world_offset[p]
+                height = dot(before, world_normal[p]) - world_offset[p]
                 if depth == 0 and one_sided[p] and height <= 0.0:
                     continue
                 if depth > 0 and not follows[sequence[depth - 1], p]:
                     continue
                 if obstacle[p] == goal_obstacle:
                     continue
-                rise = _dot(goal[n], world_normal[p]) - world_offset[p]
+                rise = dot(goal[n], world_normal[p]) - world_offset[p]
                 if one_sided[p] and rise < -goal_radius:
                     continue
                 last_center = world_center[p] if depth == 0 else world_center[sequence[depth - 1]]
                 last_radius = 0.0 if depth == 0 else radius[sequence[depth - 1]]
-                if _far_or_aside(
+                if far_or_aside(
                     before, world_center[p], radius[p], last_center, last_radius, goal[n], goal_radius, limit
                 ):
                     continue
                 for x in range(3):
                     images[depth, x] = before[x] - 2.0 * height * world_normal[p, x]
-                lit = not _aside(images[depth], goal[n], goal_radius, world_center[p], radius[p])
+                lit = not aside(images[depth], goal[n], goal_radius, world_center[p], radius[p])
                 reach = np.sqrt(np.sum((images[depth] - goal[n]) ** 2)) - goal_radius
             else:
                 lit, reach = True, np.sqrt(np.sum((source[n] - goal[n]) ** 2)) - goal_radius
             if lit and reach <= limit:
                 if found == len(pose):
-                    pose, order = _grown(pose), _grown(order)
-                    sequences, image = _grown(sequences), _grown(image)
+                    pose, order = grown(pose), grown(order)
+                    sequences, image = grown(sequences), grown(image)
                 pose[found], order[found] = n, depth + 1
                 sequences[found] = -1
                 sequences[found, : depth + 1] = sequence[: depth + 1]
@@ -322,7 +290,7 @@ def crossings(
         before = source[r]
         for k in range(order[r]):
             p = sequence[r, k]
-            height = _dot(before, world_normal[p]) - world_offset[p]
+            height = dot(before, world_normal[p]) - world_offset[p]
             for x in range(3):
                 images[k, x] = before[x] - 2.0 * height * world_normal[p, x]
             before = images[k]
@@ -351,14 +319,14 @@ def straight_crossings(
         images[0] = source[r]
         for k in range(order[r]):
             p = sequence[r, k]
-            height = _dot(images[k], world_normal[p]) - world_offset[p]
+            height = dot(images[k], world_normal[p]) - world_offset[p]
             images[k + 1] = images[k] - 2.0 * height * world_normal[p]
         length[r] = np.sqrt(np.sum((images[order[r]] - target[r]) ** 2))
         end = target[r].copy()
         for k in range(order[r] - 1, -1, -1):
             p = sequence[r, k]
-            here = _dot(end, world_normal[p]) - world_offset[p]
-            there = _dot(images[k + 1], world_normal[p]) - world_offset[p]
+            here = dot(end, world_normal[p]) - world_offset[p]
+            there = dot(images[k + 1], world_normal[p]) - world_offset[p]
             share = here / (here - there) if here != there else np.nan
             end = end + share * (images[k + 1] - end)
             points[r, k] = end
