@@ -130,7 +130,7 @@ class EchoPipeline:
             level_db=20.0 * np.log10(echoes.amplitude / direct.amplitude[0]),
             snr_db=10.0 * np.log10(snr),
             closing_speed_m_s=speed,
-            range_std_m=0.5 * self.sound_speed_m_s * self._pulse.delay_std_s(snr),
+            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), difference.u_m),
             bearing_std_rad=bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch),
             may_vote=motion.closing[nearest] | (not self.settings.reject_static),
             flags=_flags(clamped, difference, size.merged, motion.judged or not self.settings.reject_static, identical),
@@ -245,6 +245,17 @@ class EchoPipeline:
             toward = np.where(np.isnan(toward), 1.0, np.minimum(np.maximum(toward, -1.0), 1.0))
             range_m = one_way_range(path1_m, float(self._speaker_m[0]), self._speaker_cosine * toward)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
+
+    def _range_std_m(self, delay_std_s: NDArray[np.float64], u_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) deviation of D1: half of path 1's, and what the triangle takes of u = path 2 - path 1.
+
+        To first order D1 = path 1 / 2 + k u with k = b s / (2 L), for a speaker at b and cosine s from microphone 0.
+        """
+        share = 0.5 * self._speaker_m[0] * self._speaker_cosine / self._separation_m
+        if not self.settings.errata.one_way_range:
+            return self.sound_speed_m_s * delay_std_s
+        both = np.hypot(0.5 - share, share)
+        return self.sound_speed_m_s * delay_std_s * np.where(np.isnan(u_m), 0.5, both)
 
     def _bearing(
         self, range_m: NDArray[np.float64], range2_m: NDArray[np.float64]

@@ -102,8 +102,10 @@ def test_path_difference_reaches_the_bound(snr_db):
 
 
 @pytest.mark.parametrize("snr_db", SNRS_DB)
-def test_the_claimed_deviation_is_the_bound(snr_db):
-    assert np.mean(envelope_trials(snr_db)[:, 2]) == pytest.approx(bounds_of(BEEP, snr_db).range_m, rel=0.1)
+def test_the_claimed_deviation_is_the_actual_one(snr_db):
+    """1.2 times the bound: the triangle takes a share of the path difference. Without it the claim was 20 % short."""
+    rows = envelope_trials(snr_db)
+    assert np.mean(rows[:, 2]) == pytest.approx(np.std(rows[:, 0]), rel=0.1)
 
 
 def carrier_difference_m(profile, delay_s):
