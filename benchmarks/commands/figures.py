@@ -26,7 +26,7 @@ def figures(run_folder: Path, names: tuple[str, ...], detector: str | None, othe
     for path in draw_figures(run, list(names) or None):
         click.echo(path)
     if detector is not None:
-        from benchmarks.claims import claim_rows, claims_markdown
+        from benchmarks.figures.paper_claims import claim_rows, claims_markdown
 
         target = run.folder / "claims.md"
         write_atomically(target, claims_markdown(claim_rows([run, *further], detector), detector))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.claims import claim_rows
+from benchmarks.figures.paper_claims import claim_rows
 from benchmarks.figures.plots import TableFigure
 from benchmarks.results import RunData
 

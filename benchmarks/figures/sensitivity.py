@@ -230,7 +230,7 @@ def side_calls(run: RunData, detector: str) -> tuple[np.ndarray, np.ndarray]:
 def _holding(run: RunData) -> str:
     cell = run.cells[0]["cell"]
     variant = cell.get("variant") or {}
-    return holding_name({}, cell) if "walk.holding" in variant else variant_name(variant)
+    return holding_name(cell) if "walk.holding" in variant else variant_name(variant)
 
 
 def _range_error(run: RunData, detector: str) -> float:

@@ -113,12 +113,12 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
     )
 
 
-def band_name(variant: Mapping[str, Any], cell: Mapping[str, Any]) -> str:
+def band_name(cell: Mapping[str, Any]) -> str:
     """ "16-23 kHz", of whatever else is swept."""
     return f"{cell['beep']['start_hz'] / 1e3:g}-{cell['beep']['stop_hz'] / 1e3:g} kHz"
 
 
-def holding_name(variant: Mapping[str, Any], cell: Mapping[str, Any]) -> str:
+def holding_name(cell: Mapping[str, Any]) -> str:
     """How the phone is held."""
     return str((cell.get("walk") or {}).get("holding", "portrait"))
 
@@ -129,10 +129,10 @@ def _rates_figure(
     title: str,
     paper: Mapping[str, RatePair],
     note: str,
-    name_of: Callable[[Mapping[str, Any], Mapping[str, Any]], str],
+    name_of: Callable[[Mapping[str, Any]], str],
 ) -> BarFigure:
     parts = list(variants(run).values())
-    named = {name_of(part.cells[0]["cell"].get("variant") or {}, part.cells[0]["cell"]): part for part in parts}
+    named = {name_of(part.cells[0]["cell"]): part for part in parts}
     swept = any(record["cell"].get("variant") for record in run.cells)
     panels, said = [], []
     for detector in judged_detectors(run):

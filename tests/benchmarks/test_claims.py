@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from benchmarks import paper_values
-from benchmarks.claims import Claim, claim_rows, claims, claims_markdown, verdict
-from benchmarks.claims_measured import Measurement, exact_rate, more_often
+from benchmarks.figures.claims_measured import Measurement, exact_rate, more_often
+from benchmarks.figures.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 
-from .synthetic_run import made_up_run
+from .synthetic_run import made_up_run, walk
 
 
 @given(st.integers(1, 60), st.integers(0, 60))
@@ -76,6 +76,30 @@ def test_rows_of_a_made_up_run(tmp_path) -> None:
     assert rows["Distance1 at 1.5 m, P90"].verdict == "reached"
     assert rows["TP, 16-23 kHz"].verdict == "not measured"
     assert "see suite bands" in rows["TP, 16-23 kHz"].count
+
+
+def test_a_perfect_order_of_four_is_no_proof(tmp_path) -> None:
+    """Of the 24 orders of four things one rises and one falls: two-sided p is 1 in 12."""
+    stored = walk()
+    stored["cell"] |= {"kind": "signal", "category": "crests"}
+    stored["result"]["signal"] = {"true_radius_m": [0.1, 0.2, 0.3, 5.0], "crest_samples": [80.0, 136.0, 176.0, 192.0]}
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, [stored])])}
+    found = rows["crest wider for larger things"]
+    assert (found.ours, found.interval, found.verdict) == ("rank correlation 1.00", "p = 0.083", "open")
+
+
+def test_bands_are_measured_where_they_are_swept(tmp_path) -> None:
+    cells = []
+    for start, hits in ((16_000.0, 8), (18_000.0, 0)):
+        for k in range(8):
+            stored = walk(index=k, alert_distance_m=2.0 if k < hits else None)
+            stored["cell"]["beep"] = {**stored["cell"]["beep"], "start_hz": start}
+            stored["cell"]["variant"] = {"beep.start_hz": start}
+            cells.append(stored)
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, cells)])}
+    assert (rows["TP, 16-23 kHz"].count, rows["TP, 18-23 kHz"].count) == ("8/8", "0/8")
+    assert rows["16-23 kHz has more true positives"].verdict == "reached"
+    assert "100.0 against 0.0 %" in rows["16-23 kHz has more true positives"].ours
 
 
 def test_a_claim_is_taken_from_the_first_run_that_can(tmp_path) -> None:

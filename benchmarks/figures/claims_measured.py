@@ -55,6 +55,8 @@ class Measurement:
 
 
 Measure = Callable[[RunData, str], Measurement]
+FEW = 7
+"""Up to so many things all orders are tried."""
 NO_MEASUREMENT = Measurement(np.nan, np.nan, np.nan, 0, "0", "1")
 
 
@@ -251,7 +253,13 @@ def _ranked(x: NDArray[np.float64], y: NDArray[np.float64], of: str) -> Measurem
     if kept.sum() < 3 or np.ptp(y[kept]) == 0.0:
         return NO_MEASUREMENT
     result = stats.spearmanr(x[kept], y[kept])
-    count = int(kept.sum())
+    count, p = int(kept.sum()), float(result.pvalue)
+    if count <= FEW:
+        # scipy's p is asymptotic: 0 for any perfect order, which 4 things reach by chance 1 time in 12
+        p = float(stats.permutation_test(
+            (x[kept],), lambda a: stats.spearmanr(a, y[kept]).statistic, permutation_type="pairings",
+            n_resamples=np.inf, vectorized=False,
+        ).pvalue)  # fmt: skip
     return Measurement(
         float(result.statistic),
         np.nan,
@@ -259,7 +267,7 @@ def _ranked(x: NDArray[np.float64], y: NDArray[np.float64], of: str) -> Measurem
         count,
         f"{count} {of}",
         "",
-        float(result.pvalue),
+        p,
         f"rank correlation {result.statistic:.2f}",
     )
 
@@ -286,4 +294,4 @@ def _cells(run: RunData, keep: Callable[[dict], bool]) -> RunData:
 def _bands(run: RunData) -> dict[str, RunData]:
     """The parts of a run that sweeps the band, by band."""
     parts = [part for part in variants(run).values() if "beep.start_hz" in (part.cells[0]["cell"].get("variant") or {})]
-    return {band_name({}, part.cells[0]["cell"]): part for part in parts}
+    return {band_name(part.cells[0]["cell"]): part for part in parts}
