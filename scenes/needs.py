@@ -15,6 +15,7 @@ from simulator.pose import Pose, Walk
 from simulator.reflectors import read_mesh, reflectors_in
 from simulator.render import render_walk
 from simulator.scene import Obstacle, Scene
+from simulator.trace import trace_paths
 from simulator.wedges import wedges_of
 
 TIMED_BEEPS = 6
@@ -85,6 +86,17 @@ def _need(obstacle: Obstacle) -> Need:
         obstacle.name, obstacle.category, len(obstacle.mesh.faces), (x, y, z), reading.closed, len(patches),
         0 if surface is None else len(surface), len(wedges_of(reading, 0, 0)), obstacle.moves,
     )  # fmt: skip
+
+
+def integrals_needed(scene: Scene, phone: Phone, walk: Walk) -> list[str]:
+    """Obstacles for some of whose echoes the level "auto" takes Kirchhoff's integral, at five instants of a walk.
+
+    Rays alone, as the level "standard" takes them, err by more than half a decibel there.
+    """
+    time = np.linspace(0.0, walk.duration_s, 5)
+    paths = trace_paths(scene, phone, walk.pose(time), Fidelity(level="auto"), time)
+    named = {str(name) for name in paths.obstacle[paths.kind == "kirchhoff"]}
+    return [obstacle.name for obstacle in scene.obstacles if obstacle.name in named]
 
 
 @dataclass(frozen=True)

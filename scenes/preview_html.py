@@ -29,7 +29,7 @@ from simulator.trace import trace_paths
 Array = NDArray[np.float64]
 
 GROUND = "#cfd2d4"
-KINDS = {"specular": "#0072b2", "curved": "#d55e00", "edge": "#009e73", "mixed": "#cc79a7"}
+KINDS = {"specular": "#0072b2", "curved": "#d55e00", "edge": "#009e73", "kirchhoff": "#56b4e9", "mixed": "#cc79a7"}
 """Colours by mechanism, told apart also by the colour-blind (Okabe and Ito)."""
 
 SMOOTH_COS = float(np.cos(np.deg2rad(35.0)))

@@ -14,7 +14,7 @@ import numpy as np
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
 from scenes.check import Finding, check_scene
 from scenes.encounter import has_walk
-from scenes.needs import Cost, Need, needs_of, rendering_cost
+from scenes.needs import Cost, Need, integrals_needed, needs_of, rendering_cost
 from scenes.preview import preview_around, preview_scene
 from scenes.preview_html import preview_html
 from simulator import Phone
@@ -32,7 +32,9 @@ def scene() -> None:
 @click.argument("name")
 @click.option("--seed", default=0, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
-@click.option("--cost/--no-cost", default=True, show_default=True, help="render some beeps to say what a walk takes")
+@click.option(
+    "--cost/--no-cost", default=True, show_default=True, help="render some beeps to say what a walk takes and needs"
+)
 def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
     """Check NAME (a scene or a YAML file) and say what the simulator will need for it.
 
@@ -47,7 +49,9 @@ def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
     needs = needs_of(met.scene)
     sound = not any(finding.severity == "error" for finding in findings)
     price = rendering_cost(met.scene, met.phone, met.walk) if cost and sound else None
-    click.echo(_as_json(name, findings, needs, price) if as_json else _as_text(name, findings, needs, price))
+    integrals = integrals_needed(met.scene, met.phone, met.walk) if cost and sound else None
+    show = _as_json if as_json else _as_text
+    click.echo(show(name, findings, needs, price, integrals))
     if not sound:
         sys.exit(UNFIT)
 
@@ -58,15 +62,26 @@ def _walked_straight(name: str, seed: int) -> Encounter:
     return Encounter(load_scene(name, seed), GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=4.5), held, ())
 
 
-def _as_json(name: str, findings: list[Finding], needs: list[Need], cost: Cost | None) -> str:
+def _as_json(
+    name: str, findings: list[Finding], needs: list[Need], cost: Cost | None, integrals: list[str] | None
+) -> str:
     rows = [asdict(need) | {"mechanisms": need.mechanisms} for need in needs]
     price: dict[str, Any] | None = None if cost is None else asdict(cost) | {"walk_s": cost.walk_s}
     return json.dumps(
-        {"scene": name, "findings": [asdict(one) for one in findings], "obstacles": rows, "cost": price}, indent=1
+        {
+            "scene": name,
+            "findings": [asdict(one) for one in findings],
+            "obstacles": rows,
+            "cost": price,
+            "integrals": integrals,
+        },
+        indent=1,
     )
 
 
-def _as_text(name: str, findings: list[Finding], needs: list[Need], cost: Cost | None) -> str:
+def _as_text(
+    name: str, findings: list[Finding], needs: list[Need], cost: Cost | None, integrals: list[str] | None
+) -> str:
     width = max(len(need.name) for need in needs)
     lines = [f"{'obstacle':{width}}  category    triangles  closed  planes  curved  edges  size / m"]
     for need in needs:
@@ -83,6 +98,8 @@ def _as_text(name: str, findings: list[Finding], needs: list[Need], cost: Cost |
             f"rendering: {cost.prepare_s:.2f} s and {1e3 * cost.per_beep_s:.0f} ms a beep here, "
             f"{cost.walk_s:.1f} s for {cost.beeps} beeps"
         )
+    if integrals:
+        lines.append(f"rays err by more than 0.5 dB, so that level auto integrates: {', '.join(integrals)}")
     lines += [f"{one.severity}: {one.obstacle}: {one.rule}: {one.message}" for one in findings]
     errors = sum(one.severity == "error" for one in findings)
     return "\n".join([*lines, f"{name}: errors: {errors}, warnings: {len(findings) - errors}"])

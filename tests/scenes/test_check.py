@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from scenes import Pace, Route, RouteWalk, load_scene
 from scenes.check import check_scene
-from scenes.needs import needs_of, rendering_cost
+from scenes.needs import integrals_needed, needs_of, rendering_cost
 from scenes.obstacles import car, ground, litter_bin, wall
 from scenes.placing import placed
-from scenes.solids import box, shifted
+from scenes.solids import box, cylinder, shifted
 from scenes.walks import GaitWalk
 from simulator.fidelity import Fidelity
 from simulator.materials import Material
@@ -135,6 +135,13 @@ def test_the_cost_is_measured() -> None:
     assert 0.0 < cost.walk_s < 60.0
     with pytest.raises(ValueError, match="must last one beep"):
         rendering_cost(Scene([FLOOR]), PHONE, GaitWalk(np.zeros(3), duration_s=0.01))
+
+
+def test_a_post_that_ends_at_the_phones_height_needs_the_integral() -> None:
+    """Its rim lies in the first Fresnel zone of its mirror point; that of a post of 2 m is far above."""
+    short, tall = thing(cylinder(0.2, 1.35), "short", (2.5, 0.4)), thing(cylinder(0.2, 2.0), "tall", (2.5, -0.8))
+    scene = Scene([FLOOR, short, tall, thing(wall(), "wall", (8.0, 0.0))])
+    assert integrals_needed(scene, PHONE, GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=1.5)) == ["short"]
 
 
 YARD = """
