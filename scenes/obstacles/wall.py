@@ -10,7 +10,7 @@ from simulator.materials import Material
 from simulator.scene import Obstacle
 
 FINISHES = ("brick", "painted-brick", "concrete", "glass")
-KINDS = {"plain": 0.55, "piers": 0.25, "front": 0.2}
+KINDS = {"plain": 0.7, "piers": 0.18, "front": 0.12}
 
 
 def wall(length_m: float = 8.0, height_m: float = 3.0, thickness_m: float = 0.25) -> trimesh.Trimesh:
@@ -76,17 +76,17 @@ def shop_front(
 
 
 def random_wall(rng: np.random.Generator, name: str = "wall") -> Obstacle:
-    """A wall 4-20 m long, 2.5-4 m high: plain (more than half; brick, painted brick, concrete, glass), with piers
+    """A wall 4-20 m long, 2.5-4 m high: plain (seven in ten; brick, painted brick, concrete, glass), with piers
     (brick, painted brick, concrete), or a shop front.
     """
     kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
     length, height = rng.uniform(4.0, 20.0), rng.uniform(2.5, 4.0)
     if kind == "front":
-        mesh = shop_front(min(length, 10.0), height, rng.uniform(1.8, 2.8), rng.uniform(0.04, 0.09))
+        mesh = shop_front(min(length, 8.0), height, rng.uniform(2.0, 3.0), rng.uniform(0.04, 0.09))
         return Obstacle(mesh, Material.named("glass"), name, category="wall")
     thickness, finish = rng.uniform(0.2, 0.3), str(rng.choice(FINISHES if kind == "plain" else FINISHES[:3]))
     if kind == "piers":
-        mesh = wall_with_piers(length, height, thickness, rng.uniform(2.5, 4.5), rng.uniform(0.06, 0.15))
+        mesh = wall_with_piers(min(length, 14.0), height, thickness, rng.uniform(4.0, 7.0), rng.uniform(0.06, 0.15))
     else:
         mesh = wall(length, height, thickness)
     return Obstacle(mesh, Material.named(finish), name, category="wall")
