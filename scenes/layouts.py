@@ -64,6 +64,7 @@ BOUNDS: dict[str, tuple[BoundarySpot, ...]] = {
     "campus": (
         BoundarySpot("parking-kerb", (4.5, -3.2), 9.0, 0.12, LENGTHWISE, "kerb"),
         BoundarySpot("running-track", (14.5, -4.0), 9.0, 1.1, LENGTHWISE, "fence"),
+        BoundarySpot("hedge", (29.5, 3.6), 1.4, 1.0, LENGTHWISE, "hedge"),
         BoundarySpot("gym", (26.0, -6.0), 11.0, 4.0, LENGTHWISE, "concrete"),
         BoundarySpot("library", (14.0, 5.8), 18.0, 4.0, LENGTHWISE, "brick-piers"),
         BoundarySpot("dormitory", (34.0, 1.0), 14.0, 4.0, 0.0, "brick"),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from scenes.obstacles import ground, kerb, random_obstacle
+from scenes.obstacles import ground, hedge, kerb, random_obstacle
 from scenes.obstacles.furniture import fence
 from scenes.obstacles.pedestrian import random_person
 from scenes.obstacles.wall import shop_front, wall, wall_with_piers
@@ -52,6 +52,7 @@ BOUNDARIES: dict[str, Boundary] = {
     "shop-front": Boundary(lambda length_m, height_m: shop_front(min(length_m, 10.0), height_m), "glass"),
     "fence": Boundary(lambda length_m, height_m: fence(length_m, min(height_m, 1.2)), "metal", "clutter"),
     "kerb": Boundary(kerb, "concrete", "clutter"),
+    "hedge": Boundary(lambda length_m, height_m: hedge(length_m, height_m), "foliage", "clutter"),
 }
 
 
@@ -59,8 +60,8 @@ BOUNDARIES: dict[str, Boundary] = {
 class Stretch:
     """One part of a route, and how it is furnished.
 
-    Its boundaries are plain: paths mix every plane with every smooth body, and the frames of a shop front or the rails
-    of a fence behind four people would make a walk three times as costly. Whole streets have them.
+    Its boundaries are plain: paths mix every plane with every smooth body, and the frames of a shop front, the rails
+    of a fence or the leaves of a hedge would make a walk two to three times as costly. Whole streets have them.
 
     Attributes:
         name: what it passes.
@@ -101,7 +102,7 @@ SETTINGS: dict[str, Setting] = {
         stretches=(
             Stretch("shop-front", "concrete-paving", 0.7, ("glass", "painted-brick"), 0.0,
                     ("sign", "clutter", "dustbin", "pedestrian"), (1, 3), (0, 1)),
-            Stretch("car-park", "asphalt", 0.0, (), 0.3, ("car", "car", "sign", "clutter"), (1, 3), (0, 1)),
+            Stretch("car-park", "asphalt", 0.0, (), 0.3, ("car", "sign", "clutter"), (1, 3), (0, 1)),
             Stretch("side-street", "asphalt", 0.6, ("brick", "concrete"), 0.4,
                     ("dustbin", "sign", "car", "clutter"), (1, 3), (0, 0)),
             Stretch("apartments", "concrete-paving", 0.4, ("painted-brick", "parapet"), 0.4,
@@ -111,15 +112,15 @@ SETTINGS: dict[str, Setting] = {
     ),
     "campus": Setting(
         stretches=(
-            Stretch("parking-lot", "asphalt", 0.0, (), 0.4, ("car", "car", "clutter", "sign"), (2, 3), (1, 3)),
+            Stretch("parking-lot", "asphalt", 0.0, (), 0.4, ("car", "clutter", "sign"), (1, 3), (1, 3)),
             Stretch("running-track", "asphalt", 0.8, ("parapet",), 0.2,
-                    ("clutter", "clutter", "dustbin"), (2, 3), (2, 4)),
+                    ("clutter", "clutter", "dustbin"), (1, 3), (2, 3)),
             Stretch("gym", "concrete-paving", 0.6, ("concrete", "glass"), 0.2,
-                    ("dustbin", "clutter", "sign"), (2, 3), (2, 4)),
+                    ("dustbin", "clutter", "sign"), (1, 3), (2, 4)),
             Stretch("library", "concrete-paving", 0.6, ("brick", "painted-brick"), 0.2,
-                    ("clutter", "clutter", "pedestrian", "dustbin"), (2, 3), (2, 4)),
+                    ("clutter", "clutter", "pedestrian", "dustbin"), (1, 3), (2, 3)),
             Stretch("dormitory", "concrete-paving", 0.5, ("brick", "painted-brick"), 0.3,
-                    ("dustbin", "car", "clutter", "pedestrian"), (2, 3), (2, 4)),
+                    ("dustbin", "dustbin", "car", "clutter"), (1, 2), (2, 3)),
         ),
         pedestrian_kinds=(0.4, 0.4, 0.2),
     ),

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import trimesh
 
-from scenes.obstacles.greenery import random_hedge
 from scenes.solids import (
     box,
     cylinder,
@@ -136,7 +135,7 @@ def fence(length_m: float = 12.0, height_m: float = 1.1, spacing_m: float = 2.5)
 
 
 def random_clutter(rng: np.random.Generator, name: str = "clutter") -> Obstacle:
-    """A tree, bollard, lamp post, bench, hydrant, planting tub or piece of hedge; its category is "clutter"."""
+    """A tree, bollard, lamp post, bench, hydrant or planting tub; its category is "clutter"."""
     kind = str(rng.choice(list(_CLUTTER), p=CLUTTER_SHARES))
     return _CLUTTER[kind](rng, name)
 
@@ -178,9 +177,8 @@ _CLUTTER: dict[str, Callable[[np.random.Generator, str], Obstacle]] = {
     "bench": _random_bench,
     "hydrant": _random_hydrant,
     "tub": _random_tub,
-    "hedge": random_hedge,
 }
-CLUTTER_SHARES = (0.22, 0.18, 0.18, 0.15, 0.08, 0.12, 0.07)
+CLUTTER_SHARES = (0.2, 0.2, 0.2, 0.15, 0.1, 0.15)
 
 
 def _bough(trunk_radius_m: float, fork_m: float, height_m: float, index: int) -> trimesh.Trimesh:
@@ -190,4 +188,4 @@ def _bough(trunk_radius_m: float, fork_m: float, height_m: float, index: int) ->
     out = np.tan(lean) * np.maximum(z, 0.0)
     center = out[:, None] * np.array([np.cos(azimuth), np.sin(azimuth)])
     radius = 0.55 * trunk_radius_m * np.linspace(1.0, 0.25, len(z))
-    return loft(ellipse_rings(fork_m + z, radius, center, segments=32))
+    return loft(ellipse_rings(fork_m + z, radius, center, segments=16))

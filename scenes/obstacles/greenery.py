@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scenes.solids import require_positive
-from simulator.materials import Material
-from simulator.scene import Obstacle
 
 Array = NDArray[np.float64]
 
@@ -40,12 +38,6 @@ def hedge(
     sides = [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0)]
     middle, normal = (np.concatenate(part) for part in zip(*(_leaves(rng, size, k, s) for k, s in sides), strict=True))
     return _squares(middle, normal, rng)
-
-
-def random_hedge(rng: np.random.Generator, name: str = "hedge") -> Obstacle:
-    """A piece of hedge 0.9-1.4 m long and 0.8-1.1 m high; its category is "clutter"."""
-    mesh = hedge(rng.uniform(0.9, 1.4), rng.uniform(0.8, 1.1), rng.uniform(0.4, 0.5), rng)
-    return Obstacle(mesh, Material.named("foliage"), name, surface="flat", category="clutter")
 
 
 def _leaves(rng: np.random.Generator, size_m: Array, axis: int, side: float) -> tuple[Array, Array]:
