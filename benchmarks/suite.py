@@ -72,14 +72,15 @@ class Probe(_Strict):
     """Cells that are neither walks nor standing measurements.
 
     Attributes:
-        kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme.
+        kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme, "fidelity"
+            the errors and costs of levels of fidelity.
         name: which signal or check; see `docs/suites.md`.
         phones: one cell for each.
         parameters: plain values that the probe understands.
         over: lists of values by parameter; every combination is a cell.
     """
 
-    kind: Literal["signal", "numerics"]
+    kind: Literal["signal", "numerics", "fidelity"]
     name: str
     phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
     parameters: dict[str, Any] = {}

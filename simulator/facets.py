@@ -1,7 +1,7 @@
 """A body's surface cut into facets small against the wavelength, for sums over all of it.
 
 Curved facets are cut on their rounded surface (Nagata's triangles), planes where they lie. Facets are kept in pieces
-of a few centimetres: a piece is seen or hidden as a whole.
+of a few centimetres: where a few of a piece's facets are seen or hidden alike, the others need not be asked.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from simulator.reflectors import MeshReading, SmoothSurface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-PIECE = 128  # facets a piece at most: some 4 cm across
+PIECE = 32  # facets a piece at most: some 2 cm across
 TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart when facets are put into pieces
 MOST_FACETS = 400_000
 FACETS_A_SQUARE = 6.0  # facets for each square of their greatest edge: halving makes many smaller than they must be
@@ -37,9 +37,8 @@ class Facets:
         middle_m: (F, 3) point of the rounded surface over the triangle's middle.
         normal: (F, 3) unit normals there.
         area_m2: (F,).
-        piece: (F,) sorted; the piece that a facet is part of.
-        piece_m, piece_normal: (G, 3) a facet's middle in each piece and the unit normal there.
-        lift_m: (G,) how far the rounded surface may stand off the mesh there.
+        lift_m: (F,) how far the rounded surface may stand off the mesh there.
+        start: (G + 1,) where each piece begins.
         closed: only the outside scatters.
         center_m, radius_m: bounding sphere.
     """
@@ -49,10 +48,8 @@ class Facets:
     middle_m: Floats
     normal: Floats
     area_m2: Floats
-    piece: Ints
-    piece_m: Floats
-    piece_normal: Floats
     lift_m: Floats
+    start: Ints
     closed: bool
     center_m: Floats
     radius_m: float
@@ -82,14 +79,12 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
     middle_m, normal = skin.at(owner, place.mean(axis=1))
     facet, start = leaves(np.concatenate([middle_m, TURN_M * normal], axis=1), PIECE)
-    piece = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    middle = facet[(start[:-1] + start[1:]) // 2]
     sides = corner_m[:, 1:] - corner_m[:, :1]
     center = 0.5 * (corner_m.min(axis=(0, 1)) + corner_m.max(axis=(0, 1)))
     return Facets(
         obstacle=obstacle, corner_m=corner_m[facet], middle_m=middle_m[facet], normal=normal[facet],
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[facet],
-        piece=piece, piece_m=middle_m[middle], piece_normal=normal[middle], lift_m=2.0 * skin.sag_m[owner[middle]],
+        lift_m=2.0 * skin.sag_m[owner[facet]], start=start,
         closed=reading.closed, center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
     )  # fmt: skip
 

@@ -21,8 +21,8 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
         "tolerance_db": np.inf,
     },
     "reference": {
-        "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 8, "edge_floor_db": -100.0,
-        "edge_share_db": -70.0, "facet_m": 0.012, "tolerance_db": 0.05,
+        "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 8, "edge_floor_db": -80.0,
+        "edge_share_db": -60.0, "facet_m": 0.012, "tolerance_db": 0.05,
     },
     "auto": {"mechanisms": MECHANISMS, "tolerance_db": 0.5},
 })  # fmt: skip

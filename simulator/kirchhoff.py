@@ -63,7 +63,7 @@ def scattered(
 
     Args:
         source_m, receiver_m: (R, 3), images included.
-        seen: (R, G) pieces that both ends see.
+        seen: (R, F) facets that nothing hides from either end.
         wavenumber_rad_m: (K,) rising.
     """
     count = int(np.ceil(4.0 * facets.radius_m / CELL_M)) + 3
@@ -81,7 +81,7 @@ def scattered(
 
 
 def _arrays(facets: Facets) -> tuple:
-    return facets.corner_m, facets.middle_m, facets.normal, facets.area_m2, facets.piece, facets.closed
+    return facets.corner_m, facets.middle_m, facets.normal, facets.area_m2, facets.closed
 
 
 def _excess(gain: Complexes, wavenumber: Floats) -> Floats:
@@ -145,7 +145,7 @@ def _difference(a, b):
 
 
 @numba.njit(cache=True)
-def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, wavenumber, count):
+def _sums(corner, middle, normal, area, closed, source, receiver, seen, wavenumber, count):
     """(R,) shortest path, (R, count, K) sums of the cells about their centres, weights and moments of their facets."""
     pairs, nodes = len(source), len(wavenumber)
     total = np.zeros((pairs, count, nodes), np.complex128)
@@ -153,12 +153,12 @@ def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, w
     shortest = np.full(pairs, np.inf)
     for r in range(pairs):
         for f in range(len(area)):
-            if seen[r, piece[f]]:
+            if seen[r, f]:
                 l, m, a, _ = _view(middle[f], normal[f], closed, source[r], receiver[r])
                 if a > 0.0:
                     shortest[r] = min(shortest[r], l + m)
         for f in range(len(area)):
-            if not seen[r, piece[f]]:
+            if not seen[r, f]:
                 continue
             l, m, a, b = _view(middle[f], normal[f], closed, source[r], receiver[r])
             if a == 0.0:
@@ -187,7 +187,7 @@ def _sums(corner, middle, normal, area, piece, closed, source, receiver, seen, w
 
 
 @numba.njit(cache=True)
-def _nearest(corner, middle, normal, area, piece, closed, source, receiver, seen, pair, slot, shortest, wanted, place):
+def _nearest(corner, middle, normal, area, closed, source, receiver, seen, pair, slot, shortest, wanted, place):
     """Facet of each cell near to a place, with a path near to the one wanted, and that path.
 
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
@@ -203,7 +203,7 @@ def _nearest(corner, middle, normal, area, piece, closed, source, receiver, seen
         for i in range(first, last):
             cell[slot[i]] = i
         for f in range(len(area)):
-            if not seen[r, piece[f]]:
+            if not seen[r, f]:
                 continue
             l, m, a, _ = _view(middle[f], normal[f], closed, source[r], receiver[r])
             if a == 0.0:

@@ -74,6 +74,10 @@ class Paths:
         }  # fmt: skip
         return replace(self, **rows)
 
+    def gain_at(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+        """(P, F) gains at any frequency; held at their end values outside 15-25 kHz."""
+        return band.evaluate(band.coefficients(self.band_gain), np.atleast_1d(np.asarray(frequency_hz, np.float64)))
+
     def transfer_function(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
         """Coherent sum of all paths, responses of speaker and microphones included, in Pa at 1 m in Pa.
 
@@ -84,8 +88,7 @@ class Paths:
             (2, F) for a single pose, (N, 2, F) for N poses.
         """
         frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
-        gain = band.evaluate(band.coefficients(self.band_gain), frequency)
-        terms = gain * np.exp(-2j * np.pi * frequency * self.delay_s[:, None])
+        terms = self.gain_at(frequency) * np.exp(-2j * np.pi * frequency * self.delay_s[:, None])
         total = np.zeros((self.poses, 2, len(frequency)), dtype=np.complex128)
         np.add.at(total, (self.pose, self.mic), terms)
         responses = np.stack([self.phone.speaker.response(frequency) * m.response(frequency) for m in self.phone.mics])

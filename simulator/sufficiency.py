@@ -22,6 +22,7 @@ from simulator.fidelity import Fidelity
 from simulator.floor import Audible
 from simulator.frames import into_rest, out_of_rest, turned
 from simulator.pairs import Pairs, pairs_over, swapped_too
+from simulator.reflectors import SmoothSurface
 from simulator.spreading import spreading
 from simulator.world import Tracing
 
@@ -33,7 +34,11 @@ PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to i
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
 TOUCHING_M = 2e-3
 DB_PER_SHARE = 20.0 / np.log(10.0)
+UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
+UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
+UNEVEN_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
 FEW = 8.0  # ways that err by less than the tolerance over this stay rays
+CAUTION = 2.0  # errors estimated are doubled: the rim has two ends, and rays beside it a Fresnel zone of their own
 
 
 def heard_whole(
@@ -41,8 +46,9 @@ def heard_whole(
 ) -> list[Pairs]:
     """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
-    All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims spoil its
-    echo, unless it is too large to be cut into facets: those are left to rays.
+    All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
+    uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
+    left to rays.
     """
     world, mechanisms = tracing.world, fidelity.mechanisms
     if "kirchhoff" not in mechanisms:
@@ -53,16 +59,40 @@ def heard_whole(
         if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
             chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
     for index, surface in enumerate(world.surfaces):
-        if len(world.borders[index]) and can_cut(world.skins[surface.obstacle][0], fidelity.facet_m):
+        rough = unevenness(surface) > UNEVEN
+        if not (rough or len(world.borders[index])) or tracing.frames.carried[surface.obstacle]:
+            continue
+        if can_cut(world.skins[surface.obstacle][0], fidelity.facet_m):
             pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
-            error = rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            error = np.zeros(len(pairs))
+            if len(world.borders[index]):
+                error += rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            if rough:
+                error += _uneven_error_db(tracing, surface.obstacle, pairs, echoes)
             chosen.append(pairs[_needed(tracing, pairs, error, fidelity.tolerance_db)])
     return [pairs for pairs in chosen if len(pairs)]
+
+
+def unevenness(surface: SmoothSurface) -> float:
+    """How much the curvature changes within a facet, re its size, as a median: 0 on spheres and cylinders."""
+    mean = surface.curvature.mean(axis=1, keepdims=True)
+    size = np.linalg.norm(surface.curvature, axis=(2, 3)).mean(axis=1)
+    change = np.linalg.norm(surface.curvature - mean, axis=(2, 3)).mean(axis=1)
+    return float(np.median(change / np.maximum(size, 1e-9)))
+
+
+def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates) -> Floats:
+    """(R,) error of rays over ways with one mirror at the most, where the obstacle is audible at all."""
+    level, _ = _strongest(tracing, _meeting(tracing, obstacle, echoes))
+    at = pairs.pose, pairs.mic
+    short = pairs.before.order + pairs.after.order <= 1
+    return np.where(short & (level[at] > UNEVEN_GAIN), UNEVEN_DB, 0.0)
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
     """(R,) ways to be left to the integral, each with the one that runs the other way round: they share a mirror."""
     total = np.zeros((len(tracing.pose), 2))
+    error_db = CAUTION * error_db
     np.add.at(total, (pairs.pose, pairs.mic), error_db)
     return swapped_too(pairs, (total[pairs.pose, pairs.mic] > tolerance_db) & (error_db > tolerance_db / FEW))
 

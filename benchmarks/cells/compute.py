@@ -15,6 +15,7 @@ from benchmarks.cells.association import Estimates, associate
 from benchmarks.cells.channel import through_channel
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.fidelities import fidelity_result
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
@@ -32,7 +33,7 @@ from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
-PROBES = {"signal": signal_result, "numerics": numerics_result}
+PROBES = {"signal": signal_result, "numerics": numerics_result, "fidelity": fidelity_result}
 
 LOW_M = 1.1
 """An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""

@@ -26,8 +26,9 @@ from benchmarks.figures.errors import (
     radius_errors,
     radius_errors_of_all,
 )
-from benchmarks.figures.extremes import detector_extremes, fidelity_pareto, simulator_extremes
+from benchmarks.figures.extremes import detector_extremes, simulator_extremes
 from benchmarks.figures.false_alerts import false_alert_rates
+from benchmarks.figures.fidelities import fidelity_pareto, fidelity_table
 from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
 from benchmarks.figures.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
 from benchmarks.figures.sensitivity import alert_tornado, error_tornado, sides
@@ -101,6 +102,7 @@ _OF_A_SWEEP: dict[str, Builder] = {
     "tornado": error_tornado,
     "tornado_alerts": alert_tornado,
     "pareto": fidelity_pareto,
+    "fidelity": fidelity_table,
     "sweep": sweep_curves,
     "claims": claims_table,
 }
@@ -114,6 +116,7 @@ _NAMED_ONLY = {
 _DRAWINGS = ("fig1", "fig2", "fig7", "fig13", *street_drawings())
 _OF_SIGNALS = {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9", "fig10", "fig12", *_DRAWINGS}
 _NEEDED_KIND = dict.fromkeys(_OF_SIGNALS, "signal") | dict.fromkeys(("extremes", "extremes_snr"), "numerics")
+_NEEDED_KIND |= dict.fromkeys(("pareto", "fidelity"), "fidelity")
 
 
 def shown_figures(run: RunData) -> list[str]:

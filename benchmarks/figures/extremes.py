@@ -1,4 +1,4 @@
-"""Numerical stability at the extremes, and the price of fidelity."""
+"""Numerical stability at the extremes."""
 
 from __future__ import annotations
 
@@ -92,40 +92,6 @@ def detector_extremes(run: RunData) -> PlotFigure:
         panels,
         reading,
         "A standing point at 2 m, 60 beeps each. Near 120 dB float32 samples bound the error.",
-    )
-
-
-def fidelity_pareto(run: RunData) -> PlotFigure:
-    """Error against cost of the fidelity levels: what a shortcut saves and what it costs."""
-    cells: list[tuple[str, float, float]] = []
-    for k, record in enumerate(run.cells):
-        found = (record["result"] or {}).get("fidelity")
-        if record["status"] == "ok" and found is not None and k < len(run.costs):
-            cost = found.get("cost_s", run.costs[k].get("simulate_s"))
-            if cost is not None and found.get("error_db") is not None:
-                cells.append((str(found["level"]), float(cost), float(found["error_db"])))
-    lines, said = [], []
-    for k, level in enumerate(dict.fromkeys(name for name, _, _ in cells)):
-        cost, error = np.array([(c, e) for name, c, e in cells if name == level]).T
-        middle = float(np.median(cost)), float(np.median(error))
-        lines.append(
-            Line(
-                level,
-                str(k),
-                np.array([middle[0]]),
-                np.array([max(middle[1], 1e-6)]),
-                "points",
-                *(np.array([max(float(np.quantile(error, q)), 1e-6)]) for q in (0.1, 0.9)),
-            )
-        )
-        said.append(f"{level}: {middle[1]:.2g} dB at {middle[0]:.2g} s")
-    panel = Panel("", "cost of a walk, s", "error of the echo level, dB", tuple(lines), log="xy", width_in=5.0)
-    return PlotFigure(
-        "pareto",
-        "What fidelity costs",
-        (panel,),
-        f"{'; '.join(said)}." if said else "No data.",
-        "Medians over walks; whiskers: 10-90 % of walks. Errors below 1e-6 dB are drawn there.",
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
-from simulator import Paths, band
+from simulator import Paths
 
 SAMPLE_S = 1.0 / 192_000.0
 
@@ -27,7 +27,7 @@ def stored(name: str) -> dict[str, NDArray]:
 
 def damped(paths: Paths, frequency_hz: NDArray, sigma_1_s: float) -> NDArray[np.complex128]:
     """(F,) sum of paths at complex frequencies w - j sigma: each one is damped by e^{-sigma delay}."""
-    gain = band.evaluate(band.coefficients(paths.band_gain), frequency_hz)
+    gain = paths.gain_at(frequency_hz)
     turn = np.exp(-(2j * np.pi * frequency_hz + sigma_1_s) * paths.delay_s[:, None])
     return (gain * turn).sum(axis=0)
 

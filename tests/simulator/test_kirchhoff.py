@@ -11,7 +11,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from obstaclewatch import BeepDesign
-from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, band, trace_paths
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, trace_paths
 from simulator.facets import facets_of
 from simulator.kirchhoff import scattered
 from simulator.reflectors import read_mesh, reflectors_in
@@ -108,7 +108,7 @@ def test_large_plate_is_a_mirror():
 
 
 def _sum_of(paths, frequency):
-    gain = band.evaluate(band.coefficients(paths.band_gain), frequency)
+    gain = paths.gain_at(frequency)
     return (gain * np.exp(-2j * np.pi * frequency * paths.delay_s[:, None])).sum(axis=0)
 
 
@@ -130,7 +130,7 @@ def test_cells_add_up_to_the_integral():
     facets = facets_of(reading, reflectors_in(reading, 0)[1], 0, 0.012)
     source, receiver = np.array([[1.4, 0.3, 0.7]]), np.array([[1.35, 0.2, 0.75]])
     k = 2.0 * np.pi * np.array([18_000.0, 20_500.0, 23_000.0]) / C
-    cells = scattered(facets, source, receiver, np.ones((1, len(facets.piece_m)), dtype=bool), k)
+    cells = scattered(facets, source, receiver, np.ones((1, len(facets)), dtype=bool), k)
     assert len(cells) > 5
     ours = (cells.gain * np.exp(-1j * k * cells.length_m[:, None])).sum(axis=0)
     brute = _midpoints(source[0], receiver[0], k)
@@ -164,7 +164,7 @@ def _integrand(points, normal, area, source, receiver, k):
 
 def test_ends_can_be_swapped():
     facets = _small_bin()
-    seen = np.ones((1, len(facets.piece_m)), dtype=bool)
+    seen = np.ones((1, len(facets)), dtype=bool)
     a, b, k = np.array([[1.1, 0.2, 0.3]]), np.array([[1.0, -0.1, 0.5]]), np.array([300.0, 366.0, 420.0])
     there, back = scattered(facets, a, b, seen, k), scattered(facets, b, a, seen, k)
     sums = [(c.gain * np.exp(-1j * k * c.length_m[:, None])).sum(axis=0) for c in (there, back)]

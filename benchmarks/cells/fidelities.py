@@ -1,0 +1,121 @@
+"""What fidelity costs and what it buys: the echo of an approach's target at every level and knob.
+
+The measure of error is the simulator's own finest level, itself held against exact solutions in its tests, and the
+yardstick the detector's: level, time and shape of the target's compressed echo, all its paths summed coherently.
+"""
+
+from __future__ import annotations
+
+from time import process_time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.cells.spec import Cell
+from obstaclewatch import BeepDesign
+from scenes import make_approach
+from simulator import Fidelity, Paths, Phone, Pose, Scene, trace_paths
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+POINTS: dict[str, dict[str, Any]] = {
+    "draft": {"level": "draft"},
+    "standard": {"level": "standard"},
+    "auto 2 dB": {"level": "auto", "tolerance_db": 2.0},
+    "auto 0.5 dB": {"level": "auto", "tolerance_db": 0.5},
+    "auto 0.1 dB": {"level": "auto", "tolerance_db": 0.1},
+    "order 2": {"level": "reference", "max_order": 2},
+    "no edges": {"level": "reference", "mechanisms": ("specular", "curved", "kirchhoff")},
+    "no integrals": {"level": "reference", "mechanisms": ("specular", "curved", "edges")},
+    "loud edges": {"level": "reference", "edge_floor_db": -60.0, "edge_share_db": -50.0},
+    "3 frequencies": {"level": "reference", "band_points": 3},
+}
+MATTERS_DB = -60.0  # re the free field at 1 m: 15 dB under a quiet street's noise after the matched filter
+FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)  # 50 ms of lag: the longest path of the listening range is 41 ms
+LAGS = 8192
+
+
+def fidelity_result(cell: Cell) -> dict[str, Any]:
+    """Errors of every point as `result["fidelity"]`, and what each cost as `cost["trace_cpu_s"]`.
+
+    Each point has `level_db`, `delay_samples` (192 kHz) and `correlation` of the target's echo, `total_db` of all
+    echoes, a list over poses and microphones where the reference's echo is above `MATTERS_DB`, and its `paths`.
+
+    Raises:
+        ValueError: an unknown scene or category, or poses below 1.
+    """
+    scene, phone, pose, time_s, target = _drawn(cell, **cell.probe)
+    exact, cost = _timed(scene, phone, pose, time_s, {"level": "reference"})
+    found: dict[str, Any] = {"reference": {"level_db": _levels(exact, target)}}
+    costs = {"reference": cost}
+    for name, settings in POINTS.items():
+        paths, costs[name] = _timed(scene, phone, pose, time_s, settings)
+        found[name] = _errors(paths, exact, target)
+    total = sum(costs.values())
+    return {
+        "truth": {}, "detectors": {}, "fidelity": found,
+        "cost": {"simulate_s": total, "detect_s": {}, "recording_s": 0.0, "total_s": total, "trace_cpu_s": costs},
+    }  # fmt: skip
+
+
+def _drawn(cell: Cell, scene: str, index: int, poses: int = 2) -> tuple[Scene, Phone, Pose, Floats, str]:
+    """An approach and instants of it."""
+    if poses < 1:
+        raise ValueError(f"poses must be at least 1, got {poses}")
+    approach = make_approach(scene, cell.category, index, cell.phone, cell.seed, collision=index % 2 == 0)
+    rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(index,)))
+    time_s = np.sort(rng.uniform(0.05, 0.95, poses)) * approach.walk.duration_s
+    return approach.scene, approach.phone, approach.walk.pose(time_s), time_s, approach.target
+
+
+def _timed(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, settings: dict[str, Any]) -> tuple[Paths, float]:
+    start = process_time()
+    paths = trace_paths(scene, phone, pose, Fidelity(**settings), time_s)
+    return paths, process_time() - start
+
+
+def _errors(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
+    ours, theirs = (_envelopes(each, _of(each, target)) for each in (paths, exact))
+    level, best = (20.0 * np.log10(np.abs(each).max(axis=1) + 1e-12) for each in (ours, theirs))
+    loud = np.flatnonzero(best > MATTERS_DB)
+    whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
+    late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / (LAGS * 20.0)
+    inner = np.real(np.sum(ours * np.conj(theirs), axis=1))
+    norms = np.linalg.norm(ours, axis=1) * np.linalg.norm(theirs, axis=1)
+    return {
+        "level_db": (level - best)[loud].tolist(),
+        "delay_samples": late[loud].tolist(),
+        "correlation": (inner / np.maximum(norms, 1e-300))[loud].tolist(),
+        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
+        "paths": len(paths),
+    }
+
+
+def _levels(paths: Paths, target: str) -> list[float]:
+    peak = np.abs(_envelopes(paths, _of(paths, target))).max(axis=1)
+    return (20.0 * np.log10(peak + 1e-12)).tolist()
+
+
+def _of(paths: Paths, target: str) -> NDArray[np.bool_]:
+    """(P,) paths that meet the target."""
+    names, which = np.unique(paths.obstacle, return_inverse=True)
+    meets = np.array([target in name.split(" > ") for name in names], dtype=bool)
+    return meets[which] if len(paths) else np.zeros(0, dtype=bool)
+
+
+def _envelopes(paths: Paths, mask: NDArray[np.bool_]) -> Complexes:
+    """(2 N, LAGS) compressed beeps of some paths, pose by pose and microphone by microphone."""
+    some = paths[mask]
+    gain = some.gain_at(FREQUENCY_HZ) * np.exp(-2j * np.pi * FREQUENCY_HZ * some.delay_s[:, None])
+    total = np.zeros((paths.poses * 2, len(FREQUENCY_HZ)), dtype=np.complex128)
+    np.add.at(total, some.pose * 2 + some.mic, gain)
+    return np.fft.ifft(total * _beep_power(), n=LAGS, axis=1) * LAGS
+
+
+def _beep_power() -> Floats:
+    beep = BeepDesign()
+    time = np.arange(round(beep.duration_s * 192_000.0)) / 192_000.0
+    power = np.abs(np.exp(-2j * np.pi * FREQUENCY_HZ[:, None] * time) @ beep.waveform(time)) ** 2
+    return power / power.sum()
