@@ -32,7 +32,7 @@ def dask_cluster(task: Task, cells: Sequence[Cell], scheduler: str | None, jobs:
         place: Any = scheduler
         if scheduler is None:
             place = stack.enter_context(
-                LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=None)
+                LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0")
             )
         try:
             client = stack.enter_context(Client(place, timeout=CONNECT_S, set_as_default=False))
