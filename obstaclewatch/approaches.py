@@ -123,8 +123,8 @@ class Approaches:
         for track in sorted(self.tracks, key=lambda track: -track.score):
             self._follow(track, time_s, peaks, taken)
         self.tracks = [track for track in self.tracks if _lives(track)]
+        self._gather(time_s, peaks)
         self._free.append((time_s, peaks, ~taken))
-        self._evidence.add(peaks.log_ratio)
         for track in self.tracks:
             self._fade(track.expected(self._ahead_s)[0], peaks)
         self._start(peaks)
@@ -148,6 +148,12 @@ class Approaches:
         track.remember(time_s, peaks, best)
         track.misses = 0
         track.score = min(track.score + HIT + float(_power_gain(peaks.power[best])), MOST_SCORE)
+
+    def _gather(self, time_s: float, peaks: MovingPeaks) -> None:
+        """Add a beep's evidence; where beeps are missing lines have moved on, and it is gathered anew."""
+        if self._free and time_s - self._free[-1][0] > 1.5 * self._evidence.period_s:
+            self._evidence.clear()
+        self._evidence.add(peaks.log_ratio)
 
     def _fade(self, read_m: float, peaks: MovingPeaks, share: float = 0.0) -> None:
         cell = round((read_m - peaks.first_m) / peaks.cell_m)

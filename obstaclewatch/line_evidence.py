@@ -46,6 +46,7 @@ class LineEvidence:
     """
 
     def __init__(self, cells: int, cell_m: float, period_s: float) -> None:
+        self.period_s = period_s
         step = cell_m / period_s
         shifts = np.arange(round(SPEEDS_M_S[0] / step), round(SPEEDS_M_S[1] / step) + 1)
         self.speeds_m_s = shifts * step

@@ -122,7 +122,7 @@ class PeakFinder:
 
     @property
     def wavelength_m(self) -> float:
-        """Of the carrier whose phase `carrier_u_m` is read from."""
+        """Of the carrier whose phase the second channel keeps."""
         return self._c / self._filter.reference_hz
 
     @property

@@ -1,7 +1,8 @@
-"""Our detector: obstacles followed over beeps, and a sequential test of each one's course.
+"""Our detector: obstacles followed over beeps, and a test of each one's course.
 
-Peaks under a low threshold (`moving_peaks`) -> tracks of what closes in, without range-Doppler bias (`approaches`) ->
-the probability of each course, by ranges and microphone 1 in phase (`courses`) -> an alert once that is sure enough.
+Peaks under a low threshold (`moving_peaks`) and evidence along lines (`line_evidence`) -> tracks of what closes in,
+without range-Doppler bias (`approaches`) -> the probability of each course, by ranges and microphone 1 (`courses`) ->
+an alert if that is sure enough where it must be decided.
 """
 
 from __future__ import annotations
@@ -110,11 +111,12 @@ class TrackingDetector(EchoDetector):
         nearer_m = 0.5 * float(self.phone.speaker_to_mic_m[0])
         range_m = column([float(track.state[0]) for track in tracks]) + nearer_m * (1.0 - cosine)
         length = self.phone.mic_separation_m
+        range2_m = np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine)
         return Detection(
             index=index,
             time_s=time_s,
             range_m=range_m,
-            range2_m=np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine) + 0.0 * bearing,
+            range2_m=np.where(np.isnan(bearing), np.nan, range2_m),
             bearing_rad=bearing,
             radius_m=np.full(len(tracks), np.nan),
             level_db=column([track.level_db for track in tracks]),

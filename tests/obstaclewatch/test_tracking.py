@@ -78,6 +78,20 @@ def test_two_obstacles_are_followed_at_once():
             assert np.min(np.abs(d.range_m - true_range(point, 1.3, t))) < 0.04
 
 
+def test_a_missing_beep_leaves_the_track():
+    """Beep 16 is silent: evidence is gathered anew, while the track that there is goes on."""
+    samples = record([GROUND, Point(5.2, gain=0.1)], speed_m_s=1.3, **WALK).astype(np.float32)
+    size = BEEP.period_samples
+    samples[:, 16 * size : 17 * size] = 0.0
+    detector = TrackingDetector(BEEP, PHONE)
+    found = [detector.process(block) for block in np.split(samples, WALK["beeps"], axis=1)]
+    assert Flag.NO_BEEP in found[16].beep_flags
+    for d in found[14:16] + found[18:24]:
+        assert len(d) >= 1
+        hit = d.time_s + 0.5 * BEEP.duration_s + 0.02
+        assert np.abs(d.range_m - true_range(Point(5.2), 1.3, hit)).min() < 0.03
+
+
 def test_streaming_equals_batch_bit_for_bit_and_a_reset_forgets():
     samples = recording([GROUND, Point(4.0, 0.2, gain=0.06)], beeps=20, speed_m_s=1.3, noise=0.05)
     detector = TrackingDetector(BEEP, PHONE)
