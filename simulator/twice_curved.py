@@ -3,9 +3,13 @@
 Both reflection points are stationary at once. Each is found on its own first, with the other body represented by the
 spot over which the way is shortest; from there the two settle together.
 
-A second bounce off a convex body costs 15-25 dB, so most pairs are not worth the search: on campus walks of seven
-bodies it makes tracing 1.09 times as long. Before it, a pair is judged by the single echoes of its two bodies, with
-`JUDGED_DB` to spare for what differs towards the other body; 10 dB instead of 6 add 4 to 1460 paths.
+A second bounce off a convex body costs 15-25 dB, so most pairs are not worth the search. Before it, a pair is judged by
+the single echoes of its two bodies, with `JUDGED_DB` to spare for what differs towards the other body; 10 dB instead
+of 6 add 4 to 1460 paths. On campus walks among four to eight bodies tracing takes 1.05 to 1.09 times as long for it.
+
+Round bodies have one such path a pair and direction, and it is found. On bodies of many humps the search is not
+exhaustive: among cars and people, starts from ten other spots each added a third to the paths, -49 dB and less
+beside a strongest of -39 dB.
 """
 
 from __future__ import annotations
