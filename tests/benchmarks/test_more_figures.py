@@ -163,15 +163,21 @@ def test_energy_figures_read_the_costs(tmp_path):
 
 
 def test_fidelity_draws_error_against_cost(tmp_path):
-    cells = []
-    for level, error in (("rays", 1.0), ("edges", 0.1)):
-        stored = standing(3.0)
-        stored["result"]["fidelity"] = {"level": level, "error_db": error}
-        cells.append(stored)
-    figure = FIGURES["pareto"](made_up_run(tmp_path, cells))
-    assert [(line.label, line.x[0], line.y[0]) for line in figure.panels[0].lines] == [
-        ("rays", 0.2, 1.0), ("edges", 0.2, 0.1)
+    """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose."""
+    stored = standing(3.0)
+    stored["cell"] |= {"kind": "fidelity"}
+    errors = {"draft": [1.0] * 4, "standard": [-0.1] * 4}
+    stored["result"]["fidelity"] = {"reference": {"level_db": [0.0] * 4}} | {
+        name: {"level_db": values, "delay_samples": [0.0] * 4, "correlation": [1.0] * 4}
+        for name, values in errors.items()
+    }
+    run = made_up_run(tmp_path, [stored])
+    run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "draft": 0.2, "standard": 0.4}},))
+    lines = FIGURES["pareto"](run).panels[0].lines
+    assert [(line.label, line.x[0], line.y[0]) for line in lines] == [
+        ("draft", pytest.approx(100.0), pytest.approx(1.0)), ("standard", pytest.approx(200.0), pytest.approx(0.1))
     ]  # fmt: skip
+    assert len(FIGURES["fidelity"](run).cells) == 3
 
 
 def test_extremes_plot_every_error(tmp_path):
