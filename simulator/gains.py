@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,15 +17,21 @@ from simulator.edges import FACE_0, FACE_N, edge_terms
 from simulator.phone import Phone
 from simulator.pose import Pose
 from simulator.spreading import rays, spreading
+from simulator.utd import utd_terms
 from simulator.world import Tracing, World
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Diffraction = Callable[[EdgeView, NDArray[np.int64], Floats], Complexes]
+
+
+DIFFRACTION: dict[str, Diffraction] = {"btm": edge_terms, "utd": utd_terms}
 
 
 def path_gain(
-    tracing: Tracing, phone: Phone, pose: Pose, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats
-) -> Complexes:
+    tracing: Tracing, phone: Phone, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats,
+    diffraction: Diffraction,
+) -> Complexes:  # fmt: skip
     """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, whole = found.edge >= 0, found.cell >= 0
@@ -31,24 +39,28 @@ def path_gain(
     mirrors = found[ray]
     amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
     amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
-    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
+    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz, diffraction)
     amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)
-    return gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, pose, found)[:, None]
+    return (
+        gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, tracing.pose, found)[:, None]
+    )
 
 
-def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
+def edge_gain(
+    tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats, diffraction: Diffraction
+) -> Complexes:
     """(C, K) strength of diffraction, spreading included, of paths that all have an edge.
 
-    The integral is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
+    `diffraction` is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
     the material, at the angle of the mirror path where there is one (Luebbers, IEEE Trans. Antennas Propag. 32 (1984)
     70-76): so the sum stays continuous where a mirror path ends. An approximation elsewhere.
     """
     if len(found) == 0:
         return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
     wedges, view = views_of(tracing, found)
-    terms = edge_terms(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    terms = diffraction(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
     for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
         cosine = _mirror_cosine(view, found.part, first)
         for index in np.unique(wedges.obstacle):

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from simulator import band
 from simulator.candidates import Candidates
+from simulator.edges import edge_terms
 from simulator.fidelity import MECHANISMS, Fidelity
 from simulator.frames import Carrier
-from simulator.gains import path_gain
+from simulator.gains import DIFFRACTION, path_gain
 from simulator.ledger import Ledger, Turned
 from simulator.legs import legs_free
 from simulator.paths import REFERENCE_HZ, Paths
@@ -102,7 +103,8 @@ def traced(
         kept = mask(found)
         _turn_away(ledger, name, found[~kept], sums, tracing, phone, scene)
         found = found[kept]
-    gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, band.nodes_hz(fidelity.band_points))
+    diffraction = DIFFRACTION[fidelity.diffraction]
+    gain = path_gain(tracing, phone, scene.air, found, sums, band.nodes_hz(fidelity.band_points), diffraction)
     heard = _over_noise(phone, gain) | (found.order == 0)
     _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
@@ -116,7 +118,7 @@ def _turn_away(
     """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
 
     def described() -> Turned:
-        gain = path_gain(tracing, phone, tracing.pose, scene.air, found, sums, np.array([REFERENCE_HZ]))
+        gain = path_gain(tracing, phone, scene.air, found, sums, np.array([REFERENCE_HZ]), edge_terms)
         return Turned(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
 
     ledger.turn_away(name, len(found), described)
