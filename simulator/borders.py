@@ -1,4 +1,4 @@
-"""Where a smooth surface ends at an angle: the rim of a bin, the hem of an open sheet."""
+"""Where a smooth surface ends: at an angle, as at the rim of a bin, or tangentially in a panel."""
 
 from __future__ import annotations
 
@@ -23,21 +23,24 @@ class Border:
         point_m: (B, 3).
         normal: (B, 3) unit normals of the smooth surface there.
         across: (B, 3) unit vectors in the surface at right angles to the border.
-        bend_1_m: (B,) curvature along the border, 1/m.
+        bend_1_m, lost_1_m: (B,) curvature along the border and across it, 1/m.
+        tangent: (B,) whether the surface runs on smoothly as a plane: only its curvature ends.
     """
 
     point_m: Floats
     normal: Floats
     across: Floats
     bend_1_m: Floats
+    lost_1_m: Floats
+    tangent: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.point_m)
 
 
 def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
-    """The border of the smooth surface of a mesh; where it runs on smoothly into a panel it has none."""
-    facet, side = np.nonzero((surface.neighbor == -1) & ~_smooth(reading))
+    """The border of the smooth surface of a mesh, panels that it runs into included."""
+    facet, side = np.nonzero(surface.neighbor == -1)
     here, there = side, (side + 1) % 3
     start, end = surface.corner_m[facet, here], surface.corner_m[facet, there]
     count = np.maximum(np.ceil(np.linalg.norm(end - start, axis=1) / STEP_M), 1.0).astype(np.int64)
@@ -47,9 +50,11 @@ def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
     normal = _unit((1.0 - share) * surface.normal[ends[0], ends[1]] + share * surface.normal[ends[0], ends[2]])
     along = _unit(end[edge] - start[edge])
     bend = 0.5 * (surface.curvature[ends[0], ends[1]] + surface.curvature[ends[0], ends[2]])
+    across = _unit(np.cross(normal, along))
     return Border(
-        (1.0 - share) * start[edge] + share * end[edge], normal, _unit(np.cross(normal, along)),
-        np.einsum("bi,bij,bj->b", along, bend, along),
+        (1.0 - share) * start[edge] + share * end[edge], normal, across,
+        np.einsum("bi,bij,bj->b", along, bend, along), np.einsum("bi,bij,bj->b", across, bend, across),
+        _smooth(reading)[facet[edge], side[edge]],
     )  # fmt: skip
 
 

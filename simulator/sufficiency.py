@@ -38,7 +38,7 @@ UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
 UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
 UNEVEN_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
 FEW = 8.0  # ways that err by less than the tolerance over this stay rays
-CAUTION = 2.0  # errors estimated are doubled: the rim has two ends, and rays beside it a Fresnel zone of their own
+CAUTION = 6.0  # errors estimated are doubled: the rim has two ends, and rays beside it a Fresnel zone of their own
 
 
 def heard_whole(
@@ -104,18 +104,15 @@ def rim_error_db(
 
     Args:
         echoes: what the rays found, of any obstacle.
-        audible: rims that it would leave out do no harm.
+        audible: obstacles under its floor do no harm.
         wavenumber: rad/m.
     """
     surface = tracing.world.surfaces[index]
-    loudest, (level, length) = (
-        _strongest(tracing, echoes)[0],
-        _strongest(tracing, _meeting(tracing, surface.obstacle, echoes)),
-    )
+    level, length = _strongest(tracing, _meeting(tracing, surface.obstacle, echoes))
     at = pairs.pose, pairs.mic
     rim, path = _rim_echo(tracing, index, pairs, wavenumber)
-    np.maximum.at(loudest, at, rim)
-    rim = np.where((path <= audible.limit_m) & audible(rim, loudest[at]), rim, 0.0)
+    heard = (path <= audible.limit_m) & (np.maximum(rim, level[at]) >= audible.floor)
+    rim = np.where(heard, rim, 0.0)
     near = np.exp(-(((path - length[at]) / PULSE_M) ** 2))
     louder = rim > level[at]
     share = rim * near / np.where(level[at] > 0.0, level[at], 1.0)
@@ -154,8 +151,15 @@ def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> 
     slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
     bent = 1.0 + 2.0 * np.maximum(border.bend_1_m[first], 0.0) * l * m / (l + m)
     share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
+    share *= _step(border, first, share, l * m / (l + m))
     amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
     return np.where(np.isfinite(shortest), amplitude, 0.0), np.where(np.isfinite(shortest), shortest, 0.0)
+
+
+def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
+    """(R,) factor for borders where only the curvature ends: what both sides send cancels to the next order in 1/k."""
+    jump = 2.0 * np.abs(border.lost_1_m[at]) * arm_m
+    return np.where(border.tangent[at], np.minimum(2.0 * np.pi * share**2 * jump, 1.0), 1.0)
 
 
 def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Flags:

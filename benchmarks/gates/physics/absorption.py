@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from benchmarks.gates.physics.measured import Measured
@@ -33,7 +35,7 @@ def iso_9613_1_db_m(frequency_hz: np.ndarray, temperature_k: float, humidity_per
     total = 15.895e-11 * warm**0.5 * frequency_hz**2
     for (vibration_k, fraction), relaxation in ((OXYGEN, relaxation_oxygen), (NITROGEN, relaxation_nitrogen)):
         excited = (vibration_k / temperature_k) ** 2 * np.exp(-vibration_k / temperature_k)
-        per_wavelength = 2.0 * np.pi / 35.0 * 20.0 * np.log10(np.e) * fraction * excited
+        per_wavelength = 2.0 * np.pi / 35.0 * 20.0 * np.log10(math.e) * fraction * excited
         ratio = frequency_hz / relaxation
         total += per_wavelength * frequency_hz / speed * 2.0 * ratio / (1.0 + ratio**2)
     return total
