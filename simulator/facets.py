@@ -1,7 +1,7 @@
 """A body's surface cut into facets small against the wavelength, for sums over all of it.
 
 Curved facets are cut on their rounded surface (Nagata's triangles), planes where they lie. Facets are kept in pieces
-of a few centimetres: where a few of a piece's facets are seen or hidden alike, the others need not be asked.
+of a few tens: where some of a piece's facets are seen or hidden alike, the others need not be asked.
 """
 
 from __future__ import annotations

@@ -108,10 +108,10 @@ def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
 
 
 def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
-    """The coarsest settings that keep a tolerance."""
+    """The coarsest settings that keep a tolerance; the third order alone moves one echo in ten by more than 0.5 dB."""
     fine = tolerance_db < 0.3
     return {
-        "max_order": 3 if fine else 2,
+        "max_order": 3,
         "motion_degree": 4 if fine else 3 if tolerance_db < 1.0 else 2,
         "band_points": 8 if fine else 6 if tolerance_db < 1.0 else 4,
         "edge_share_db": 20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - 12.0,
