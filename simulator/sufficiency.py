@@ -38,7 +38,7 @@ UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
 UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
 UNEVEN_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
 FEW = 8.0  # ways that err by less than the tolerance over this stay rays
-CAUTION = 6.0  # errors estimated are doubled: the rim has two ends, and rays beside it a Fresnel zone of their own
+CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
 
 
 def heard_whole(
