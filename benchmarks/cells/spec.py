@@ -90,7 +90,8 @@ class WalkChange(BaseModel):
         speed_m_s: mean speed instead of the drawn one; the way stays, so the walk lasts as much longer or shorter.
         pitch_rad, roll_rad: how the phone is held, instead of the drawn lift and of no roll.
         gait_scale: factor on all amplitudes of the gait; 0 glides.
-        holding: "portrait" with the top edge forwards, or "landscape" with the top edge to the left.
+        holding: "vertical" with the top edge forwards, or "horizontal" with the top edge to the left,
+            instead of how the walk holds it.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -99,7 +100,7 @@ class WalkChange(BaseModel):
     pitch_rad: Finite | None = None
     roll_rad: Finite | None = None
     gait_scale: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 1.0
-    holding: Literal["portrait", "landscape"] = "portrait"
+    holding: Literal["vertical", "horizontal"] | None = None
 
 
 class PhoneChange(BaseModel):

@@ -3,43 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
-
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
-from scenes import GaitWalk
-from simulator import Air, Material, Obstacle, Phone, Pose, Scene
+from scenes import GaitWalk, RouteWalk
+from simulator import Air, Material, Obstacle, Phone, Scene
 from simulator.pose import Walk
-
-LANDSCAPE = Rotation.from_euler("z", 90.0, degrees=True)
-"""Turns the phone in its own plane: the top edge, which pointed forwards, points to the left."""
-
-
-@dataclass(frozen=True)
-class Turned:
-    """A walk with the phone turned in the hand.
-
-    Attributes:
-        walk: with the phone held as usual.
-        turn: phone frame after the turn -> phone frame before it.
-    """
-
-    walk: Walk
-    turn: Rotation
-
-    @property
-    def duration_s(self) -> float:
-        """Length of the walk, s."""
-        return self.walk.duration_s
-
-    def pose(self, time_s: ArrayLike) -> Pose:
-        """(N,) times, s, to N poses; the body faces where it did."""
-        held = self.walk.pose(time_s)
-        return Pose(held.position_m, held.rotation * self.turn, held.body_heading_rad())
 
 
 def varied(setting: Situation, cell: Cell) -> Situation:
@@ -82,13 +53,15 @@ def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
     """The walk with another speed, lift, gait or holding; its way stays as long, or up to two beeps longer.
 
     Raises:
-        ValueError: the walk is not one with a gait, and the change asks for more than another holding.
+        ValueError: the walk is not a straight one with gait; a route takes another holding alone.
     """
-    if change.model_copy(update={"holding": "portrait"}) != WalkChange():
-        if not isinstance(walk, GaitWalk):
-            raise ValueError(f"walk changes need a walk with gait, got {type(walk).__name__}")
-        walk = replace(walk, **_gait_fields(walk, change, period_s))
-    return Turned(walk, LANDSCAPE) if change.holding == "landscape" else walk
+    if change == WalkChange():
+        return walk
+    if isinstance(walk, RouteWalk) and change.holding and change == WalkChange(holding=change.holding):
+        return replace(walk, holding=change.holding)
+    if isinstance(walk, GaitWalk):
+        return replace(walk, **_gait_fields(walk, change, period_s))
+    raise ValueError(f"walk changes need a straight walk with gait, got {type(walk).__name__}")
 
 
 def changed_phone(phone: Phone, change: PhoneChange) -> Phone:
@@ -108,7 +81,7 @@ def _of_material(obstacle: Obstacle, change: SceneChange, targets: tuple[str, ..
 
 
 def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:
-    fields: dict[str, Any] = change.model_dump(include={"pitch_rad", "roll_rad"}, exclude_none=True)
+    fields: dict[str, Any] = change.model_dump(include={"pitch_rad", "roll_rad", "holding"}, exclude_none=True)
     gait = walk.motion
     if change.speed_m_s is not None and walk.speed_m_s > 0.0:
         # one beep more than the way takes: another gait surges otherwise, and contact must not fall off the end

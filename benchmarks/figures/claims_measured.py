@@ -204,8 +204,8 @@ def crest_wider(run: RunData, _detector: str) -> Measurement:
 
 
 def side_known(run: RunData, detector: str) -> Measurement:
-    """Beeps beyond 5 degrees whose side is called rightly in landscape, against a coin."""
-    parts = [part for name, part in variants(run).items() if "landscape" in name]
+    """Beeps beyond 5 degrees whose side is called rightly when held horizontally, against a coin."""
+    parts = [part for name, part in variants(run).items() if "horizontal" in name]
     if not parts:
         return NO_MEASUREMENT
     bearing, right = side_calls(parts[0], detector)

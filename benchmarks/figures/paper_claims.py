@@ -162,7 +162,7 @@ def claims() -> list[Claim]:
         )
     return [
         *found,
-        _order("landscape tells left from right", "section 5.1", "possible", side_known, "holding"),
+        _order("horizontal holding tells left from right", "section 5.1", "possible", side_known, "holding"),
         _order(
             "another band is disturbed less than the same", "section 5.3", "FDMA mitigates", other_band, "interference"
         ),

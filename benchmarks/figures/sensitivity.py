@@ -75,7 +75,7 @@ def alert_tornado(run: RunData) -> PlotFigure:
 
 
 def sides(run: RunData) -> PlotFigure:
-    """How often the side of an obstacle is known, by its true bearing: landscape holding tells left from right."""
+    """How often the side of an obstacle is known, by its true bearing: horizontal holding tells left from right."""
     panels, said = [], []
     edges = np.array([0.0, 5.0, 10.0, 20.0, 30.0, 45.0])
     for part in variants(run).values():
@@ -114,7 +114,7 @@ def sides(run: RunData) -> PlotFigure:
         tuple(panels),
         f"{'; '.join(said)}." if said else "No data.",
         "The side is called by which half of the phone the bearing lies in: an estimate below 90° is "
-        "towards microphone 1, to the left in landscape. In portrait that says nothing of sides, and the "
+        "towards microphone 1, to the left if held horizontally. Vertically that says nothing of sides, and the "
         "share is that of targets on the left. Whiskers: Wilson, beeps taken as independent.",
     )
 

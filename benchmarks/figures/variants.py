@@ -67,9 +67,9 @@ def rates_by_band(run: RunData) -> BarFigure:
 
 
 def rates_by_holding(run: RunData) -> BarFigure:
-    """Section 5.1: the phone held in portrait and in landscape."""
-    note = f"{INTERVALS} The same walks. In landscape the bearing is the angle to the phone's long edge, which now "
-    note += "points to the left: Eq. 2 then takes what is ahead for what is abeam."
+    """Section 5.1: the phone held vertically and horizontally."""
+    note = f"{INTERVALS} The same walks. Held horizontally, the bearing is the angle to the phone's long edge, which "
+    note += "now points to the left: Eq. 2 then takes what is ahead for what is abeam."
     return _rates_figure(run, "holding", "Section 5.1 · By holding of the phone", {}, note, holding_name)
 
 
@@ -120,7 +120,7 @@ def band_name(cell: Mapping[str, Any]) -> str:
 
 def holding_name(cell: Mapping[str, Any]) -> str:
     """How the phone is held."""
-    return str((cell.get("walk") or {}).get("holding", "portrait"))
+    return str((cell.get("walk") or {}).get("holding") or "vertical")
 
 
 def _rates_figure(

@@ -13,7 +13,7 @@ from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange
 from benchmarks.cells.standing import standing_situation
 from benchmarks.cells.variation import changed_phone, changed_walk, varied
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
-from scenes import GaitWalk, ground_truth
+from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
 from simulator import Phone, Scene, StraightWalk
 
 BEEP = BeepDesign()
@@ -63,12 +63,20 @@ def test_gait_can_be_taken_away_and_speed_changed():
         changed_walk(StraightWalk(np.zeros(3), 0.0, 1.0, 1.0), WalkChange(pitch_rad=0.1), PERIOD_S)
 
 
-def test_landscape_puts_the_top_edge_to_the_left():
-    walk = changed_walk(GaitWalk(np.zeros(3), heading_rad=0.4, pitch_rad=0.0), WalkChange(holding="landscape"), 0.09)
+def test_horizontal_holding_puts_the_top_edge_to_the_left():
+    walk = changed_walk(GaitWalk(np.zeros(3), heading_rad=0.4, pitch_rad=0.0), WalkChange(holding="horizontal"), 0.09)
     pose = walk.pose([0.0])
     edge = pose.to_world([0.0, 1.0, 0.0])[0] - pose.position_m[0]
     np.testing.assert_allclose(edge[:2], [-np.sin(0.4), np.cos(0.4)], atol=0.03)  # the hand's wobble is 1.5 degrees
     assert pose.body_heading_rad()[0] == 0.4
+
+
+def test_a_route_takes_another_holding_and_nothing_else():
+    route = RouteWalk(Route(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0]])), Pace(1.0), 2.0)
+    assert changed_walk(route, WalkChange(), PERIOD_S) is route
+    assert changed_walk(route, WalkChange(holding="horizontal"), PERIOD_S).holding == "horizontal"
+    with pytest.raises(ValueError, match="straight walk with gait, got RouteWalk"):
+        changed_walk(route, WalkChange(holding="horizontal", gait_scale=0.0), PERIOD_S)
 
 
 def test_a_walk_at_another_speed_still_knows_its_truth():
