@@ -344,21 +344,40 @@ def _geometry(corner, normal, bulge, corner_curvature, face, uv):
     """Position, unit normal and curvature tensor at facet coordinates."""
     count = len(face)
     point, unit, curvature = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3, 3))
-    x, n = np.empty(3), np.empty(3)
+    turn, half = np.empty((3, 3)), np.empty((3, 3))
     for i in range(count):
         t = face[i]
         eta, zeta = uv[i]
-        _surface_at(corner[t], normal[t], bulge[t], eta, zeta, x, n)
-        point[i], unit[i] = x, n
+        _surface_at(corner[t], normal[t], bulge[t], eta, zeta, point[i], unit[i])
         weight = (1.0 - eta, eta - zeta, zeta)
         for k in range(3):
-            turn = _turning(normal[t, k], n)
-            curvature[i] += weight[k] * (turn @ corner_curvature[t, k] @ turn.T)
+            _turning(normal[t, k], unit[i], turn)
+            _multiplied(turn, corner_curvature[t, k], half)
+            _add_product(weight[k], half, turn, curvature[i])
     return point, unit, curvature
 
 
 @numba.njit(cache=True)
-def _turning(a, b):
+def _turning(a, b, turn):
     """Rotation that takes unit vector a to b the shortest way: a tensor carried so keeps its principal curvatures."""
-    middle = a + b
-    return np.eye(3) - np.outer(middle, middle) / (1.0 + _dot(a, b)) + 2.0 * np.outer(b, a)
+    share = 1.0 / (1.0 + _dot(a, b))
+    for i in range(3):
+        for j in range(3):
+            turn[i, j] = 2.0 * b[i] * a[j] - share * (a[i] + b[i]) * (a[j] + b[j])
+        turn[i, i] += 1.0
+
+
+@numba.njit(cache=True)
+def _multiplied(a, b, product):
+    """a b."""
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@numba.njit(cache=True)
+def _add_product(weight, a, b, total):
+    """Add weight a b^T."""
+    for i in range(3):
+        for j in range(3):
+            total[i, j] += weight * _dot(a[i], b[j])
