@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+TOUCHING_M = 1e-6
+"""Faces that come so near to a point meet there."""
+
 
 def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Array]:
     """Nearest point of a mesh to each of Q points.
@@ -30,13 +33,45 @@ def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Ar
     return query + offset, np.linalg.norm(offset, axis=1)
 
 
+def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> NDArray[np.bool_]:
+    """(Q,) whether all faces that meet at a mesh's nearest point to each of (Q, 3) points face that point.
+
+    Args:
+        mesh: its faces' normals point outwards.
+        query_m: (Q, 3) points, m.
+        within_rad: greatest angle between a face's normal and the way from the nearest point to the query.
+    """
+    query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
+    nearest, distance = nearest_points(mesh, query)
+    toward = (query - nearest) / np.maximum(distance, np.finfo(float).tiny)[:, None]
+    triangles = np.ascontiguousarray(mesh.triangles, dtype=np.float64)
+    return _facing(triangles, np.asarray(mesh.face_normals, dtype=np.float64), nearest, toward, np.cos(within_rad))
+
+
+@numba.njit(cache=True, nogil=True)
+def _facing(triangles: Array, normals: Array, nearest: Array, toward: Array, cosine: float) -> NDArray[np.bool_]:
+    center, radius = spheres(triangles)
+    result = np.ones(len(nearest), dtype=np.bool_)
+    for q in range(len(nearest)):
+        x, y, z = nearest[q]
+        for f in range(len(triangles)):
+            if _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) > radius[f] + TOUCHING_M:
+                continue
+            a, b, c = triangles[f, 0] - nearest[q], triangles[f, 1] - nearest[q], triangles[f, 2] - nearest[q]
+            offset = _nearest_to_origin(a, b, c)
+            if _dot(offset, offset) <= TOUCHING_M**2 and _dot(normals[f], toward[q]) < cosine:
+                result[q] = False
+                break
+    return result
+
+
 @numba.njit(cache=True, nogil=True)
 def _nearest_offsets(triangles: Array, query: Array) -> Array:
     """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3).
 
     Spheres around the triangles first say how far the nearest can be, then which triangles can be that near.
     """
-    center, radius = _spheres(triangles)
+    center, radius = spheres(triangles)
     result = np.empty_like(query)
     for q in range(len(query)):
         x, y, z = query[q]
@@ -58,7 +93,7 @@ def _nearest_offsets(triangles: Array, query: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _spheres(triangles: Array) -> tuple[Array, Array]:
+def spheres(triangles: Array) -> tuple[Array, Array]:
     """(F, 3) centroids and (F,) radii of spheres around the triangles."""
     center, radius = np.empty((len(triangles), 3)), np.empty(len(triangles))
     for f in range(len(triangles)):

@@ -16,7 +16,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scenes.nearest import nearest_points
+from scenes.by_ground import corner_points
+from scenes.nearest import facing, nearest_points
 from scenes.swept import Body, Slab
 from simulator.phone import Phone
 from simulator.pose import Pose, Walk
@@ -32,6 +33,13 @@ TRACK_STEP_S = 0.010
 
 INSTANT_S = 1e-4
 """Over which a walk's velocity at its end is taken."""
+
+FACING_RAD = float(np.deg2rad(25.0))
+"""Between the way to the phone and the normals of all faces at the nearest point of what faces it. A face that is met
+square is at 0, a rim's top at 60 or more; between them lie the folds of finely meshed curved surfaces."""
+
+LEVEL_M = 0.03
+"""Lower than the phone by more than this is below it."""
 
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
@@ -55,9 +63,13 @@ class GroundTruth:
         nearest_point_m: (T, 3) nearest point of its mesh to the middle between speaker and microphone 0, world frame.
         range_m: (T,) distance from that middle to the nearest point.
         mic_range_m: (T, 2) distance from each microphone to the same nearest point (the paper's D1 and D2).
-        ground_range_m: (T,) distance from that middle to the obstacle's nearest point to the spot on the ground right
-            below: where an upright obstacle and hard ground form a corner that echoes.
-        mic_ground_range_m: (T, 2) from each microphone to that same foot of the obstacle.
+        ground_range_m: (T,) half the shortest way from that middle to the obstacle, to the ground at z = 0 and back,
+            in either order: the echo of the corner that both make. To the foot of an upright obstacle it is the
+            distance; where the obstacle leans, its point of reflection is higher up.
+        mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight way and that by the
+            ground.
+        by_ground: (T,) whether it is the corner that is to be heard first: the nearest point lies lower than the phone
+            and the surface there does not face it, as on the rim of a thing with a flat top.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
@@ -79,6 +91,7 @@ class GroundTruth:
     mic_range_m: Array
     ground_range_m: Array
     mic_ground_range_m: Array
+    by_ground: NDArray[np.bool_]
     bearing_rad: Array
     signed_bearing_rad: Array
     radius_m: Array
@@ -130,7 +143,9 @@ def ground_truth(
     point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
     heading = pose.body_heading_rad()
     signed = _signed_bearing(point - _middle(pose, phone), heading)
-    foot = np.stack([_foot(obstacle, pose, phone, times) for obstacle in asked])[choice, np.arange(len(times))]
+    row = np.arange(len(times))
+    corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
+    turned = np.stack([_turned_away(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
     mics = pose.to_world(phone.geometry.mics_m)
     worn = Body(half_width_m) if body is None else body
     radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
@@ -142,8 +157,9 @@ def ground_truth(
         nearest_point_m=point,
         range_m=np.linalg.norm(point - _middle(pose, phone), axis=1),
         mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
-        ground_range_m=np.linalg.norm(foot - _middle(pose, phone), axis=1),
-        mic_ground_range_m=np.linalg.norm(foot[:, None] - mics, axis=2),
+        ground_range_m=_by_ground_and_straight(corner, _middle(pose, phone)),
+        mic_ground_range_m=_by_ground_and_straight(corner[:, None], mics),
+        by_ground=turned & (point[:, 2] < _middle(pose, phone)[:, 2] - LEVEL_M),
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
         radius_m=radii[choice, np.arange(len(times))],
@@ -228,11 +244,21 @@ def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> tup
     return point + drift, distance
 
 
-def _foot(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
-    """(T, 3) nearest points of the obstacle to the spot on the ground right below the phone."""
-    drift = time_s[:, None] * obstacle.velocity_m_s
-    foot, _ = nearest_points(obstacle.mesh, _middle(pose, phone) * [1.0, 1.0, 0.0] - drift)
-    return foot + drift
+def _corner(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
+    """(T, 3) where the obstacle is touched on the shortest way to it, to the ground and back."""
+    drift = time_s[:, None] * obstacle.velocity_m_s * [1.0, 1.0, 0.0]
+    return corner_points(obstacle.mesh, _middle(pose, phone) - drift) + drift
+
+
+def _turned_away(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> NDArray[np.bool_]:
+    """(T,) whether the surface at the nearest point does not face the phone."""
+    return ~facing(obstacle.mesh, _middle(pose, phone) - time_s[:, None] * obstacle.velocity_m_s, FACING_RAD)
+
+
+def _by_ground_and_straight(corner_m: Array, place_m: Array) -> Array:
+    """Mean of the distances to a place and to its image in the ground; the last axis is x, y, z."""
+    straight = np.linalg.norm(corner_m - place_m, axis=-1)
+    return 0.5 * (straight + np.linalg.norm(corner_m - place_m * [1.0, 1.0, -1.0], axis=-1))
 
 
 def _signed_bearing(offset_m: Array, heading_rad: Array) -> Array:

@@ -35,9 +35,6 @@ from simulator.pose import Walk
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
 PROBES = {"signal": signal_result, "numerics": numerics_result, "fidelity": fidelity_result}
 
-LOW_M = 1.1
-"""An obstacle whose nearest point lies below this ends below the phone: what echoes is its foot on the ground."""
-
 PROGRESS_STEP_S = 0.02
 """Spacing at which a walk is followed for the distance walked: a turn of 1 rad/s departs by 0.02 mm a step."""
 
@@ -155,8 +152,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     kept = (index >= 0) & (index < len(truth.time_s))
     rows = index[kept]
     heard = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
-    low = truth.nearest_point_m[:, 2] < LOW_M
-    path_m = np.where(low[:, None], truth.mic_ground_range_m, truth.mic_range_m)
+    path_m = np.where(truth.by_ground[:, None], truth.mic_ground_range_m, truth.mic_range_m)
     estimates: Estimates = associate(heard, path_m[rows, 0], cell.scoring.gate_m)
     inside = (truth.range_m[rows] <= cell.scoring.max_range_m) & ~(truth.time_s[rows] > truth.contact_time_s)
     columns = {
@@ -164,7 +160,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
         "time_s": truth.time_s[rows],
         "true_range_m": path_m[rows, 0],
         "true_range2_m": path_m[rows, 1],
-        "low": low[rows],
+        "low": truth.by_ground[rows],
         "true_bearing_rad": truth.bearing_rad[rows],
         "true_signed_bearing_rad": truth.signed_bearing_rad[rows],
         "true_radius_m": truth.radius_m[rows],

@@ -92,9 +92,16 @@ def source_digest(name: DetectorName) -> str:
 
 
 def build_detector(
-    text: str, beep: BeepDesign, phone: PhoneGeometry, settings: PaperSettings, pitch_rad: float | None
+    text: str,
+    beep: BeepDesign,
+    phone: PhoneGeometry,
+    settings: PaperSettings,
+    pitch_rad: float | None,
+    sound_speed_m_s: float | None = None,
 ) -> Any:
     """The detector that a suite names, with the constants in brackets on top of the given settings.
+
+    The speed of sound goes to those that take one; None leaves their own.
 
     Raises:
         ValueError: an unknown class or constant, or a value out of range.
@@ -104,10 +111,19 @@ def build_detector(
     errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
     changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
     settings = replace(settings, errata=replace(settings.errata, **errata), **changed)
+    wanted = detector_class(name)
+    if sound_speed_m_s is not None and _takes(wanted, "sound_speed_m_s"):
+        own = {"sound_speed_m_s": sound_speed_m_s} | own
     try:
-        return detector_class(name)(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
+        return wanted(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
     except TypeError as error:
         raise ValueError(f"detector '{text}' cannot be made: {error}") from error
+
+
+def _takes(wanted: type, argument: str) -> bool:
+    """Whether a class can be made with an argument of that name."""
+    parameters = inspect.signature(wanted).parameters
+    return argument in parameters or any(p.kind is p.VAR_KEYWORD for p in parameters.values())
 
 
 def paper_settings(values: dict[str, Any]) -> PaperSettings:

@@ -13,7 +13,8 @@ from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.ranging import measured_direct_delay_s
-from simulator import Phone, Scene, StraightWalk, render_walk
+from obstaclewatch.sound_speed import assumed_sound_speed
+from simulator import Air, Phone, Scene, StraightWalk, render_walk
 from simulator.pose import Walk
 
 
@@ -28,7 +29,21 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     pitch = mean_pitch_rad(setting.walk) if cell.knowledge.pitch else None
     if pitch is not None:
         pitch += cell.knowledge.pitch_error_rad
-    return build_detector(name, beep, setting.phone.geometry, settings, pitch)
+    sound_speed = _sound_speed_m_s(cell, setting.scene.air)
+    return build_detector(name, beep, setting.phone.geometry, settings, pitch, sound_speed)
+
+
+def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
+    """What the weather makes the detector assume, by a formula of its own; None if it is not told.
+
+    Air whose speed a scene fixes has no weather: that speed is told.
+    """
+    if not cell.knowledge.air:
+        return None
+    if air.fixed_sound_speed_m_s is not None:
+        return air.fixed_sound_speed_m_s
+    temperature_c = air.temperature_c + cell.knowledge.temperature_error_c
+    return assumed_sound_speed(temperature_c, air.relative_humidity, air.pressure_pa)
 
 
 def _direct_delay_s(cell: Cell, setting: Situation) -> float:

@@ -37,14 +37,19 @@ class Knowledge(BaseModel):
         pitch: the mean lift of the phone's top edge, as its accelerometer gives it.
         direct_delay: the delay of the direct sound, measured once in free space: sound through the case is earlier
             than sound through the air.
+        air: temperature and humidity of the air, as a weather service gives them, and so the speed of sound; False
+            leaves what the detector assumes by itself.
         pitch_error_rad: what the accelerometer adds to the lift.
+        temperature_error_c: what the weather service adds to the temperature.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     pitch: bool = True
     direct_delay: bool = True
+    air: bool = True
     pitch_error_rad: Finite = 0.0
+    temperature_error_c: Finite = 0.0
 
 
 class Scoring(BaseModel):

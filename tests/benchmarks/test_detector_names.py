@@ -9,7 +9,10 @@ import pytest
 
 from benchmarks.cells.compute import compute
 from benchmarks.cells.detectors import build_detector, detector_class, detector_label, parse_detector, source_digest
-from benchmarks.cells.spec import Cell
+from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.spec import Cell, Knowledge
+from benchmarks.cells.standing import standing_situation
+from benchmarks.cells.variation import varied
 from benchmarks.plan import plan_cells
 from benchmarks.suite import load_suite
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings
@@ -105,3 +108,29 @@ def test_it_is_scored_beside_ours(module):
 def test_the_working_directory_is_not_left_on_the_path(module):
     detector_class(parse_detector("mine_for_a_test.detectors:Mine"))
     assert str(Path.cwd()) not in sys.path
+
+
+@pytest.mark.parametrize(
+    ("told", "assumed"), [({}, 351.5), ({"temperature_error_c": -12.0}, 343.9), ({"air": False}, 343.0)]
+)
+def test_the_weather_tells_the_speed_of_sound(told, assumed):
+    cell = Cell(
+        kind="standing", scene="standing", category="wall", index=0, phone="ideal", seed=3, collision=False,
+        range_m=3.0, detectors=("PaperDetector",), air={"temperature_c": 32.0}, knowledge=Knowledge(**told),
+    )  # fmt: skip
+    setting = varied(standing_situation(cell), cell)
+    found = detector_for(cell, "PaperDetector", setting, BeepDesign())
+    assert found._pipeline.sound_speed_m_s == pytest.approx(assumed, abs=0.3)
+
+
+def test_a_class_that_takes_no_speed_of_sound_is_not_told(module):
+    module.write_text(
+        "class Own:\n"
+        "    def __init__(self, beep, phone, settings, pitch_rad):\n"
+        "        self.pitch_rad = pitch_rad\n"
+        "    def stream(self, recording):\n"
+        "        return iter(())\n",
+        encoding="utf-8",
+    )
+    own = build_detector("mine_for_a_test.detectors:Own", BeepDesign(), PHONE, PaperSettings(), 0.5, 351.0)
+    assert own.pitch_rad == 0.5
