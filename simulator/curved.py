@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.clusters import may_mirror
+from simulator.nagata import dot, surface_at, with_curvature
 from simulator.reflectors import SmoothSurface
 
 Floats = NDArray[np.float64]
@@ -106,7 +107,7 @@ def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
 def _complete(
     surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
 ) -> StationaryPoints:
-    point, normal, curvature = _geometry(*_arrays(surface), surface.curvature, face, uv)
+    point, normal, curvature = with_curvature(*_arrays(surface), surface.curvature, face, uv)
     side = np.sign(
         np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
     )
@@ -118,41 +119,10 @@ def _complete(
     )
 
 
-@numba.njit(cache=True, inline="always")
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@numba.njit(cache=True)
-def _surface_at(corner, normal, bulge, eta, zeta, x, n):
-    """Position on the Nagata triangle and interpolated unit normal at (eta, zeta), 0 <= zeta <= eta <= 1."""
-    for k in range(3):
-        c1, c2, c3 = bulge[0, k], bulge[1, k], bulge[2, k]
-        a, b, c = corner[0, k], corner[1, k], corner[2, k]
-        x[k] = (
-            a + (b - a - c1) * eta + (c - b + c1 - c3) * zeta
-            + (c3 - c1 - c2) * eta * zeta + c1 * eta * eta + c2 * zeta * zeta
-        )  # fmt: skip
-        n[k] = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
-    scale = 1.0 / np.sqrt(_dot(n, n))
-    for k in range(3):
-        n[k] *= scale
-
-
-@numba.njit(cache=True)
-def rounded(corner, normal, bulge, face, uv):
-    """(R, 3) points and (R, 3) unit normals of Nagata triangles (T, 3, 3) at places (R, 2) of facets (R,)."""
-    point, unit = np.empty((len(face), 3)), np.empty((len(face), 3))
-    for i in range(len(face)):
-        t = face[i]
-        _surface_at(corner[t], normal[t], bulge[t], uv[i, 0], uv[i, 1], point[i], unit[i])
-    return point, unit
-
-
 @numba.njit(cache=True)
 def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
     """Tangential part of the sum of unit vectors to both points, along two edges of the facet."""
-    _surface_at(corner, normal, bulge, eta, zeta, x, n)
+    surface_at(corner, normal, bulge, eta, zeta, x, n)
     ls = lr = 0.0
     for k in range(3):
         ls += (source[k] - x[k]) ** 2
@@ -160,7 +130,7 @@ def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
     ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
     for k in range(3):
         h[k] = (source[k] - x[k]) * ls + (receiver[k] - x[k]) * lr
-    along = _dot(h, n)
+    along = dot(h, n)
     f = g = 0.0
     for k in range(3):
         t = h[k] - along * n[k]
@@ -223,8 +193,8 @@ def _may_hold(corner, normal, closed, source, receiver, axis1, axis2):
         ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
         for k in range(3):
             h[k] = (source[k] - corner[i, k]) * ls + (receiver[k] - corner[i, k]) * lr
-        along = _dot(h, normal[i])
-        size = np.sqrt(_dot(h, h)) + 1e-300
+        along = dot(h, normal[i])
+        size = np.sqrt(dot(h, h)) + 1e-300
         if along > 0.0 or not closed:
             facing = True
         sign = 1.0 if along >= 0.0 else -1.0
@@ -296,7 +266,7 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, known, count):
         return False, eta, zeta
     x, n, h = np.empty(3), np.empty(3), np.empty(3)
     _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
-    if closed and _dot(h, n) <= 0.0:
+    if closed and dot(h, n) <= 0.0:
         return False, eta, zeta
     size = 0.0
     for k in range(3):
@@ -337,47 +307,3 @@ def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
             eta, zeta = 2.0 / 3.0, 1.0 / 3.0
         face[q], uv[q, 0], uv[q, 1] = t, eta, zeta
     return face, uv
-
-
-@numba.njit(cache=True)
-def _geometry(corner, normal, bulge, corner_curvature, face, uv):
-    """Position, unit normal and curvature tensor at facet coordinates."""
-    count = len(face)
-    point, unit, curvature = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3, 3))
-    turn, half = np.empty((3, 3)), np.empty((3, 3))
-    for i in range(count):
-        t = face[i]
-        eta, zeta = uv[i]
-        _surface_at(corner[t], normal[t], bulge[t], eta, zeta, point[i], unit[i])
-        weight = (1.0 - eta, eta - zeta, zeta)
-        for k in range(3):
-            _turning(normal[t, k], unit[i], turn)
-            _multiplied(turn, corner_curvature[t, k], half)
-            _add_product(weight[k], half, turn, curvature[i])
-    return point, unit, curvature
-
-
-@numba.njit(cache=True)
-def _turning(a, b, turn):
-    """Rotation that takes unit vector a to b the shortest way: a tensor carried so keeps its principal curvatures."""
-    share = 1.0 / (1.0 + _dot(a, b))
-    for i in range(3):
-        for j in range(3):
-            turn[i, j] = 2.0 * b[i] * a[j] - share * (a[i] + b[i]) * (a[j] + b[j])
-        turn[i, i] += 1.0
-
-
-@numba.njit(cache=True)
-def _multiplied(a, b, product):
-    """a b."""
-    for i in range(3):
-        for j in range(3):
-            product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-
-
-@numba.njit(cache=True)
-def _add_product(weight, a, b, total):
-    """Add weight a b^T."""
-    for i in range(3):
-        for j in range(3):
-            total[i, j] += weight * _dot(a[i], b[j])

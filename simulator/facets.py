@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import curved
+from simulator import nagata
 from simulator.clusters import leaves
 from simulator.reflectors import MeshReading, SmoothSurface
 
@@ -113,7 +113,7 @@ class _Skin:
 
     def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:
         """(R, 3) points and unit normals at places (R, 2) of facets (R,)."""
-        return curved.rounded(self.corner_m, self.normal, self.bulge_m, facet, np.ascontiguousarray(uv))
+        return nagata.rounded(self.corner_m, self.normal, self.bulge_m, facet, np.ascontiguousarray(uv))
 
 
 def _bisected(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:

@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simulator.clusters import Clusters, clusters
+from simulator.nagata import bulges
 from simulator.rims import rims
 from simulator.scene import Obstacle
 from simulator.vertex_normals import vertex_geometry
@@ -258,7 +259,7 @@ def _smooth_surface(
     faces = np.flatnonzero(curved)
     corner = mesh.vertices[mesh.faces[faces]]
     normal, curvature = _corner_geometry(mesh, curved, smooth_edges)
-    bulge = np.stack([_nagata(corner[:, a], corner[:, b], normal[:, a], normal[:, b]) for a, b in _EDGES], axis=1)
+    bulge = bulges(corner, normal)
     center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
     sag = 0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1)
     return SmoothSurface(
@@ -267,27 +268,6 @@ def _smooth_surface(
         center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
         clusters=clusters(corner, normal, sag),
     )  # fmt: skip
-
-
-PARALLEL_RAD = 3e-3
-SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it
-
-_EDGES = ((0, 1), (1, 2), (0, 2))
-
-
-def _nagata(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
-    """(T, 3) edge vectors c: x(s) = a + (b - a - c) s + c s^2 leaves a and b at right angles to both normals.
-
-    Nagata, Computer Aided Geometric Design 22 (2005) 327-347, Eq. 11, split along the sum m of the normals, which
-    lifts the edge off its chord, and their difference d, which only moves its points along it. The latter part is
-    held to a fraction of the chord and fades out between almost parallel normals, where it is rounding over rounding.
-    """
-    chord, middle, apart = b - a, normal_a + normal_b, normal_b - normal_a
-    at_a, at_b = np.sum(normal_a * chord, axis=1), np.sum(normal_b * chord, axis=1)
-    most = SHIFT * np.abs(np.sum(chord * apart, axis=1))
-    lift = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
-    shift = -np.clip(at_a + at_b, -most, most) / (np.sum(apart**2, axis=1) + PARALLEL_RAD**2)
-    return lift[:, None] * middle + shift[:, None] * apart
 
 
 def _corner_geometry(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> tuple[Floats, Floats]:

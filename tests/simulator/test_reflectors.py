@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simulator import Material, Obstacle
-from simulator.reflectors import _nagata, reflectors_of
+from simulator.nagata import edge_bulge
+from simulator.reflectors import reflectors_of
 from simulator.round_bodies import recognised
 from tests.references import meshes
 
@@ -91,7 +92,7 @@ def test_almost_parallel_normals_do_not_bend_an_edge():
     # equal tilts of 1e-3 at both ends of a 1 m edge and normals 1e-6 apart: no quadratic obeys both
     a, b = np.array([[0.0, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     first, second = np.array([[1e-3, 0.0, 1.0]]), np.array([[1e-3, 1e-6, 1.0]])
-    assert np.linalg.norm(_nagata(a, b, first, second)) < 1e-3
+    assert np.linalg.norm(edge_bulge(a, b, first, second)) < 1e-3
 
 
 def test_rounded_edge_is_at_right_angles_to_its_normals():
@@ -99,7 +100,7 @@ def test_rounded_edge_is_at_right_angles_to_its_normals():
     point = np.stack([np.cos(angle), 0.7 * np.sin(angle), 0.0 * angle], axis=1)
     normal = np.stack([np.cos(angle), np.sin(angle) / 0.7, 0.0 * angle], axis=1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    bulge = _nagata(point[:1], point[1:], normal[:1], normal[1:])[0]
+    bulge = edge_bulge(point[:1], point[1:], normal[:1], normal[1:])[0]
     chord = point[1] - point[0]
     assert np.linalg.norm(bulge) > 0.01
     tilt = np.array([(chord - bulge) @ normal[0], (chord + bulge) @ normal[1]]) / np.linalg.norm(chord)
