@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from obstaclewatch.feed import SampleFeed
 LEVELS_DB = (-80.0, -20.0)
 """From the noise of quiet recordings to the nearest wall; the direct sound itself may burn out."""
 SPEED_M_S = 343.0
+REACH_M = 7.0
 MOST_COLUMNS = 2000
 
 
@@ -61,7 +62,7 @@ def draw_echogram(
     """
     if not columns.kept:
         raise ValueError("an echogram needs at least one whole beep, got none")
-    levels, range_m = _levels(pieces, beep, columns)
+    levels, range_m = beep_levels(pieces, beep, [detection.time_s for detection in columns.kept])
     time = np.array([detection.time_s for detection in columns.kept])
     width_s = columns.stride * beep.period_s
     figure = Figure(figsize=(10, 5.5), layout="constrained")
@@ -93,15 +94,26 @@ def _mark_candidates(axes: Axes, columns: Columns, middle_s: float) -> None:
     axes.plot(*np.array(track).T, "o-", color="white", linewidth=1.0, markersize=8, markerfacecolor="none")
 
 
-def _levels(pieces: Iterable[Recording], beep: BeepDesign, columns: Columns) -> tuple[np.ndarray, np.ndarray]:
-    """(ranges, beeps) level over the beep's direct peak, and the range edges."""
-    reach_s = min(2.0 * 7.0 / SPEED_M_S, beep.period_s - 3e-3)
+def beep_levels(
+    pieces: Iterable[Recording], beep: BeepDesign, time_s: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Microphone 0's envelope after every one of some beeps.
+
+    Args:
+        pieces: the recording, in any pieces.
+        beep: the emitted signal.
+        time_s: (T,) when the beeps left, in order.
+
+    Returns:
+        (R, T) levels, dB re the highest peak after each beep, and (R + 1,) edges of the ranges.
+    """
+    reach_s = min(2.0 * REACH_M / SPEED_M_S, beep.period_s - 3e-3)
     compressor = MatchedFilter(beep, reach_s)
     feed = SampleFeed(pieces, beep.sample_rate_hz)
     heights = []
     delay_s = np.zeros(0)
-    for detection in columns.kept:
-        begin = max(round(detection.time_s * beep.sample_rate_hz), 0)
+    for emitted_s in time_s:
+        begin = max(round(emitted_s * beep.sample_rate_hz), 0)
         feed.forget(begin)
         block = feed.take(begin, begin + beep.period_samples)
         profile = compressor.compress(np.pad(block, ((0, 0), (0, beep.period_samples - block.shape[1]))))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import base64
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from benchmarks.figures import FIGURES, picture, shown_figures
 from benchmarks.figures.measured import detectors_of, rules_text
@@ -17,6 +20,8 @@ from benchmarks.report_provenance import cost_lines, environment_lines, reproduc
 from benchmarks.report_verdict import headline, verdict_rows
 from benchmarks.results import RunData
 from benchmarks.store import write_atomically
+from scenes.preview import COLORS
+from scenes.preview_html import KINDS
 
 WIDE_IN = 8.0
 """Figures wider than this, inches, stand alone in a row."""
@@ -33,15 +38,19 @@ class ReportFigure:
     wide: bool
 
 
-def write_report(run: RunData) -> Path:
+def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
     """Write report.html and report.md into the run's folder.
+
+    Args:
+        run: what was measured.
+        walks: to play in the page; see `benchmarks.replays.shown`.
 
     Returns:
         The path of report.html.
     """
-    context = report_context(run)
+    context = report_context(run, walks)
     templates = Environment(
-        loader=PackageLoader("benchmarks"), autoescape=lambda name: name == "report.html.j2",
+        loader=PackageLoader("benchmarks"), autoescape=lambda name: str(name).endswith(".html.j2"),
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     write_atomically(run.folder / "report.md", templates.get_template("report.md.j2").render(context))
@@ -50,7 +59,7 @@ def write_report(run: RunData) -> Path:
     return path
 
 
-def report_context(run: RunData) -> dict[str, Any]:
+def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
     """Everything that the templates show, as text."""
     names, rows = detectors_of(run), verdict_rows(run)
     drawn = [FIGURES[name](run) for name in shown_figures(run)]
@@ -70,10 +79,26 @@ def report_context(run: RunData) -> dict[str, Any]:
         "strata": strata_table(run),
         "worst": worst_cases(run),
         "failures": failures(run),
+        "shown_walks": walks,
+        "walk_numbers": _numbers(walks),
+        "replays_json": Markup(_in_script(walks)),
+        "kinds": KINDS,
+        "colors": COLORS,
         "cost": cost_lines(run),
         "environment": environment_lines(run.manifest),
         "command": reproduction_command(run.manifest),
     }  # fmt: skip
+
+
+def _numbers(walks: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """Where the player finds a walk, by its label."""
+    playable = [walk["label"] for walk in walks if "error" not in walk]
+    return {label: number for number, label in enumerate(playable)}
+
+
+def _in_script(value: Any) -> str:
+    """JSON that may stand in a script element: nothing in it ends the element or begins a comment."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _embedded(figure: Figure) -> ReportFigure:

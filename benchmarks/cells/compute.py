@@ -50,11 +50,9 @@ def compute(cell: Cell) -> dict[str, Any]:
     if cell.kind not in SITUATIONS:
         raise ValueError(f"a cell's kind must be one of {sorted(SITUATIONS | PROBES)}, got '{cell.kind}'")
     begin = perf_counter()
-    setting, rendered = _simulated(simulated_part(cell).model_dump_json())
-    beep = BeepDesign(**cell.beep.model_dump())
-    recording = through_channel(with_interferer(rendered, setting, beep, cell.interferer), cell.recording)
+    setting, beep, recording = heard(cell)
     simulated = perf_counter()
-    truths = _truths(cell, setting, beep, recording)
+    truths = truths_at_beeps(cell, setting, beep, recording)
     found = {detector_label(name): _judged(cell, name, setting, beep, recording, truths) for name in cell.detectors}
     cost = {
         "simulate_s": simulated - begin,
@@ -65,6 +63,13 @@ def compute(cell: Cell) -> dict[str, Any]:
         "total_s": perf_counter() - begin,
     }
     return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost}
+
+
+def heard(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
+    """What a cell of a walk or a standing measurement simulates, its beep, and what the detectors hear."""
+    setting, rendered = _simulated(simulated_part(cell).model_dump_json())
+    beep = BeepDesign(**cell.beep.model_dump())
+    return setting, beep, through_channel(with_interferer(rendered, setting, beep, cell.interferer), cell.recording)
 
 
 def simulated_part(cell: Cell) -> Cell:
@@ -83,7 +88,7 @@ def _simulated(cell_json: str) -> tuple[Situation, Recording]:
     return setting, render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
 
 
-def _truths(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:
+def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:
     """Ground truth of every target at the instants at which the beeps' centres meet it."""
     starts = beep.period_s * np.arange(math.floor(recording.duration_s / beep.period_s + 1e-9))
     middles = starts + 0.5 * beep.duration_s
@@ -103,15 +108,15 @@ def _judged(
     """One detector on the recording: its first alert, the outcome, and its estimates of every target."""
     detector = detector_for(cell, name, setting, beep)
     begin, begin_cpu = perf_counter(), process_time()
-    detections, no_beep = _detections(detector, recording)
+    detections, no_beep = detections_of(detector, recording)
     cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
-    alert = _first_alert(detections)
+    alert = first_alert(detections)
     entry = {**alert, **_alert_scores(cell, alert, setting.walk, truths[0]), **cost, "no_beep": no_beep}
     entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
     return entry
 
 
-def _detections(detector: Any, recording: Recording) -> tuple[list[Any], bool]:
+def detections_of(detector: Any, recording: Recording) -> tuple[list[Any], bool]:
     """All detections, and whether the detector found no beep at all: a result, not a failure of the bench."""
     try:
         return list(detector.stream(recording)), False
@@ -119,7 +124,8 @@ def _detections(detector: Any, recording: Recording) -> tuple[list[Any], bool]:
         return [], True
 
 
-def _first_alert(detections: Sequence[Any]) -> dict[str, Any]:
+def first_alert(detections: Sequence[Any]) -> dict[str, Any]:
+    """Whether, when and at which range a detector first raised an alert."""
     for detection in detections:
         if detection.decision.alert:
             decision = detection.decision
@@ -145,6 +151,12 @@ def _progress_m(walk: Walk, time_s: float) -> float:
     return float(np.sum(step * 0.5 * (ahead[1:] + ahead[:-1])))
 
 
+def echo_range_m(truth: GroundTruth) -> np.ndarray:
+    """(T, 2) range at which each microphone should hear the target: of low ones that of their foot on the ground."""
+    range_m: np.ndarray = np.where(truth.by_ground[:, None], truth.mic_ground_range_m, truth.mic_range_m)
+    return range_m
+
+
 def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> dict[str, Any]:
     """Columns over the beeps with the target in range: truth beside estimates."""
     # Emission times are the detector's own; to the nearest period they count the beeps, also where it began late.
@@ -152,7 +164,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     kept = (index >= 0) & (index < len(truth.time_s))
     rows = index[kept]
     heard = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
-    path_m = np.where(truth.by_ground[:, None], truth.mic_ground_range_m, truth.mic_range_m)
+    path_m = echo_range_m(truth)
     estimates: Estimates = associate(heard, path_m[rows, 0], cell.scoring.gate_m)
     inside = (truth.range_m[rows] <= cell.scoring.max_range_m) & ~(truth.time_s[rows] > truth.contact_time_s)
     columns = {

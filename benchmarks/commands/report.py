@@ -6,12 +6,31 @@ from pathlib import Path
 
 import click
 
+from benchmarks.replays.choice import MOST_WALKS, chosen_walks
+from benchmarks.replays.shown import replays_of
 from benchmarks.report import write_report
-from benchmarks.results import load_run
+from benchmarks.results import RunData, load_run
 
 
 @click.command()
 @click.argument("run_folder", type=click.Path(path_type=Path))
-def report(run_folder: Path) -> None:
-    """Write report.html and report.md of RUN_FOLDER."""
-    click.echo(write_report(load_run(run_folder)))
+@click.option("--walks", default=MOST_WALKS, show_default=True, help="how many walks to pack for watching, at most")
+@click.option("-j", "--jobs", default=1, show_default=True, help="worker processes for those walks")
+def report(run_folder: Path, walks: int, jobs: int) -> None:
+    """Write report.html and report.md of RUN_FOLDER.
+
+    Its worst walks, and one of every category, are computed once more for the page's player, a few seconds each, and
+    kept in RUN_FOLDER/replays.
+    """
+    click.echo(report_with_walks(load_run(run_folder), walks, jobs))
+
+
+def report_with_walks(run: RunData, walks: int, jobs: int) -> Path:
+    """Write the report with so many walks to watch, at most.
+
+    Raises:
+        ValueError: negative walks, or no jobs.
+    """
+    if jobs < 1:
+        raise ValueError(f"jobs must be at least 1, got {jobs}")
+    return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs))

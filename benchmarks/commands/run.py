@@ -10,12 +10,13 @@ import yaml
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.commands.report import report_with_walks
 from benchmarks.executors import EXECUTORS, choose_executor
 from benchmarks.figures import draw_figures
 from benchmarks.label_filter import label_filter
 from benchmarks.manifest import manifest
 from benchmarks.plan import plan_cells, plan_digest, thinned
-from benchmarks.report import write_report
+from benchmarks.replays.choice import MOST_WALKS
 from benchmarks.results import load_run, write_results_csv
 from benchmarks.runner import Tally, run_cells
 from benchmarks.scores import summary
@@ -40,12 +41,13 @@ INCOMPLETE, NOTHING_MEASURED = 3, 4
 @click.option("--scheduler", metavar="ADDR", help="of a Dask scheduler, e.g. tcp://10.0.0.1:8786; --executor dask")
 @click.option("--retries", default=1, show_default=True, help="how often failed or lost cells are tried again")
 @click.option("--keep-going/--fail-fast", default=True, show_default=True, help="after a cell has failed")
+@click.option("--walks", default=MOST_WALKS, show_default=True, help="how many to pack into the report, at most")
 @click.option("-n", "--dry-run", is_flag=True, help="print the plan and stop")
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 def run(
     suite: str, tier: str, jobs: int, seed: int | None, split: str | None, settings: tuple[str, ...],
     limit: int | None, only: str | None, expression: str | None, executor: str | None, scheduler: str | None,
-    retries: int, keep_going: bool, dry_run: bool, out: Path,
+    retries: int, keep_going: bool, walks: int, dry_run: bool, out: Path,
 ) -> None:  # fmt: skip
     """Run SUITE (a name or a YAML file) and leave a run folder with results, figures and report.
 
@@ -65,7 +67,7 @@ def run(
     except OSError as error:
         click.echo(f"cannot store cells: {error}; what is done is kept, the same command goes on", err=True)
         sys.exit(INCOMPLETE)
-    finish(folder)
+    finish(folder, walks, jobs)
     _say_what_failed(folder, tally)
     if not tally.ok:
         sys.exit(NOTHING_MEASURED)
@@ -73,8 +75,14 @@ def run(
         sys.exit(INCOMPLETE)
 
 
-def finish(folder: Path) -> None:
-    """Tables, summary, figures and report of what is stored, and the verdict on standard output."""
+def finish(folder: Path, walks: int, jobs: int) -> None:
+    """Tables, summary, figures and report of what is stored, and the verdict on standard output.
+
+    Args:
+        folder: of the run.
+        walks: how many the report packs for watching, at most.
+        jobs: processes to compute these with.
+    """
     data = load_run(folder)
     if not data.ok:
         return
@@ -82,7 +90,7 @@ def finish(folder: Path) -> None:
     found = summary(data)
     write_atomically(folder / "summary.json", to_json(found))
     draw_figures(data)
-    report = write_report(data)
+    report = report_with_walks(data, walks, jobs)
     click.echo("\n".join(verdict_lines(found)))
     click.echo(f"report: {report}")
 

@@ -97,7 +97,7 @@ def test_a_scheduler_that_is_not_there_is_one_clear_error(monkeypatch):
 
 @pytest.mark.slow
 def test_the_paper_suite_is_the_same_on_a_cluster(tmp_path, cluster, monkeypatch):
-    common = ["run", "paper", "--tier", "smoke", "--limit", "12"]
+    common = ["run", "paper", "--tier", "smoke", "--limit", "12", "--walks", "0"]
     here = [*common, "-j", "2", "-o", str(tmp_path / "here")]
     assert CliRunner().invoke(cli, here, catch_exceptions=False).exit_code == 0
     monkeypatch.setattr("benchmarks.executors.cluster.dask_cluster", partial(_killing_first, cluster, dask_cluster))

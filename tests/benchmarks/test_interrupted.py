@@ -80,7 +80,7 @@ def test_fake_cells_survive_three_kills(tmp_path):
 
 @pytest.mark.slow
 def test_a_real_sweep_survives_ten_kills(tmp_path):
-    common = ["-m", "benchmarks.cli", "run", "paper", "--tier", "smoke", "--limit", "10"]
+    common = ["-m", "benchmarks.cli", "run", "paper", "--tier", "smoke", "--limit", "10", "--walks", "0"]
     assert start([*common, "-o", str(tmp_path / "calm")]).wait() == 0
     moments, killed = random.Random(9), 0
     for k in range(10):

@@ -46,7 +46,20 @@ def gates_for(detector: str, folder: Path) -> str:
 def run(request, tmp_path_factory):
     """The paper's smoke tier with the untouched detector, stored as baseline, and another run with all of them."""
     folder = tmp_path_factory.mktemp(f"seed{request.param}")
-    common = ["run", "paper", "--tier", "smoke", "-j", "2", "--seed", str(request.param), "-k", "not standing"]
+    common = [
+        "run",
+        "paper",
+        "--tier",
+        "smoke",
+        "-j",
+        "2",
+        "--seed",
+        str(request.param),
+        "-k",
+        "not standing",
+        "--walks",
+        "0",
+    ]
     first = call(*common, "--set", f"detectors=[{UNTOUCHED}]", "-o", str(folder / "first"))
     assert first.exit_code == 0, first.output
     update = ["baseline", "update", str(folder / "first/paper/latest"), "--reason", "untouched"]

@@ -16,7 +16,7 @@ QUICK = "extremes"
 
 
 def run_and_draw(suite: str, limit: int, folder) -> None:
-    call = ["run", suite, "--tier", "smoke", "--limit", str(limit), "-o", str(folder)]
+    call = ["run", suite, "--tier", "smoke", "--limit", str(limit), "--walks", "0", "-o", str(folder)]
     done = CliRunner().invoke(cli, call, catch_exceptions=False)
     assert done.exit_code == 0, done.output
     run = folder / suite / "latest"
