@@ -30,6 +30,7 @@ from obstaclewatch.echoes import (
     separated_peaks,
     sidelobe_floor,
 )
+from obstaclewatch.held_pose import HeldPose
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.measurement import Measurement, nothing_measured
 from obstaclewatch.pulse import pulse_shape
@@ -89,15 +90,17 @@ class EchoPipeline:
         self._speaker_cosine = ahead_m / self._speaker_m[0] if self._speaker_m[0] > 0.0 else 0.0
         self._filter = MatchedFilter(beep, reach_s, reverse=not errata.correlate_once)
         self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
+        self._held = HeldPose(settings.held_beeps)
         self._history = PeakHistory(settings.history_s)
 
     def reset(self) -> None:
         """Forget earlier beeps."""
         self._history.clear()
+        self._held.clear()
 
     def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
         """One beep period to its candidates. `time_s` is that of the block's first sample."""
-        profile = self._filter.compress(block)
+        profile = self._held.add(self._filter.compress(block))
         direct = direct_sound(profile)
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)

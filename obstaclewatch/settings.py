@@ -44,6 +44,8 @@ class PaperSettings:
             is 8-10 dB weaker to the front; what is 30 dB weaker is a sidelobe.
         direct_delay_s: calibrated delay of the direct peak at microphone 0 after emission; None takes the air path
             speaker_to_mic_m[0] / c. Where sound through the case dominates, measure it (`measured_direct_delay_s`).
+        held_beeps: beeps of a phone held still whose responses are averaged before peaks are looked for. 1 listens to
+            every beep alone, as the paper does.
         errata: which formulas to correct.
 
     Raises:
@@ -74,6 +76,7 @@ class PaperSettings:
     second_mic_snr_db: float = 12.0
     second_mic_level_db: float = -30.0
     direct_delay_s: float | None = None
+    held_beeps: int = 1
     errata: Errata = field(default_factory=Errata)
 
     def __post_init__(self) -> None:
@@ -81,6 +84,8 @@ class PaperSettings:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
         if not 1 <= self.votes_needed <= self.votes_of:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
+        if self.held_beeps < 1:
+            raise ValueError(f"held_beeps must be at least 1, got {self.held_beeps}")
         if self.max_candidates < 1:
             raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:

@@ -21,6 +21,7 @@ from obstaclewatch.measurement import Measurement
 from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.standing import ahead_alone, standing_settings
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -42,8 +43,8 @@ class TrackingDetector(EchoDetector):
 
     Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
     over courses; range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
-    standing, where nothing closes in) they hold the paper's measurements, and nothing raises an alert. Arguments and
-    errors as for `PaperDetector`.
+    standing, where nothing closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments
+    and errors as for `PaperDetector`.
     """
 
     def __init__(
@@ -54,7 +55,10 @@ class TrackingDetector(EchoDetector):
         sound_speed_m_s: float = 343.0,
         pitch_rad: float | None = None,
     ) -> None:
-        super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
+        asked = PaperSettings() if settings is None else settings
+        self._most_standing = asked.max_candidates
+        listening = asked if asked.reject_static else standing_settings(asked)
+        super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._approaches = Approaches(beep.range_doppler_s, evidence)
@@ -75,7 +79,7 @@ class TrackingDetector(EchoDetector):
     def process(self, block: NDArray[np.floating], time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `EchoDetector.process`."""
         if not self.settings.reject_static:
-            return super().process(block, time_s)
+            return ahead_alone(super().process(block, time_s), self.phone.mic_separation_m, self._most_standing)
         if block.ndim != 2 or len(block) != 2:
             raise ValueError(f"a block must have two channels, (2, {self.beep.period_samples}), got {block.shape}")
         begin_s = self._index * self.beep.period_s if time_s is None else time_s

@@ -128,7 +128,7 @@ def test_no_beep_and_wrong_blocks():
         detector.process(np.full((2, BEEP.period_samples), np.nan))
 
 
-def test_standing_measures_as_the_paper_does():
+def test_one_standing_beep_measures_as_the_paper_does():
     still = replace(PaperSettings(), reject_static=False)
     block = record([Point(2.0, 0.3)])
     ours, papers = (kind(BEEP, PHONE, still).process(block) for kind in (TrackingDetector, PaperDetector))
