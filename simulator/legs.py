@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from simulator.candidates import Candidates
 from simulator.diffracted import lifts, point_slot
-from simulator.frames import into_rest
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
 
@@ -23,9 +22,8 @@ def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
         if len(rows) == 0:
             continue
         for shadow in tracing.world.blockers:
-            owner = np.full(len(rows), shadow.obstacle)
-            frame = tracing.frames.of(owner, found.pose[rows], tracing.time_s[found.pose[rows]])
-            free[rows] &= ~shadow.blocks(into_rest(start[rows, k], frame), into_rest(end[rows, k], frame))
+            frame = tracing.placed[:, shadow.obstacle]
+            free[rows] &= ~shadow.blocks_from(start[rows, k], end[rows, k], frame, found.pose[rows])
     return free
 
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 COINCIDENT_M = 1e-7  # two reflections in one corner: nothing fits between them
@@ -39,28 +41,58 @@ class Blocker:
 
     def blocks(self, start_m: Floats, end_m: Floats) -> NDArray[np.bool_]:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""
-        start, end = start_m - self.origin_m, end_m - self.origin_m
-        leg = end - start
-        length = np.linalg.norm(leg, axis=1)
-        open_leg = np.flatnonzero(length > COINCIDENT_M)
-        blocked = np.zeros(len(length), dtype=bool)
-        if len(open_leg) == 0:
-            return blocked
-        gap = np.minimum(OFFSET * self.reach(start_m, end_m), 0.25 * length[open_leg])
-        direction = leg[open_leg] / length[open_leg, None]
-        hit = self.scene.run(
-            (start[open_leg] + gap[:, None] * direction).astype(np.float32),
-            direction.astype(np.float32),
-            dists=(length[open_leg] - 2.0 * gap).astype(np.float32),
-            query="OCCLUDED",
-        )
-        blocked[open_leg] = np.asarray(hit) != -1
+        return self.blocks_from(start_m, end_m, np.zeros((1, 4)), np.zeros(len(start_m), dtype=np.int64))
+
+    def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints) -> NDArray[np.bool_]:
+        """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of."""
+        open_leg, start, direction, length = _aimed(
+            np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose,
+            self.origin_m, self.extent_m,
+        )  # type: ignore[call-arg]  # fmt: skip
+        blocked = np.zeros(len(pose), dtype=bool)
+        if len(open_leg):
+            blocked[open_leg] = np.asarray(self.scene.run(start, direction, dists=length, query="OCCLUDED")) != -1
         return blocked
 
-    def reach(self, start_m: Floats, end_m: Floats) -> float:
-        """Largest coordinate about the origin among mesh and rays, m: what float32 rounding scales with."""
-        ends = max(float(np.abs(start_m - self.origin_m).max()), float(np.abs(end_m - self.origin_m).max()))
-        return max(self.extent_m, ends)
+
+@numba.njit(cache=True)
+def _aimed(start, end, frame, pose, origin, extent):
+    """Rays between world points about a blocker's origin, as Embree takes them.
+
+    Returns (O,) rows whose ends are apart, and in float32 their (O, 3) starts, (O, 3) directions and (O,) lengths,
+    cleared at both ends by `OFFSET` of the largest coordinate about the origin: what float32 rounding scales with.
+    """
+    rows = len(pose)
+    local = np.empty((rows, 2, 3))
+    largest = extent
+    for r in range(rows):
+        x, y, z, yaw = frame[pose[r]]
+        c, s = np.cos(-yaw), np.sin(-yaw)
+        for i in range(2):
+            point = start[r] if i == 0 else end[r]
+            east, north = point[0] - x, point[1] - y
+            local[r, i, 0] = c * east - s * north - origin[0]
+            local[r, i, 1] = s * east + c * north - origin[1]
+            local[r, i, 2] = point[2] - z - origin[2]
+            for k in range(3):
+                largest = max(largest, abs(local[r, i, k]))
+    row, count = np.empty(rows, np.int64), 0
+    first, direction = np.empty((rows, 3), np.float32), np.empty((rows, 3), np.float32)
+    length = np.empty(rows, np.float32)
+    for r in range(rows):
+        square = 0.0
+        for k in range(3):
+            square += (local[r, 1, k] - local[r, 0, k]) ** 2
+        size = np.sqrt(square)
+        if not size > COINCIDENT_M:
+            continue
+        gap = min(OFFSET * largest, 0.25 * size)
+        for k in range(3):
+            way = (local[r, 1, k] - local[r, 0, k]) / size
+            first[count, k], direction[count, k] = local[r, 0, k] + gap * way, way
+        row[count], length[count] = r, size - 2.0 * gap
+        count += 1
+    return row[:count], first[:count], direction[:count], length[:count]
 
 
 def blocker(meshes: Sequence[tuple[Floats, NDArray[np.int64]]], obstacle: int) -> Blocker:
