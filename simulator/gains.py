@@ -83,13 +83,13 @@ def _mirror_cosine(view: EdgeView, part: NDArray[np.int64], face_angle_rad: Floa
 
 
 def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) product of the reflection factors of the mirrors, smooth surfaces and whole bodies met."""
+    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own."""
     owner = world.owner
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     _, arriving = rays(found.points_m, found.normal)
     for k in range(found.sequence.shape[1]):
         reflector = found.sequence[:, k]
-        mirrors = (reflector >= 0) & ((reflector < world.first_wedge) | (reflector >= world.first_body))
+        mirrors = (reflector >= 0) & (reflector < world.first_wedge)
         met = np.full(len(found), -1)
         met[mirrors] = owner[found.sequence[mirrors, k]]
         cosine = np.abs(np.sum(arriving[:, k] * found.normal[:, k], axis=1))

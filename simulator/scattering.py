@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator import band
 from simulator.candidates import Candidates, joined
 from simulator.facets import Facets
 from simulator.floor import Audible
@@ -28,26 +29,30 @@ Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+COSINES = 257  # of incidence, between which the reflection is interpolated
+
 
 def scattered_paths(
     tracing: Tracing, facets: Facets, pairs: Pairs, max_order: int, audible: Audible, wavenumber: Floats, ledger: Ledger
 ) -> tuple[Candidates, Complexes]:
-    """Paths over an obstacle heard as a whole, and (M, K) gains of it were it rigid; `cell` names the row.
+    """Paths over an obstacle heard as a whole, and (M, K) gains of it; `cell` names the row.
 
     Args:
         pairs: the ways that are wanted.
         max_order: reflections in all, the body counting as one.
-        wavenumber: (K,) rising, rad/m.
+        wavenumber: (K,) at the nodes of the band, rad/m.
         ledger: of what is turned away.
     """
     parts, gains, first = [], [], 0
+    material = tracing.world.obstacles[facets.obstacle].material
+    reflection = material.reflection(band.nodes_hz(len(wavenumber)), np.linspace(0.0, 1.0, COSINES)[:, None])
     for mic in range(2):
         some = pairs[pairs.mic == mic]
         frame = tracing.placed[some.pose, facets.obstacle]
         ends = into_rest(some.before.point_m, frame), into_rest(some.after.point_m, frame)
         seen = lit_facets(tracing, facets, tracing.source_m, some.before)
         seen &= lit_facets(tracing, facets, tracing.mics_m[:, mic], some.after)
-        cells = scattered(facets, *ends, seen, wavenumber)
+        cells = scattered(facets, *ends, seen, wavenumber, reflection)
         loud = _loud(cells, some.pose[cells.pair], audible)
         _turn_faint_away(tracing, facets, mic, some.before, some.after, cells[~loud], max_order, ledger)
         cells = cells[loud]

@@ -105,7 +105,7 @@ def traced(
         found = found[kept]
     diffraction = DIFFRACTION[fidelity.diffraction]
     gain = path_gain(tracing, phone, scene.air, found, sums, band.nodes_hz(fidelity.band_points), diffraction)
-    heard = _over_noise(phone, gain) | (found.order == 0)
+    heard = _over_noise(phone, found, gain) | (found.order == 0)
     _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
@@ -124,10 +124,20 @@ def _turn_away(
     ledger.turn_away(name, len(found), described)
 
 
-def _over_noise(phone: Phone, gain: NDArray[np.complex128]) -> NDArray[np.bool_]:
-    """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all."""
+def _over_noise(phone: Phone, found: Candidates, gain: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all.
+
+    The cells of one way over a body largely cancel, up to the loudest: they stand or fall together.
+    """
     floor_db = phone.noise_spl_db - phone.level_spl_db - NOISE_MARGIN_DB
-    return np.abs(gain).max(axis=1) >= 10.0 ** (floor_db / 20.0)
+    level = np.abs(gain).max(axis=1)
+    cells = np.flatnonzero(found.cell >= 0)
+    way = np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]])
+    group = np.unique(way, axis=0, return_inverse=True)[1].ravel()
+    loudest = np.zeros(group.max(initial=-1) + 1)
+    np.maximum.at(loudest, group, level[cells])
+    level[cells] = loudest[group]
+    return level >= 10.0 ** (floor_db / 20.0)
 
 
 def _first_of_twins(found: Candidates) -> NDArray[np.bool_]:
