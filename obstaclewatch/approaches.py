@@ -36,7 +36,7 @@ OWN_M = 0.10
 MOST_SCORE = 25.0
 LEAST_SPEED_M_S = 0.3
 MOST_MISSES = 7
-KEPT_BEEPS = 16
+KEPT_BEEPS = 24
 SURGE_READ_M = 0.025
 """Deviation of a reading by gait: what the surge's speed reads through range-Doppler coupling."""
 ACCELERATION_M_S2 = 0.35

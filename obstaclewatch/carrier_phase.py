@@ -2,14 +2,15 @@
 
 At 20.5 kHz a cycle is 16.7 mm of path: the phase is tenfold finer than the envelope, but repeats. No cycle is chosen.
 Microphone 1's envelope around a peak of microphone 0, turned by that peak's phase, is kept; a course predicts the path
-difference of every beep, and what is kept adds up in phase over beeps along the true course alone. A phase that the
-microphones' responses add is the same in every beep and does no harm.
+difference of every beep, and what is kept adds up in phase over beeps along the true course alone. What the phase of
+the sum is tells of the direction itself, if the phase that microphone 1's channel adds is known (`log_agreement`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import i0e
 
 from obstaclewatch.matched_filter import EchoProfile
 
@@ -23,8 +24,13 @@ OFFSETS_M = np.arange(-REACH_M, REACH_M + STEP_M, STEP_M)
 WOBBLE = 0.5
 """Deviation of the phase by the hand, rad: 1.5 degrees of pitch are 1.8 mm of path at 30 degrees, 0.7 rad of carrier at
 their peak. As noise it grows with the echo, so that no beep says more than 1 / WOBBLE^2."""
-MISFIT = 0.25
+MISFIT = 0.4
 """Deviation of the envelope, in parts of it: other echoes, and what the microphones' responses differ by."""
+PHASE_STD = 0.4
+"""Deviation of the sum's phase, rad, besides noise: 0.3 (median of its size) over the loud echoes of known direction of
+96 rendered walks of the development split. Pitch that is wrong by a degree makes 0.45 at 30 degrees."""
+ODD = 0.1
+"""Share of echoes whose phase is another's: two that overlap, or from another height."""
 
 
 def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_speed_m_s: float) -> NDArray[np.complex64]:
@@ -38,13 +44,6 @@ def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_spe
     around = complex_at(profile, 1, delay_s[:, None] + OFFSETS_M / sound_speed_m_s)
     turned: NDArray[np.complex128] = around * (peak.conj() / np.abs(peak) / noise)[:, None]
     return turned.astype(np.complex64)
-
-
-def with_wobble(second: NDArray[np.complex64]) -> NDArray[np.complex64]:
-    """(K, W) rows of `second_channel` in units of noise and wobble together."""
-    strength = np.abs(second).max(axis=1, keepdims=True)
-    steadied: NDArray[np.complex64] = second / np.sqrt(np.float32(1.0) + (np.float32(WOBBLE) * strength) ** 2)
-    return steadied
 
 
 def at_path_differences(second: NDArray[np.complex64], u_m: Array) -> NDArray[np.complex64]:
@@ -68,8 +67,8 @@ def with_deviation(second: NDArray[np.complex64], share: float) -> NDArray[np.fl
     return factor
 
 
-def coherent_power(value: NDArray[np.complex64], u_now_m: Array, wavelength_m: float) -> Array:
-    """(H,) what H courses gather in phase at microphone 1 from K beeps, in units of noise power: 1 is noise.
+def coherent_sum(value: NDArray[np.complex64], u_now_m: Array, wavelength_m: float) -> NDArray[np.complex128]:
+    """(H,) what H courses gather in phase at microphone 1 from K beeps; its squared size is 1 for noise.
 
     Args:
         value: (H, K) from `at_path_differences`, for the times that the envelope reads.
@@ -79,8 +78,25 @@ def coherent_power(value: NDArray[np.complex64], u_now_m: Array, wavelength_m: f
     turn = np.asarray(2.0 * np.pi / wavelength_m * u_now_m, dtype=np.float32)
     phasor = np.empty(turn.shape, dtype=np.complex64)
     phasor.real, phasor.imag = np.cos(turn), np.sin(turn)
-    total = np.einsum("hk,hk->h", value, phasor)
-    return np.asarray(np.abs(total) ** 2 / value.shape[1], dtype=np.float64)
+    total = np.einsum("hk,hk->h", value, phasor).astype(np.complex128)
+    scaled: NDArray[np.complex128] = total / np.sqrt(value.shape[1])
+    return scaled
+
+
+def log_agreement(total: NDArray[np.complex128], phase_rad: float) -> Array:
+    """(H,) log likelihood ratio of the phases of `coherent_sum`: near the expected one, against anywhere.
+
+    A von Mises density over the circle's, as wide as noise and `PHASE_STD` make it; one in ten is from elsewhere.
+
+    Args:
+        total: (H,) sums; one that is not above noise says nothing.
+        phase_rad: what microphone 1 adds to the phase, compared with microphone 0.
+    """
+    heard = np.maximum(np.abs(total) ** 2 - 1.0, 1e-3)
+    narrow = 1.0 / (PHASE_STD**2 + 0.5 / heard)
+    likeness = np.exp(narrow * (np.cos(np.angle(total) - phase_rad) - 1.0)) / i0e(narrow)
+    ratio: Array = np.log((1.0 - ODD) * likeness + ODD)
+    return ratio
 
 
 def envelope_power(value: NDArray[np.complex64]) -> Array:

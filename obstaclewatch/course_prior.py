@@ -22,7 +22,7 @@ HEIGHTS_M = np.array([0.0, 0.4, 0.8, np.inf])
 """Phone above reflecting point; the last stands for the corner with the ground."""
 HEIGHT_PRIOR = np.array([0.45, 0.10, 0.10, 0.35])
 RADIUS_M = 0.12
-WALL_ANGLES_RAD = np.deg2rad(np.arange(0.0, 81.0, 10.0))
+WALL_ANGLES_RAD = np.deg2rad(np.arange(0.0, 81.0, 2.5))
 WALL_HEIGHT_PRIOR = np.array([0.6, 0.4])
 WALL_PRIOR = 0.25
 WALL_COLLISION_RAD = np.deg2rad(45.0)

@@ -28,8 +28,9 @@ from obstaclewatch.carrier_phase import (
     MISFIT,
     WOBBLE,
     at_path_differences,
-    coherent_power,
+    coherent_sum,
     envelope_power,
+    log_agreement,
     with_deviation,
 )
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
@@ -37,7 +38,7 @@ from obstaclewatch.gait import reading_covariance
 
 Array = NDArray[np.float64]
 
-SHARE_HEARD = 0.5
+SHARE_HEARD = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
@@ -94,16 +95,26 @@ class CourseGrid:
         pitch_rad: lift of the phone's top edge.
         half_width_m: of the walker.
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
+        mic_phase_rad: what microphone 1's channel adds to the carrier's phase, compared with microphone 0's; None if it
+            is not known.
     """
 
     def __init__(
-        self, separation_m: float, wavelength_m: float, pitch_rad: float, half_width_m: float, ahead_s: float
+        self,
+        separation_m: float,
+        wavelength_m: float,
+        pitch_rad: float,
+        half_width_m: float,
+        ahead_s: float,
+        mic_phase_rad: float | None = 0.0,
     ) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self._sin_pitch, self.cos_pitch = float(np.sin(pitch_rad)), float(np.cos(pitch_rad))
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
         self._radius, self._miss2 = self._all.radius_m[:, None], self._all.miss_m[:, None] ** 2
+        self._mic_phase_rad = mic_phase_rad
+        self._upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
         self._forwards = (self._cos_angle * self.cos_pitch)[:, None]
 
     def judge(self, samples: Samples, now_s: float, ground_m: float) -> Course:
@@ -122,12 +133,12 @@ class CourseGrid:
         range_m, cosine = self._seen(line, height)
         log = self._all.log_prior + _log_fit(samples.range_m - range_m, precision)
         speed = closing[:, 0] / self._cos_angle
-        log += np.log(speed_density(speed))
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
             u_m = self._path_difference(range_m[:, heard], cosine[:, heard])
             now_m = self._path_difference(*self._seen(line[:, heard] + closing * self._ahead_s, height))
             log += self._log_heard(samples.second[heard], u_m, now_m)
+        log += np.log(speed_density(speed))
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
@@ -152,11 +163,18 @@ class CourseGrid:
         return difference
 
     def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
-        """(H,) log likelihood ratio of microphone 1: envelopes, and phases from beep to beep."""
+        """(H,) log likelihood ratio of microphone 1: envelopes, phases from beep to beep, and the phase itself.
+
+        The phase itself counts for upright things and walls alone, whose height is known: 10 cm of another height turn
+        it by a quarter of a cycle.
+        """
         value = at_path_differences(second, u_m)
         envelope = envelope_power(value * with_deviation(second, MISFIT))
-        phase = coherent_power(value * with_deviation(second, WOBBLE), now_m, self._wavelength_m)
-        return SHARE_HEARD * (envelope + phase)
+        total = coherent_sum(value * with_deviation(second, WOBBLE), now_m, self._wavelength_m)
+        log: Array = SHARE_HEARD * (envelope + np.abs(total) ** 2)
+        if self._mic_phase_rad is None:
+            return log
+        return log + np.where(self._upright, log_agreement(total, self._mic_phase_rad), 0.0)
 
     def _summary(self, share: Array, ahead_m: Array, speed: Array, height_m: Array) -> Course:
         meeting = share * self._all.collision

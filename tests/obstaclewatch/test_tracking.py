@@ -143,3 +143,10 @@ def test_a_beep_takes_well_under_its_period():
     began = time.process_time()
     count = len(list(detector.stream(samples)))
     assert (time.process_time() - began) / count < 0.2 * BEEP.period_s
+
+
+@pytest.mark.parametrize("phase", [float("nan"), float("inf")])
+def test_a_phase_must_be_a_number_or_unknown(phase):
+    with pytest.raises(ValueError, match="mic_phase_rad must be finite or None, got"):
+        TrackingDetector(BEEP, PHONE, mic_phase_rad=phase)
+    TrackingDetector(BEEP, PHONE, mic_phase_rad=None)

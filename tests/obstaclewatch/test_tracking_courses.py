@@ -59,6 +59,23 @@ def test_course_is_told_from_ranges_and_phase(height, radius, miss, collides):
     assert course.miss_m == pytest.approx(miss, abs=0.35)
 
 
+@pytest.mark.parametrize("angle", [0.1, 0.3, 0.5])
+def test_the_phase_itself_tells_a_walls_direction(angle):
+    """Four beeps, of little travel: ranges and changes of phase tell hardly anything."""
+    time = 0.09 * np.arange(-3, 1)
+    direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+    u_m = _path_difference((2.0 - 0.8 * time)[:, None] * direction)
+    shape = np.exp(-(((OFFSETS_M - u_m[:, None]) / 0.1) ** 2))
+    second = (6.0 * shape * np.exp(-2j * np.pi * u_m[:, None] / WAVELENGTH + 1.0j)).astype("c8")
+    samples = Samples(time + AHEAD_S, 2.0 - 0.8 * (time + AHEAD_S), np.full(4, 0.004), second)
+    known, unknown = (
+        CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, phase).judge(samples, 0.0, GROUND_M)
+        for phase in (1.0, None)
+    )
+    assert known.bearing_rad == pytest.approx(angle, abs=0.08)
+    assert known.bearing_std_rad < 0.95 * unknown.bearing_std_rad
+
+
 def test_distance_and_speed_of_a_collision():
     course = _judge(_samples(speed=1.3, last_m=1.6))
     assert course.ahead_m == pytest.approx(1.6, abs=0.15)  # a point is taken for a body of 12 cm
