@@ -8,6 +8,7 @@ work of transforming the whole.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,11 @@ class _Piece:
     rows: slice
     mirrored: bool
     turn: NDArray[np.complex128]
+
+    @cached_property
+    def single_turn(self) -> NDArray[np.complex64]:
+        """The same for spectra in single precision."""
+        return self.turn.astype(np.complex64)
 
 
 class BandSpectrum:
@@ -61,7 +67,8 @@ class BandSpectrum:
         slow = fft.rfft(block.reshape(len(block), -1, PHASES), axis=1)
         bins = np.empty((len(block), self._bins), dtype=slow.dtype)
         for piece in self._pieces:
-            turned = np.einsum("ckp,kp->ck", slow[:, piece.rows], piece.turn.astype(slow.dtype, copy=False))
+            turn = piece.turn if slow.dtype == np.complex128 else piece.single_turn
+            turned = np.einsum("ckp,kp->ck", slow[:, piece.rows], turn)
             bins[:, piece.wanted] = turned.conj() if piece.mirrored else turned
         return bins
 

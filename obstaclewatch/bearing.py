@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ def path_difference(
     amplitude2: NDArray[np.float64],
     separation_m: float,
     margin_m: float,
-    body_distance_m: float,
+    body_distance_m: Callable[[], float],
     least_amplitude: NDArray[np.float64],
     cos_pitch: float = 1.0,
     gated: bool = True,
@@ -43,7 +44,8 @@ def path_difference(
         amplitude2: (m,) their heights.
         separation_m: L, between the microphones.
         margin_m: how far u may lie outside [-L, L].
-        body_distance_m: from microphone 1 to the walker's body; NaN where unknown: nothing is deducted.
+        body_distance_m: from microphone 1 to the walker's body, asked for only where it can matter; NaN if it is not
+            known: nothing is deducted.
         least_amplitude: (n,) height below which a peak cannot be the candidate: a sidelobe of something else.
         cos_pitch: cosine of the phone's pitch.
         gated: False takes the strongest peak up to the body's detour and always deducts (section 3.5 as printed).
@@ -51,14 +53,16 @@ def path_difference(
     """
     gap = path2_m - path1_m[:, None]
     reach = separation_m + margin_m
-    detour = 0.0 if np.isnan(body_distance_m) else 2.0 * body_distance_m
     loud = amplitude2 >= least_amplitude[:, None]
     own, own_height = _strongest(gap, loud & (np.abs(gap) <= reach), amplitude2)
-    if detour == 0.0:
+    unpaired = np.isnan(own)
+    distance_m = body_distance_m() if not gated or unpaired.any() else np.nan
+    if np.isnan(distance_m):
         return PathDifference(own, own_height, np.zeros(len(own), dtype=bool))
+    detour = 2.0 * distance_m
     late, late_height = _strongest(gap, loud & (gap >= -reach) & (gap <= reach + detour), amplitude2)
-    deduct = ~np.isnan(late) & (np.isnan(own) | (not gated))
-    shortened = deducted_difference(late, separation_m, body_distance_m, cos_pitch, whole_detour)
+    deduct = ~np.isnan(late) & (unpaired | (not gated))
+    shortened = deducted_difference(late, separation_m, distance_m, cos_pitch, whole_detour)
     u = np.where(deduct, shortened, own)
     return PathDifference(u, np.where(deduct, late_height, own_height), deduct & ~np.isnan(u))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,31 +87,44 @@ def judge_motion(
     beeps than that; it closes in when an approach explains at least half of all beeps. The speed is a least-squares
     fit through the partners.
     """
-    count = len(range_m)
+    count, beeps = len(range_m), len(age_s)
     old = age_s >= static_age_s
-    if old.sum() < LEAST_BEEPS:
-        return Motion(np.zeros(count, bool), np.zeros(count, bool), np.full(count, np.nan), False)
-    steps = np.arange(closing_speed_m_s[0], closing_speed_m_s[1] + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
-    speeds = np.concatenate([[0.0], steps])
+    aged = np.count_nonzero(old)
+    if aged < LEAST_BEEPS or count == 0:
+        return Motion(np.zeros(count, bool), np.zeros(count, bool), np.full(count, np.nan), bool(aged >= LEAST_BEEPS))
+    speeds = trial_speeds(*closing_speed_m_s)
     offset = nearest_offset(range_m[:, None, None] + speeds[:, None] * age_s, past_m)
     stays, approach = offset[:, 0] <= static_tolerance_m, offset[:, 1:]
-    each = np.ones(len(age_s))
+    each = np.ones(beeps)
     partners = (approach <= closing_tolerance_m) @ each
-    best = np.argmax(partners - 1e-3 / len(age_s) * (np.minimum(approach, 1.0) @ each), axis=-1)
+    best = (partners - 1e-3 / beeps * (np.minimum(approach, 1.0) @ each)).argmax(axis=-1)
     most = partners[np.arange(count), best]
-    static = (stays[:, old].mean(axis=1) >= STATIC_SHARE) & (stays.sum(axis=1) >= most)
-    closing = (most >= np.maximum(CLOSING_SHARE * len(age_s), LEAST_BEEPS)) & ~static
+    static = (stays @ old.astype(float) >= STATIC_SHARE * aged) & (stays @ each >= most)
+    closing = (most >= max(CLOSING_SHARE * beeps, LEAST_BEEPS)) & ~static
     speed = np.full(count, np.nan)
-    if closing.any():
-        speed[closing] = fitted_speed(range_m[closing], steps[best[closing]], age_s, past_m, closing_tolerance_m)
+    which = closing.nonzero()[0]
+    if len(which):
+        speed[which] = fitted_speed(range_m[which], speeds[1:][best[which]], age_s, past_m, closing_tolerance_m)
     return Motion(static, closing, speed, True)
+
+
+@lru_cache(maxsize=16)
+def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> NDArray[np.float64]:
+    """Zero, and the speeds of approach that are tried."""
+    steps = np.arange(slowest_m_s, fastest_m_s + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
+    speeds = np.concatenate([[0.0], steps])
+    speeds.setflags(write=False)
+    return speeds
 
 
 def nearest_offset(expected_m: NDArray[np.float64], past_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., K) distance from expected ranges (..., K) to the nearest peak of each beep (K, P); inf if none."""
     nearest = np.full(expected_m.shape, np.inf)
+    apart = np.empty(expected_m.shape)
     for peak in np.where(np.isnan(past_m), np.inf, past_m).T:
-        np.minimum(nearest, np.abs(expected_m - peak), out=nearest)
+        np.subtract(expected_m, peak, out=apart)
+        np.abs(apart, out=apart)
+        np.minimum(nearest, apart, out=nearest)
     return nearest
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from obstaclewatch.matched_filter import EchoProfile
 
 NEIGHBOURS = np.array([[-1], [0], [1]])
 TINY = np.finfo(np.float64).tiny
+QUARTILE_TO_RMS = np.sqrt(-np.log(0.75))
 SIDELOBE = 10.0 ** (-44.0 / 20.0)
 """Highest sidelobe of a compressed Hann chirp, -46.7 dB, and some more."""
 
@@ -72,13 +74,24 @@ def os_cfar_passes(
     """
     rank = int((2 * half_width + 1) * (100.0 * quantile) / 100.0)
     height = magnitude[peaks]
-    likely = np.flatnonzero(height >= factor * _least_order_statistic(magnitude, peaks, rank, half_width))
-    ends = np.full(half_width, magnitude[0]), np.full(half_width, magnitude[-1])
-    bar = factor * np.concatenate([ends[0], magnitude, ends[1]])
-    window = bar[peaks[likely, None] + np.arange(2 * half_width + 1)]
-    passes = np.zeros(len(peaks), dtype=bool)
+    passes = height >= factor * _least_order_statistic(magnitude, peaks, rank, half_width)
+    likely = passes.nonzero()[0]
+    bar = np.empty(len(magnitude) + 2 * half_width)  # beyond an end the outermost sample repeats
+    bar[:half_width] = magnitude[0]
+    bar[half_width : half_width + len(magnitude)] = magnitude
+    bar[half_width + len(magnitude) :] = magnitude[-1]
+    bar *= factor
+    window = bar[peaks[likely, None] + _from_zero(2 * half_width + 1)]
     passes[likely] = np.count_nonzero(window <= height[likely, None], axis=1) > rank
     return passes
+
+
+@lru_cache(maxsize=16)
+def _from_zero(count: int) -> NDArray[np.intp]:
+    """0 to count - 1, made once."""
+    index = np.arange(count)
+    index.setflags(write=False)
+    return index
 
 
 def _least_order_statistic(
@@ -90,7 +103,8 @@ def _least_order_statistic(
     """
     if not half_width <= rank < len(magnitude):
         return np.zeros(len(peaks))
-    order = np.partition(magnitude, (rank - half_width, rank))
+    order = magnitude.copy()
+    order.partition((rank - half_width, rank))
     inside = (peaks >= half_width) & (peaks < len(magnitude) - half_width)
     return np.where(inside, order[rank], order[rank - half_width])
 
@@ -106,7 +120,9 @@ def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
     """
     quarter = len(magnitude) // 4
-    return float(np.partition(magnitude, quarter)[quarter] / np.sqrt(-np.log(0.75)))
+    ordered = magnitude.copy()
+    ordered.partition(quarter)
+    return float(ordered[quarter] / QUARTILE_TO_RMS)
 
 
 def local_maxima(magnitude: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -125,7 +141,7 @@ def separated_peaks(
 
 def keep_separated(magnitude: NDArray[np.float64], peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
     """Of peaks nearer to one another than `separation` samples, the highest; peaks come and go in order."""
-    if len(peaks) < 2 or separation < 2 or np.diff(peaks).min() >= separation:
+    if len(peaks) < 2 or separation < 2 or (peaks[1:] - peaks[:-1]).min() >= separation:
         return peaks
     kept = np.ones(len(peaks), dtype=bool)
     for best in np.argsort(magnitude[peaks])[::-1]:
@@ -154,11 +170,11 @@ def refine_peaks(
     """
     inner = np.minimum(np.maximum(peaks, 1), len(magnitude) - 2)
     left, middle, right = np.log(np.maximum(magnitude[inner + NEIGHBOURS], TINY))
-    curvature = left - 2.0 * middle + right
-    is_peak = (middle >= left) & (middle >= right) & (curvature < 0.0) & (inner == peaks)
-    offset: NDArray[np.float64] = np.where(is_peak, 0.5 * (left - right) / np.where(is_peak, curvature, 1.0), 0.0)
-    height = magnitude[peaks] * np.exp(-0.25 * (left - right) * offset)
-    return peaks + offset, height
+    slope, curvature = left - right, left - 2.0 * middle + right
+    is_peak = (middle >= np.maximum(left, right)) & (curvature < 0.0) & (inner == peaks)
+    offset: NDArray[np.float64] = np.zeros(len(peaks))
+    np.divide(0.5 * slope, curvature, out=offset, where=is_peak)
+    return peaks + offset, magnitude[peaks] * np.exp(-0.25 * slope * offset)
 
 
 def echoes_at(profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:

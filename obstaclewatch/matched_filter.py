@@ -112,7 +112,11 @@ class MatchedFilter:
 
     def _envelope(self, block: NDArray[np.floating], weight: NDArray[np.complex128] | float) -> NDArray[np.complex128]:
         """(C, count) envelope of the weighted band: its middle goes to zero frequency, its lower half behind it."""
-        band = self._band(block) * weight
+        band = self._band(block)
+        if not np.isfinite(band).all():  # any sample that is not finite reaches all bins
+            bad = int((~np.isfinite(block)).sum())
+            raise ValueError(f"a block must be finite and not overflow, got {bad} NaN or infinite samples")
+        band = band * weight
         above = band.shape[1] - self._below
         spectrum = np.zeros((len(block), self._count), dtype=np.complex128)
         spectrum[:, :above] = band[:, self._below :]
@@ -129,8 +133,6 @@ class MatchedFilter:
     def _check(self, block: NDArray[np.floating]) -> None:
         if block.ndim != 2 or block.shape[1] != self.block_samples:
             raise ValueError(f"a block must have shape (channels, {self.block_samples}), got {block.shape}")
-        if not np.isfinite(block).all():
-            raise ValueError(f"a block must be finite, got {int((~np.isfinite(block)).sum())} NaN or infinite samples")
 
 
 def _band_bins(beep: BeepDesign, bin_hz: float, last: int) -> tuple[int, int]:

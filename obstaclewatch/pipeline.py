@@ -210,22 +210,18 @@ class EchoPipeline:
         first = profile.position(start_s)
         peaks = separated_peaks(profile.magnitude[1, first:], least, 1) + first
         echoes2 = echoes_at(profile, 1, peaks)
-        pair = partial(
-            path_difference,
+        return path_difference(
             path1_m,
             self._path_m(echoes2, start_s),
             echoes2.amplitude,
             separation_m=self._separation_m,
             margin_m=settings.gate_margin_m,
+            body_distance_m=partial(self._body_distance_m, profile, start_s, least),
             least_amplitude=amplitude1 * 10.0 ** (settings.second_mic_level_db / 20.0),
             cos_pitch=self._cos_pitch,
             gated=settings.errata.gated_second_mic,
             whole_detour=settings.errata.whole_detour,
         )
-        straight = pair(body_distance_m=np.nan)
-        if settings.errata.gated_second_mic and not np.isnan(straight.u_m).any():
-            return straight
-        return pair(body_distance_m=self._body_distance_m(profile, start_s, least))
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
         """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
@@ -293,12 +289,11 @@ def _flags(
     confirmed: bool,
     identical: bool,
 ) -> NDArray[np.int_]:
-    flags = np.where(clamped, int(Flag.CLAMPED), 0)
-    flags |= np.where(difference.body_deducted, int(Flag.BODY_DEDUCTED), 0)
-    flags |= np.where(np.isnan(difference.u_m), int(Flag.NO_SECOND_MIC), 0)
-    flags |= np.where(merged, int(Flag.MERGED_CREST), 0)
-    flags |= 0 if confirmed else int(Flag.UNCONFIRMED)
-    flags |= int(Flag.IDENTICAL_CHANNELS) if identical else 0
+    of_all = (0 if confirmed else int(Flag.UNCONFIRMED)) | (int(Flag.IDENTICAL_CHANNELS) if identical else 0)
+    flags: NDArray[np.int_] = clamped * int(Flag.CLAMPED) + of_all
+    flags += difference.body_deducted * int(Flag.BODY_DEDUCTED)
+    flags += np.isnan(difference.u_m) * int(Flag.NO_SECOND_MIC)
+    flags += merged * int(Flag.MERGED_CREST)
     return flags
 
 

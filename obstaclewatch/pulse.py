@@ -91,15 +91,15 @@ def trailing_widths(
     side = magnitude[index]
     target = level * height
     below = side < target[:, None]
-    falls = below.any(axis=1)
-    crossing = np.argmax(below, axis=1)
-    rises = np.diff(side[:, 1:], axis=1) > 0.0
-    merged = rises.any(axis=1) & (np.argmax(rises, axis=1) + 2 < crossing)
-    readable = falls & ~merged
+    crossing = below.argmax(axis=1)
+    rises = side[:, 2:] > side[:, 1:-1]
+    rising, each = rises.argmax(axis=1), np.arange(len(position))
+    merged = rises[each, rising] & (rising + 2 < crossing)
+    row = (below[each, crossing] & ~merged).nonzero()[0]
     width = np.full(len(position), np.nan)
-    row, crossed = np.flatnonzero(readable), crossing[readable]
-    three = np.log(np.maximum(magnitude[first[row] + crossed + THREE_POINTS], TINY))
-    width[row] = (first[row] + crossed + _inverse_parabola(three, np.log(target[row])) - position[row]) / rate_hz
+    crossed = first[row] + crossing[row]
+    three = np.log(np.maximum(magnitude[crossed + THREE_POINTS], TINY))
+    width[row] = (crossed + _inverse_parabola(three, np.log(target[row])) - position[row]) / rate_hz
     return width, merged
 
 

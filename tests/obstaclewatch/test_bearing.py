@@ -85,7 +85,7 @@ def test_printed_detour_is_half_of_it():
 def _pair(path2, amplitude2, body=np.nan, **switches):
     least = np.array([0.05])
     path1, path2, amplitude2 = np.array([6.0]), np.array(path2), np.array(amplitude2)
-    return path_difference(path1, path2, amplitude2, L, 0.03, body, least, **switches)
+    return path_difference(path1, path2, amplitude2, L, 0.03, lambda: body, least, **switches)
 
 
 def test_gate_prefers_what_can_be_the_obstacle_to_what_is_louder():
