@@ -115,7 +115,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "motion_degree": 4 if fine else 3 if tolerance_db < 1.0 else 2,
         "band_points": 8 if fine else 6 if tolerance_db < 1.0 else 4,
         "edge_share_db": 20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - 12.0,
-        "facet_m": 0.012 if fine else 0.015,
+        "facet_m": 0.012 if tolerance_db < 1.0 else 0.015,
     }
 
 

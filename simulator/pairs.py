@@ -92,6 +92,20 @@ def run_over(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> Flags:
     """(C,) candidates that are rays, by any mechanism, over one of the chosen ways."""
     if not chosen or not len(found):
         return np.zeros(len(found), dtype=bool)
+    rays, ways = _numbered(tracing, found, chosen)
+    return np.isin(rays, ways)
+
+
+def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:
+    """(R,) greatest amplitude (C,) of the candidates that run over each way; 0 without one."""
+    rays, ways = _numbered(tracing, found, [pairs])
+    loudest = np.zeros(max(rays.max(initial=0), ways.max(initial=0)) + 1)
+    np.maximum.at(loudest, rays, amplitude)
+    return loudest[ways]
+
+
+def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple[Ints, Ints]:
+    """(C,) and (R,) numbers of the ways that candidates and pairs run; equal ways have equal numbers."""
     world, width = tracing.world, found.sequence.shape[1]
     whole = np.full(len(world.obstacles) + 1, -1)
     whole[[pairs.obstacle for pairs in chosen]] = world.first_body + np.array([pairs.obstacle for pairs in chosen])
@@ -99,7 +113,7 @@ def run_over(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> Flags:
     way = np.column_stack([found.pose, found.mic, np.where(as_whole >= 0, as_whole, found.sequence)])
     every = np.concatenate([way] + [ways_of(tracing, pairs, width) for pairs in chosen])
     number = np.unique(every, axis=0, return_inverse=True)[1].ravel()
-    return np.isin(number[: len(found)], number[len(found) :])
+    return number[: len(found)], number[len(found) :]
 
 
 def _bounds(tracing: Tracing, obstacle: int) -> _Ball:

@@ -21,7 +21,7 @@ from simulator.facets import can_cut
 from simulator.fidelity import Fidelity
 from simulator.floor import Audible
 from simulator.frames import into_rest, out_of_rest, turned
-from simulator.pairs import Pairs, pairs_over, swapped_too
+from simulator.pairs import Pairs, loudest_over, pairs_over, swapped_too
 from simulator.reflectors import SmoothSurface
 from simulator.spreading import spreading
 from simulator.world import Tracing
@@ -33,6 +33,7 @@ Flags = NDArray[np.bool_]
 PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
 TOUCHING_M = 2e-3
+UPRIGHT = 1e-3  # sine of the lean under which a surface and its image in the ground are one over a Fresnel zone
 DB_PER_SHARE = 20.0 / np.log(10.0)
 UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
 UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
@@ -82,11 +83,17 @@ def unevenness(surface: SmoothSurface) -> float:
 
 
 def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates) -> Floats:
-    """(R,) error of rays over ways with one mirror at the most, where the obstacle is audible at all."""
-    level, _ = _strongest(tracing, _meeting(tracing, obstacle, echoes))
-    at = pairs.pose, pairs.mic
+    """(R,) error of rays over ways where the obstacle is audible at all.
+
+    Whole over ways with one mirror at the most, whether rays were found or missed; over longer ones as far as a ray
+    off a fold, loud by chance, reaches into the strongest echo.
+    """
+    met = _mirrored(_meeting(tracing, obstacle, echoes))
+    level, _ = _strongest(tracing, met)
+    here = level[pairs.pose, pairs.mic]
+    by_chance = loudest_over(tracing, met, _amplitude(met), pairs) / np.maximum(here, UNEVEN_GAIN)
     short = pairs.before.order + pairs.after.order <= 1
-    return np.where(short & (level[at] > UNEVEN_GAIN), UNEVEN_DB, 0.0)
+    return np.where(here > UNEVEN_GAIN, UNEVEN_DB * np.where(short, 1.0, np.minimum(by_chance, 1.0)), 0.0)
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
@@ -108,7 +115,7 @@ def rim_error_db(
         wavenumber: rad/m.
     """
     surface = tracing.world.surfaces[index]
-    level, length = _strongest(tracing, _meeting(tracing, surface.obstacle, echoes))
+    level, length = _strongest(tracing, _mirrored(_meeting(tracing, surface.obstacle, echoes)))
     at = pairs.pose, pairs.mic
     rim, path = _rim_echo(tracing, index, pairs, wavenumber)
     heard = (path <= audible.limit_m) & (np.maximum(rim, level[at]) >= audible.floor)
@@ -124,10 +131,17 @@ def _meeting(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
     return echoes[np.flatnonzero((owner[echoes.sequence] == obstacle).any(axis=1))]
 
 
-def _strongest(tracing: Tracing, echoes: Candidates) -> tuple[Floats, Floats]:
+def _mirrored(echoes: Candidates) -> Candidates:
+    return echoes[np.flatnonzero((echoes.edge < 0) & (echoes.order > 0))]
+
+
+def _amplitude(echoes: Candidates) -> Floats:
+    return np.abs(spreading(echoes.points_m, echoes.normal, echoes.curvature, echoes.order))
+
+
+def _strongest(tracing: Tracing, met: Candidates) -> tuple[Floats, Floats]:
     """(N, 2) amplitude and (N, 2) path of the strongest echo at each pose and microphone; 0 and 0 without one."""
-    met = echoes[np.flatnonzero((echoes.edge < 0) & (echoes.order > 0))]
-    amplitude = np.abs(spreading(met.points_m, met.normal, met.curvature, met.order))
+    amplitude = _amplitude(met)
     rising = np.argsort(amplitude, kind="stable")
     level, length = (np.zeros((len(tracing.pose), 2)) for _ in range(2))
     level[met.pose[rising], met.mic[rising]] = amplitude[rising]
@@ -163,7 +177,10 @@ def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
 
 
 def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Flags:
-    """(R, B) points of the border that stand on another obstacle's plane: its image continues the surface there."""
+    """(R, B) points of the border that stand upright on another obstacle: its image continues the surface there.
+
+    A tapered bin and its image meet at an angle: both end there.
+    """
     patches = tracing.world.patches
     others = np.flatnonzero(patches.obstacle != obstacle)
     unique, which = np.unique(pose, return_inverse=True)
@@ -175,6 +192,7 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Fl
         offset = patches.offset_m[others] + np.sum(normal * frame[patches.obstacle[others], :3], axis=1)
         center = out_of_rest(patches.center_m[others], frame[patches.obstacle[others]])
         gap = np.abs(point @ normal.T - offset)
+        upright = np.abs(turned(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
         near = np.linalg.norm(point[:, None] - center, axis=2) <= patches.radius_m[others]
-        touching[row] = ((gap < TOUCHING_M) & near).any(axis=1)
+        touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
     return touching[which.ravel()]

@@ -215,16 +215,22 @@ def test_a_plate_half_behind_a_post_does_not_depend_on_the_size_of_its_facets():
 
 def test_an_absorbing_body_does_not_depend_on_the_number_of_frequencies():
     """Once each cell took the reflection of the one facet that stands for it: cells that cancel no longer did."""
-    body = trimesh.creation.icosphere(subdivisions=3).apply_scale([0.12, 0.22, 0.9])
-    levels = []
-    for band_points in (6, 8, 10):
+    body, levels = Obstacle(_bumpy(), Material.named("clothed-person"), "body"), []
+    for band_points in (8, 10):
         fidelity = Fidelity(mechanisms=("kirchhoff",), max_order=1, edge_floor_db=-np.inf, band_points=band_points)
-        body_only = [Obstacle(body, Material.named("clothed-person"), "body")]
-        paths = _echo(body_only, [1.5, 0.3, 0.4], [1.5, 0.2, 0.3], fidelity)
+        paths = _echo([body], [1.5, 0.3, 0.4], [1.5, 0.2, 0.3], fidelity)
         mirror = np.exp(-2j * np.pi * chirp.nodes_hz() * 2.8 / C) / 2.8
         levels.append(chirp.difference(_sum_of(paths, chirp.nodes_hz()), mirror, 2.8 / C).level_db)
     assert min(levels) > -40.0
-    assert np.ptp(levels) < 0.02, levels
+    assert np.ptp(levels) < 0.02, levels  # 0.17 once
+
+
+def _bumpy() -> trimesh.Trimesh:
+    """An ellipsoid of a torso's size with dents and bulges of a few centimetres."""
+    ball, rng = trimesh.creation.icosphere(subdivisions=4), np.random.default_rng(3)
+    waves, phases = 6.0 * rng.normal(size=(6, 3)), rng.uniform(0.0, 6.0, 6)
+    swell = 1.0 + 0.03 * np.sin(ball.vertices @ waves.T + phases).sum(axis=1, keepdims=True)
+    return trimesh.Trimesh(ball.vertices * swell * [0.12, 0.22, 0.5], ball.faces, process=False)
 
 
 def test_a_body_behind_a_wall_is_silent():
