@@ -17,6 +17,7 @@ from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recording_health import Fault, RecordingHealth, inspect_recording
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.sound_speed import assumed_sound_speed
 from obstaclewatch.tracking import TrackingDetector
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Recording",
     "RecordingHealth",
     "TrackingDetector",
+    "assumed_sound_speed",
     "inspect_recording",
     "read_recording",
     "write_recording",

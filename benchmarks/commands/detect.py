@@ -31,6 +31,7 @@ LIVE_LOOK_S = 1.0
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones`, or a scene file")
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="lift of the phone's top edge, degrees, if known")
+@click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
 @click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
 @click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted")
 @click.option("--gap-ms", default=40.0, show_default=True, help="silence between two beeps")
@@ -39,8 +40,8 @@ LIVE_LOOK_S = 1.0
 @click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
 @click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with track and alerts, PNG")
 def detect(
-    recording: Path | None, live: float | None, phone: str, detector: str, pitch: float | None, band: str,
-    beep_ms: float, gap_ms: float, reach: float, swap: bool, as_json: bool, plot: Path | None,
+    recording: Path | None, live: float | None, phone: str, detector: str, pitch: float | None, temperature: float,
+    band: str, beep_ms: float, gap_ms: float, reach: float, swap: bool, as_json: bool, plot: Path | None,
 ) -> None:  # fmt: skip
     """Run a detector on RECORDING, a stereo WAV or FLAC file of any rate and length that holds the beep.
 
@@ -62,7 +63,8 @@ def detect(
     _inspect(first, beep, geometry, to_stderr=as_json)
     settings = obstaclewatch.PaperSettings(far_m=reach)
     pitch_rad = None if pitch is None else math.radians(pitch)
-    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, pitch_rad=pitch_rad)
+    speed = obstaclewatch.assumed_sound_speed(temperature)
+    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad)
     found = listener.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)

@@ -26,6 +26,12 @@ def detectors_of(run: RunData) -> list[str]:
     return [detector_label(name) for name in names]
 
 
+def walking_detectors(run: RunData) -> list[str]:
+    """Those that heard walks, without those of standing measurements alone; all where the run has no walk."""
+    names = dict.fromkeys(n for c in run.cells if counts_as(c["cell"], "approach") for n in c["cell"]["detectors"])
+    return [detector_label(name) for name in names] or detectors_of(run)
+
+
 def judged_detectors(run: RunData) -> list[str]:
     """The same without the baseline of section 4.8, which has a figure of its own, unless there is nothing else."""
     names = detectors_of(run)

@@ -10,7 +10,6 @@ from benchmarks.figures.data import Bar, BarFigure, BarPanel
 from benchmarks.figures.measured import (
     BASELINE,
     NO_DATA,
-    detectors_of,
     extreme,
     judged_detectors,
     part,
@@ -18,6 +17,7 @@ from benchmarks.figures.measured import (
     rate_bar,
     rate_text,
     strata,
+    walking_detectors,
 )
 from benchmarks.paper_values import RatePair
 from benchmarks.results import RunData
@@ -33,7 +33,7 @@ TOP = 112.0
 
 def overall_rates(run: RunData) -> BarFigure:
     """Figure 16: every detector over all walks."""
-    names = detectors_of(run) or ["PaperDetector"]
+    names = walking_detectors(run) or ["PaperDetector"]
     tables = {name: approach_table(run, name) for name in names}
     bars = [bar for name in names for bar in _pair(name, tables[name], _overall_paper(name))]
     mean = paper_values.case_weighted_mean()
@@ -91,7 +91,7 @@ def rates_by_phone(run: RunData) -> BarFigure:
 def _by(
     run: RunData, name: str, column: str, groups: list[str], title: str, paper: Mapping[str, RatePair], note: str
 ) -> BarFigure:
-    detectors = judged_detectors(run)
+    detectors = [name for name in judged_detectors(run) if name in (walking_detectors(run) or [name])]
     tables = {detector: approach_table(run, detector) for detector in detectors}
     panels = []
     for detector in detectors:

@@ -148,3 +148,15 @@ def test_a_picture_keeps_so_many_columns_of_any_recording():
     assert MOST_COLUMNS / 2 <= len(columns.kept) <= MOST_COLUMNS
     assert columns.alerts_s == [pytest.approx(0.09 * 12_345)]
     assert np.diff([one.index for one in columns.kept]).tolist() == [columns.stride] * (len(columns.kept) - 1)
+
+
+def test_the_air_s_temperature_scales_the_ranges(stored):
+    """From 20 to 0 degrees the speed of sound falls by 3.5 %."""
+    warm, cold = (
+        {row["index"]: row["range_m"][0] for row in map(json.loads, run(stored, "--json", *air).output.splitlines())
+         if row["range_m"]}
+        for air in ((), ("--temperature", 0.0))
+    )  # fmt: skip
+    both = sorted(warm.keys() & cold.keys())
+    assert len(both) >= 15
+    assert np.median([cold[k] / warm[k] for k in both]) == pytest.approx(np.sqrt(273.15 / 293.15), abs=0.003)
