@@ -26,9 +26,9 @@ def bulges(corner_m: Floats, normal: Floats) -> Floats:
 def edge_bulge(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
     """(T, 3) edge vectors c: x(s) = a + (b - a - c) s + c s^2 leaves a and b at right angles to both normals.
 
-    Nagata 2005, Eq. 11, split along the sum m of the normals, which
-    lifts the edge off its chord, and their difference d, which only moves its points along it. The latter part is
-    held to a fraction of the chord and fades out between almost parallel normals, where it is rounding over rounding.
+    Nagata 2005, Eq. 11, split along the sum m of the normals, which lifts the edge off its chord, and their difference
+    d, which only moves its points along it. The latter part is held to a fraction of the chord and fades out between
+    almost parallel normals, where it is rounding over rounding.
     """
     chord, middle, apart = b - a, normal_a + normal_b, normal_b - normal_a
     at_a, at_b = np.sum(normal_a * chord, axis=1), np.sum(normal_b * chord, axis=1)
