@@ -44,20 +44,29 @@ def fidelity_result(cell: Cell) -> dict[str, Any]:
     echoes, a list over poses and microphones where the reference's echo is above `MATTERS_DB`, and its `paths`.
 
     Raises:
-        ValueError: an unknown scene or category, or poses below 1.
+        ValueError: an unknown scene, category or point, or poses below 1.
     """
-    scene, phone, pose, time_s, target = _drawn(cell, **cell.probe)
+    chosen = {key: value for key, value in cell.probe.items() if key != "points"}
+    points = _points(cell.probe.get("points", list(POINTS)))
+    scene, phone, pose, time_s, target = _drawn(cell, **chosen)
     exact, cost = _timed(scene, phone, pose, time_s, {"level": "reference"})
     found: dict[str, Any] = {"reference": {"level_db": _levels(exact, target)}}
     costs = {"reference": cost}
-    for name, settings in POINTS.items():
+    for name, settings in points.items():
         paths, costs[name] = _timed(scene, phone, pose, time_s, settings)
-        found[name] = _errors(paths, exact, target)
+        found[name] = compared(paths, exact, target)
     total = sum(costs.values())
     return {
         "truth": {}, "detectors": {}, "fidelity": found,
         "cost": {"simulate_s": total, "detect_s": {}, "recording_s": 0.0, "total_s": total, "trace_cpu_s": costs},
     }  # fmt: skip
+
+
+def _points(names: list[str]) -> dict[str, dict[str, Any]]:
+    unknown = sorted(set(names) - set(POINTS))
+    if unknown:
+        raise ValueError(f"points must be among {', '.join(POINTS)}, got {unknown}")
+    return {name: POINTS[name] for name in names}
 
 
 def _drawn(cell: Cell, scene: str, index: int, poses: int = 2) -> tuple[Scene, Phone, Pose, Floats, str]:
@@ -76,7 +85,8 @@ def _timed(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, settings: dic
     return paths, process_time() - start
 
 
-def _errors(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
+def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
+    """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
     ours, theirs = (_envelopes(each, _of(each, target)) for each in (paths, exact))
     level, best = (20.0 * np.log10(np.abs(each).max(axis=1) + 1e-12) for each in (ours, theirs))
     loud = np.flatnonzero(best > MATTERS_DB)

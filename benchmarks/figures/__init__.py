@@ -28,7 +28,7 @@ from benchmarks.figures.errors import (
 )
 from benchmarks.figures.extremes import detector_extremes, simulator_extremes
 from benchmarks.figures.false_alerts import false_alert_rates
-from benchmarks.figures.fidelities import fidelity_pareto, fidelity_table
+from benchmarks.figures.fidelities import fidelity_pareto, fidelity_table, tolerance_table
 from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
 from benchmarks.figures.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
 from benchmarks.figures.sensitivity import alert_tornado, error_tornado, sides
@@ -103,6 +103,7 @@ _OF_A_SWEEP: dict[str, Builder] = {
     "tornado_alerts": alert_tornado,
     "pareto": fidelity_pareto,
     "fidelity": fidelity_table,
+    "tolerance": tolerance_table,
     "sweep": sweep_curves,
     "claims": claims_table,
 }
@@ -111,12 +112,13 @@ FIGURES: dict[str, Builder] = {name: of_one_variant(builder) for name, builder i
 
 _NAMED_ONLY = {
     "fig18", "fig27", "table1", "holding", "sides", "interference", "tornado", "tornado_alerts", "roc", "det",
+    "tolerance",
 }  # fmt: skip
 """Drawn for suites that name them: other runs have data for them, but not of the kind that they are about."""
 _DRAWINGS = ("fig1", "fig2", "fig7", "fig13", *street_drawings())
 _OF_SIGNALS = {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9", "fig10", "fig12", *_DRAWINGS}
 _NEEDED_KIND = dict.fromkeys(_OF_SIGNALS, "signal") | dict.fromkeys(("extremes", "extremes_snr"), "numerics")
-_NEEDED_KIND |= dict.fromkeys(("pareto", "fidelity"), "fidelity")
+_NEEDED_KIND |= dict.fromkeys(("pareto", "fidelity", "tolerance"), "fidelity")
 
 
 def shown_figures(run: RunData) -> list[str]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.cells.fidelities import POINTS
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.results import RunData
+from benchmarks.statistics import wilson
 
 Floats = NDArray[np.float64]
 
@@ -109,3 +111,35 @@ def fidelity_table(run: RunData) -> TableFigure:
         f"{len(rows)} levels and knobs." if rows else "No data.",
         "Errors of the target's compressed echo against the level `reference`.",
     )
+
+
+def tolerance_table(run: RunData) -> TableFigure:
+    """Tolerance by tolerance: how many pairs of scene and pose `auto` kept within it, and at what cost."""
+    found = prices(run)
+    rows = tuple(_kept(name, price, _worst(run, name)) for name, price in found.items() if len(price.cpu_s))
+    return TableFigure(
+        "tolerance",
+        "Whether auto keeps its tolerance",
+        ("level", "CPU a pose, ms", "median, dB", "95 %, dB", "pairs within the tolerance"),
+        rows,
+        (1.6, 1.2, 1.0, 1.0, 4.2),
+        f"{len(rows)} levels." if rows else "No data.",
+        "A pair is a pose in a scene; it is kept if the target's compressed echo at both microphones is within the "
+        "tolerance of the level `reference`. Pairs whose echo is below -60 dB re 1 m do not count.",
+    )
+
+
+def _worst(run: RunData, name: str) -> Floats:
+    """(R,) greatest error of a cell's audible echoes; a cell of the suite `tolerance` is one pose."""
+    kept = [r["result"]["fidelity"] for r in run.cells if r["status"] == "ok" and r["cell"]["kind"] == "fidelity"]
+    errors = [each[name].get("level_db", []) for each in kept]
+    return np.array([np.abs(each).max() for each in errors if name != "reference" and len(each)])
+
+
+def _kept(name: str, price: Price, worst_db: Floats) -> tuple[str, ...]:
+    cost = f"{1e3 * np.mean(price.cpu_s):.0f}"
+    if not len(worst_db):
+        return name, cost, "-", "-", "-"
+    spread = (f"{np.quantile(worst_db, q):.2g}" for q in (0.5, 0.95))
+    tolerance_db = POINTS[name].get("tolerance_db", 0.5)
+    return name, cost, *spread, str(wilson(int((worst_db <= tolerance_db).sum()), len(worst_db)))

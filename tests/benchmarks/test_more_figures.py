@@ -178,6 +178,10 @@ def test_fidelity_draws_error_against_cost(tmp_path):
         ("draft", pytest.approx(100.0), pytest.approx(1.0)), ("standard", pytest.approx(200.0), pytest.approx(0.1))
     ]  # fmt: skip
     assert len(FIGURES["fidelity"](run).cells) == 3
+    kept = {row[0]: row[-1] for row in FIGURES["tolerance"](run).cells}
+    assert kept["reference"] == "-"
+    assert kept["draft"].startswith("0.0 % (0/1")
+    assert kept["standard"].startswith("100.0 % (1/1")
 
 
 def test_extremes_plot_every_error(tmp_path):
