@@ -3,13 +3,14 @@
 #   make test    install, then run the tests
 # and for those who change it:
 #   make gate      `make bench`, then hold the run against the stored baseline and the exact physics
+#   make docs      build the pages, build/docs/index.html; a warning is an error
 #   make baseline REASON="what changed"    `make bench`, then make that run the stored baseline
 PYTHON ?= python3.11
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOBS   ?= 2
 
-.PHONY: bench test gate baseline lint clean
+.PHONY: bench test gate baseline lint docs clean
 
 bench: $(VENV)/.bench-installed
 	$(BIN)/obstaclewatch run paper --tier ci -j $(JOBS)
@@ -31,6 +32,9 @@ lint: $(VENV)/.test-installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+docs: $(VENV)/.docs-installed
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -E -b html docs build/docs
+
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
@@ -40,6 +44,10 @@ $(VENV)/.bench-installed: pyproject.toml constraints.txt | $(BIN)/python
 
 $(VENV)/.test-installed: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test]'
+	touch $@ $(VENV)/.bench-installed
+
+$(VENV)/.docs-installed: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
 	touch $@ $(VENV)/.bench-installed
 
 clean:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from benchmarks.figures import FIGURES, picture, shown_figures
 from benchmarks.figures.measured import detectors_of, rules_text
@@ -81,7 +80,7 @@ def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dic
         "failures": failures(run),
         "shown_walks": walks,
         "walk_numbers": _numbers(walks),
-        "replays_json": Markup(_in_script(walks)),
+        "replays_json": _in_script(walks),
         "kinds": KINDS,
         "colors": COLORS,
         "cost": cost_lines(run),

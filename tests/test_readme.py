@@ -1,13 +1,16 @@
-"""The README's Python runs as it stands, and its commands exist."""
+"""The README's Python and its commands run as they stand."""
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
-from benchmarks.cli import COMMANDS
+from benchmarks.cli import cli
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 
@@ -26,10 +29,30 @@ def test_python_blocks_run(capsys):
     assert len(names["decisions"]) == 20
 
 
-def test_commands_exist():
-    called = re.findall(r"^obstaclewatch (\w+)", "\n".join(_blocks("")), re.MULTILINE)
-    assert len(called) >= 4
-    assert set(called) <= set(COMMANDS)
+def _commands() -> list[str]:
+    return [line for line in "\n".join(_blocks("")).splitlines() if line.startswith("obstaclewatch ")]
+
+
+def _run(line: str, *more: str) -> None:
+    done = CliRunner().invoke(cli, [*shlex.split(line)[1:], *more])
+    assert done.exit_code == 0, f"{line}: {done.output} {done.exception!r}"
+
+
+def test_the_five_minutes_run(tmp_path, monkeypatch):
+    """Every command in turn, in one folder, as it stands; the suite is cut to a walk, the slow one is below."""
+    monkeypatch.chdir(tmp_path)
+    lines = [line for line in _commands() if " scene check " not in line]
+    assert len(lines) >= 5
+    for line in lines:
+        _run(line, *(["--limit", "1", "-k", "wall", "--walks", "1"] if line.startswith("obstaclewatch run ") else []))
+    assert {"street.html", "walk.flac", "paths.json", "echogram.png", "results"} <= set(os.listdir())
+    assert '<section id="walks">' in (tmp_path / "results/paper/latest/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_whole_street_is_checked():
+    (line,) = [line for line in _commands() if " scene check " in line]
+    _run(line)
 
 
 @pytest.mark.parametrize("target", ["bench", "test"])

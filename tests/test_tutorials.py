@@ -29,3 +29,21 @@ def test_the_tutorial_on_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     assert len(rows) == 1 + 2 * 4
     assert sum("my phone" in row for row in rows) == 4
     assert {path.name for path in (run / "figures").glob("*.png")} >= {"fig16.png", "fig24.png"}
+
+
+def test_the_tutorial_on_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run_tutorial(DOCS / "tutorial_report.md")
+    assert len([line for line in done if line.startswith("obstaclewatch")]) == 2
+    assert done.count("python") == 2
+    said = capsys.readouterr().out
+    assert "TrackingDetector TP" in said
+    assert "TrackingDetector: " in said
+    first, alone = sorted(
+        Path("results/paper").glob("smoke-*"), key=lambda run: (run / "manifest.json").stat().st_mtime
+    )
+    page = (first / "report.html").read_text(encoding="utf-8")
+    assert "TrackingDetector alerts in time on" in page
+    assert len(list((first / "replays").glob("*.json"))) == 2
+    assert '<section id="walks">' in page
+    assert '<section id="walks">' not in (alone / "report.html").read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 """Outlines from above: what of an obstacle stands between the ground and the walker's height, as closed lines.
 
-The convex pieces that ground truth collides with are painted on a grid and its borders followed: exact to a few
+The convex pieces that ground truth collides with are painted on a grid and its borders followed: exact to some
 centimetres, which is what a picture needs, whatever the mesh is like.
 """
 
@@ -19,8 +19,8 @@ from simulator.scene import Obstacle
 
 Array = NDArray[np.float64]
 
-CELL_M = 0.02
-SLACK_M = 0.025
+CELL_M = 0.01
+SLACK_M = 0.012
 """How far a corner may lie off the straight line between its neighbours and be left out."""
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from joblib import Parallel, delayed
+from pydantic import ValidationError
 from tqdm import tqdm
 
 from benchmarks.cells.fingerprint import ROOT, source_fingerprint
@@ -36,9 +37,17 @@ def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1, progres
     Raises:
         OSError: the folder cannot be written.
     """
-    done = Parallel(n_jobs=jobs, return_as="generator")(delayed(_entry)(folder, walk) for walk in walks)
+    digests = [_digest(walk.record) for walk in walks]
+    stored = {k: _kept(folder, digest) for k, digest in enumerate(digests)}
+    found = {k: numbers for k, numbers in stored.items() if numbers is not None}
+    missing = [k for k in stored if k not in found]
+    done = Parallel(n_jobs=jobs, return_as="generator")(delayed(_computed)(walks[k].record["cell"]) for k in missing)
     quiet = not (progress and sys.stderr.isatty())
-    return list(tqdm(done, desc="walks to watch", unit="walk", total=len(walks), disable=quiet))
+    for k, numbers in zip(missing, tqdm(done, "walks", len(missing), unit="walk", disable=quiet), strict=True):
+        found[k] = numbers
+        if "error" not in numbers:
+            write_cell(replay_path(folder, digests[k]), to_json(_sealed(digests[k], numbers)))
+    return [_entry(walk, found[k]) for k, walk in enumerate(walks)]
 
 
 def replay_path(folder: Path, digest: str) -> Path:
@@ -51,29 +60,41 @@ def same_alerts(stored: Mapping[str, Any], detectors: Sequence[Mapping[str, Any]
     return all(_same(stored[entry["name"]], entry["alert_s"]) for entry in detectors)
 
 
-def _entry(folder: Path, walk: ChosenWalk) -> dict[str, Any]:
-    record = walk.record
-    named = {"label": record["label"], "phone": record["cell"]["phone"], "why": walk.why}
-    try:
-        numbers = _kept(folder, Cell.model_validate(record["cell"]))
-    except (ValueError, FileNotFoundError) as error:
-        return named | {"error": str(error)}
-    faithful = same_alerts(record["result"]["detectors"], numbers["detectors"])
-    return named | numbers | {"outcomes": _outcomes(record), "faithful": faithful}
-
-
-def _kept(folder: Path, cell: Cell) -> dict[str, Any]:
+def _computed(stored_cell: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a walk, or "error": why it cannot be computed any more."""
     from benchmarks.replays.replay import replay
 
-    digest = cell.digest(source_fingerprint() + packing_fingerprint())
-    path = replay_path(folder, digest)
-    found = read_cell(path, digest)
-    if found is None:
-        found = {"digest": digest, "status": "ok", "replay": replay(cell)}
-        path.parent.mkdir(exist_ok=True)
-        write_cell(path, to_json(found))
-    kept: dict[str, Any] = found["replay"]
-    return kept
+    try:
+        return replay(Cell.model_validate(stored_cell))
+    except ValidationError as error:
+        return {"error": f"its settings are of another version of the source: {error.errors()[0]['msg']}"}
+    except (ValueError, FileNotFoundError) as error:
+        return {"error": str(error)}
+
+
+def _entry(walk: ChosenWalk, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    record = walk.record
+    named = {"label": record["label"], "phone": record["cell"]["phone"], "why": walk.why, **numbers}
+    if "error" in numbers:
+        return named
+    faithful = same_alerts(record["result"]["detectors"], numbers["detectors"])
+    return named | {"outcomes": _outcomes(record), "faithful": faithful}
+
+
+def _sealed(digest: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    return {"digest": digest, "status": "ok", "replay": numbers}
+
+
+def _kept(folder: Path, digest: str) -> dict[str, Any] | None:
+    """What was packed before; None where nothing or only a damaged file is there."""
+    stored = read_cell(replay_path(folder, digest), digest)
+    return None if stored is None else dict(stored["replay"])
+
+
+def _digest(record: Mapping[str, Any]) -> str:
+    """Names the packed numbers by the cell and by the source that computes and packs it."""
+    parts = to_json(record["cell"]), source_fingerprint(), packing_fingerprint()
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
 @cache

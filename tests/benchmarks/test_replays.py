@@ -171,6 +171,15 @@ def test_a_walk_that_cannot_be_computed_any_more_says_why(tmp_path, stored):
     assert "cannot be shown: detector module &#39;nowhere_to_be_found&#39; cannot be imported" in page
 
 
+def test_a_run_of_another_version_is_said_without_a_player(tmp_path, stored):
+    old = json.loads(json.dumps(stored[0]))
+    old["cell"]["no_longer_a_field"] = 1
+    shown = replays_of(tmp_path, [ChosenWalk(old, "a wall")])
+    page = write_report(made_up_run(tmp_path, []), shown).read_text(encoding="utf-8")
+    assert "its settings are of another version of the source: Extra inputs are not permitted" in page
+    assert "<script" not in page
+
+
 SCRIPT = """
 <script>
 const section = document.getElementById("walks"), find = name => section.querySelector("." + name);

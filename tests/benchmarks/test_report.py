@@ -29,7 +29,10 @@ def written(tmp_path_factory):
 
 def test_verdict_comes_first_with_counts_and_intervals(written):
     _, html = written
-    assert "PaperDetector alerts in time on 75.0 % (30.1–95.4 %, 3 of 4) of the collisions" in html
+    assert (
+        "PaperDetector alerts in time on 75.0 % (30.1–95.4 %, 3 of 4) of the collisions".replace(" %", "\u00a0%")
+        in html
+    )
     sections = re.findall(r'<section id="(\w+)">', html)
     assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
     assert "In time: at least 1 m of way before contact" in html
