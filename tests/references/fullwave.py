@@ -40,12 +40,14 @@ def matched_peak(
     return level_a - level_b, (lag_a - lag_b) / SAMPLE_S
 
 
-def correlation_peak(transfer: NDArray[np.complex128], frequency_hz: NDArray, delay_s: float) -> tuple[float, float]:
-    """Level, dB, and time about `delay_s`, s, of the peak of the matched filter's envelope."""
+def correlation_peak(
+    transfer: NDArray[np.complex128], frequency_hz: NDArray, delay_s: float, reach_s: float = 1.2e-3
+) -> tuple[float, float]:
+    """Level, dB, and time about `delay_s`, s, of the peak of the matched filter's envelope within `reach_s` of it."""
     beep = BeepDesign()
     time = np.arange(0.0, beep.duration_s, SAMPLE_S)
     power = np.abs(np.exp(-2j * np.pi * frequency_hz[:, None] * time) @ beep.waveform(time)) ** 2
-    lag = np.arange(-1.2e-3, 1.2e-3, SAMPLE_S / 20.0)
+    lag = np.arange(-reach_s, reach_s, SAMPLE_S / 20.0)
     kernel = np.exp(2j * np.pi * np.outer(frequency_hz, lag))
     envelope = np.abs((power * transfer * np.exp(2j * np.pi * frequency_hz * delay_s)) @ kernel)
     peak = int(envelope.argmax())
