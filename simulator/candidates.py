@@ -29,7 +29,8 @@ class Candidates:
         face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
         part: (C,) edges.APEX, START or END of that edge.
-        cell: (C,) cell of a body heard by Kirchhoff's integral, -1 without one.
+        cell: (C,) cell of a body heard by Kirchhoff's integral, or a chain of edges: both carry gains worked out
+            beforehand. -1 for all others.
     """
 
     pose: Ints

@@ -7,7 +7,8 @@ apex, if that lies on it, and its two ends. Each stands or falls with the visibi
 First order only. Against full-wave plates of 0.2-0.45 m at 1.5-3 m, peak of the matched filter: 0.04 dB and 0.2
 samples (192 kHz) where the echo is above -20 dB re wall, 0.4 dB and 2.1 samples to -30 dB, 0.94 dB and 2.4 samples
 below (30-60 degrees off the normal). Within some 10 degrees of edge-on a thin plate falls silent in truth, as nothing
-moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are missing.
+moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are in
+`twice_diffracted`.
 """
 
 from __future__ import annotations
@@ -104,7 +105,7 @@ def _cylindrical(wedges: Wedges, point_m: Floats) -> tuple[Floats, Floats, Float
     return np.hypot(x, y), angle, np.sum(offset * along, axis=1)
 
 
-def _outside(wedges: Wedges, view: EdgeView) -> NDArray[np.bool_]:
+def outside(wedges: Wedges, view: EdgeView) -> NDArray[np.bool_]:
     """(R,) whether source and receiver see the edge: in its open angle, and on this side of a thin plate."""
     turn = view.open_angle_rad
     rise = view.source_radius_m * np.sin(view.source_angle_rad)
@@ -126,14 +127,14 @@ def _contributions(
     """What each pair of images hears of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
     wedges = at_poses(tracing, before.wedge, before.pose)
     view = seen(wedges, before.point_m, after.point_m)
-    outside = np.flatnonzero(_outside(wedges, view))
-    wedges, view = wedges[outside], view[outside]
+    facing = np.flatnonzero(outside(wedges, view))
+    wedges, view = wedges[facing], view[facing]
     pairs, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
         there = view.has(part) if part == APEX else wedges.radiates[:, part - START]
         which = np.full(len(view), part)
         rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
-        pairs.append(outside[rows])
+        pairs.append(facing[rows])
         parts.append(which[rows])
         points.append(edge_points(wedges[rows], view[rows], part))
         bounds.append(strength_bound(view[rows], which[rows], wavenumber))
@@ -190,10 +191,10 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
 def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, 3) unit vectors by which the arriving and the leaving leg stand clear of the edge's own faces."""
     wedges, view = views_of(tracing, found)
-    return tuple(_clear_of_faces(wedges, angle) for angle in (view.source_angle_rad, view.receiver_angle_rad))  # type: ignore[return-value]
+    return tuple(clear_of_faces(wedges, angle) for angle in (view.source_angle_rad, view.receiver_angle_rad))  # type: ignore[return-value]
 
 
-def _clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
+def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
     """Direction off the edge nearest to a leg's own that is square to the faces or steeper."""
     turn = wedges.open_angle_rad
     margin = np.minimum(0.5 * np.pi, 0.5 * turn)

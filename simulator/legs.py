@@ -11,6 +11,7 @@ from simulator.visibility import OFFSET
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
@@ -21,9 +22,15 @@ def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
         rows = np.flatnonzero(free & (found.order >= k))
         if len(rows) == 0:
             continue
-        for shadow in tracing.world.blockers:
-            frame = tracing.placed[:, shadow.obstacle]
-            free[rows] &= ~shadow.blocks_from(start[rows, k], end[rows, k], frame, found.pose[rows])
+        free[rows] = free_between(tracing, start[rows, k], end[rows, k], found.pose[rows])
+    return free
+
+
+def free_between(tracing: Tracing, start_m: Floats, end_m: Floats, pose: Ints) -> NDArray[np.bool_]:
+    """(R,) whether nothing stands between points (R, 3) at poses (R,)."""
+    free = np.ones(len(pose), dtype=bool)
+    for shadow in tracing.world.blockers:
+        free &= ~shadow.blocks_from(start_m, end_m, tracing.placed[:, shadow.obstacle], pose)
     return free
 
 

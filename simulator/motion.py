@@ -160,7 +160,7 @@ def _solved(
     _reflect_smoothly(tracing, found, every, place, lit[-1], onwards, struck_s, moment)
     _reflect_smoothly(tracing, found, twice, last, points[every, here], heard[0], struck_s, moment)
     _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
-    _carry_cells(tracing, found, place, struck_s, moment)
+    _carry_cells(tracing, found, struck_s, moment)
     for images, at, steps in ((lit, here, early), (heard, there, late)):
         _cross(points, images, normal, offset, np.where(turns[:, None], points[every, at], receiver), steps[::-1])
     return moment
@@ -211,13 +211,14 @@ def _follow_edges(
     moment.points_m[rows, at + 1] = point
 
 
-def _carry_cells(tracing: Tracing, found: Candidates, place: Ints, struck_s: Floats, moment: Moment) -> None:
-    """The facets that stand for cells of bodies, where the bodies are when struck."""
-    rows = np.flatnonzero(found.cell >= 0)
-    at, pose = place[rows], found.pose[rows]
-    obstacle = found.sequence[rows, at] - tracing.world.first_body
-    rest = into_rest(found.points_m[rows, at + 1], tracing.placed[pose, obstacle])
-    moment.points_m[rows, at + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, at]))
+def _carry_cells(tracing: Tracing, found: Candidates, struck_s: Floats, moment: Moment) -> None:
+    """The facets that stand for cells of bodies and the apexes of chains of edges, where these are when struck."""
+    owner = tracing.world.owner
+    for k in range(found.sequence.shape[1]):
+        rows = np.flatnonzero((found.cell >= 0) & (found.sequence[:, k] >= tracing.world.first_wedge))
+        obstacle, pose = owner[found.sequence[rows, k]], found.pose[rows]
+        rest = into_rest(found.points_m[rows, k + 1], tracing.placed[pose, obstacle])
+        moment.points_m[rows, k + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, k]))
 
 
 def _cross(

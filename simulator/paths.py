@@ -28,7 +28,8 @@ class Paths:
         pose: (P,) index of the pose.
         order: (P,) number of reflections, an edge counting as one; 0 is the direct sound.
         kind: (P,) "direct", "specular", "curved", "edge", or "mixed" (one curved surface or edge among
-            mirrors, or two curved surfaces). An edge has a row for its apex and one for each end, which add up.
+            mirrors, two curved surfaces, or several edges of a thin panel). An edge has a row for its apex and one
+            for each end, which add up.
         obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound.
         sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges.
         points_m: (P, N + 2, 3) source, reflection points, then the microphone (repeated), world frame.

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import band
-from simulator.candidates import Candidates, concatenated, direct, joined
+from simulator.candidates import Candidates, concatenated, direct, joined, nothing
 from simulator.diffracted import diffracted
 from simulator.facets import facets_of
 from simulator.fidelity import Fidelity
 from simulator.floor import Audible
+from simulator.gains import DIFFRACTION
 from simulator.ledger import Ledger, Turned
 from simulator.mixed import mixed
 from simulator.pairs import Pairs, run_over
@@ -20,6 +21,7 @@ from simulator.scattering import scattered_paths
 from simulator.spreading import spreading
 from simulator.sufficiency import heard_whole
 from simulator.twice_curved import twice_curved
+from simulator.twice_diffracted import Strength, twice_diffracted
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
@@ -48,7 +50,9 @@ def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Led
     rays = [_not_heard_whole(tracing, each, whole, ledger) for each in rays]
     nodes = 2.0 * np.pi * band.nodes_hz(fidelity.band_points) / speed_m_s
     cells, sums = _integrals(tracing, fidelity, whole, audible, nodes, ledger)
-    return joined(rays + cells), sums
+    chains, gains = _chains(tracing, fidelity, whole, audible, loudest, speed_m_s, ledger)
+    chains.cell[:] += len(sums)
+    return joined([*rays, *cells, chains]), np.concatenate([sums, gains])
 
 
 def _integrals(
@@ -63,6 +67,26 @@ def _integrals(
         found.cell[:] += len(sums)
         parts, sums = [*parts, found], np.concatenate([sums, gain])
     return parts, sums
+
+
+def _chains(
+    tracing: Tracing, fidelity: Fidelity, whole: list[Pairs], audible: Audible, loudest: Floats, speed_m_s: float,
+    ledger: Ledger,
+) -> tuple[Candidates, Complexes]:  # fmt: skip
+    """Ways over several edges of one panel, but of none that Kirchhoff's integral takes care of."""
+    longest = min(fidelity.edge_order, fidelity.max_order)
+    frequency = band.nodes_hz(fidelity.band_points)
+    if longest < 2:
+        return nothing(fidelity.max_order), np.zeros((0, len(frequency)), dtype=np.complex128)
+    strength = Strength(DIFFRACTION[fidelity.diffraction], frequency, speed_m_s)
+    found, gains = twice_diffracted(tracing, longest, fidelity.max_order, audible, loudest, strength, ledger)
+    owner, kept = tracing.world.owner[found.sequence[:, 0]], np.ones(len(found), dtype=bool)
+    for pairs in whole:
+        direct_ways = (pairs.before.order == 0) & (pairs.after.order == 0)
+        heard = 2 * pairs.pose[direct_ways] + pairs.mic[direct_ways]
+        kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, heard))
+    found.cell[kept] = np.arange(int(kept.sum()))
+    return found[kept], gains[kept]
 
 
 def _not_heard_whole(tracing: Tracing, found: Candidates, whole: list[Pairs], ledger: Ledger) -> Candidates:

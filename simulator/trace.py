@@ -34,7 +34,7 @@ NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noi
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (10 m2 at 12 mm)",
     "concave creases that are no corner of mirrors",
-    "two diffractions in one path, or one with a curved reflection",
+    "two diffractions in one path but along a convex thin panel, those with a mirror, or one with a curved reflection",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
 
@@ -109,6 +109,8 @@ def traced(
     _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
+    if min(fidelity.edge_order, fidelity.max_order) < 2 and "edges" in fidelity.mechanisms:
+        left_out += ("paths over several edges of a thin panel (edge_order 1)",)
     return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger.counts, left_out), found
 
 

@@ -62,6 +62,11 @@ class Wedges:
         """(W,) of each edge."""
         return np.linalg.norm(self.end_m - self.start_m, axis=1)
 
+    @property
+    def along(self) -> Floats:
+        """(W, 3) unit vectors from start to end."""
+        return (self.end_m - self.start_m) / self.length_m[:, None]
+
 
 def no_wedges() -> Wedges:
     """An empty set."""

@@ -1,0 +1,94 @@
+"""Thin flat panels, and the chains of their edges that a sound can meet one after the other.
+
+A sound that one edge has bent over a face runs along it to the other edges. On a thin panel it does so on both faces,
+with opposite signs and the same strength.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.edge_view import APEX, END, START
+from simulator.wedges import Wedges
+
+Ints = NDArray[np.int64]
+
+LONGEST = 3  # edges in one chain
+FLAT_RAD = 1e-6
+ON_LINE_M = 1e-4  # corners this close to an edge's line are its own
+
+
+@dataclass(frozen=True)
+class Chains:
+    """C sequences of edges of one face.
+
+    Attributes:
+        edge: (C, LONGEST) wedges in the order met, -1 padded.
+        count: (C,) edges met.
+        core: (C,) slot of the edge that is met at one of its ends; -1 where every edge is met at its apex.
+        part: (C,) START or END of that edge; APEX without one.
+    """
+
+    edge: Ints
+    count: Ints
+    core: Ints
+    part: Ints
+
+    def __len__(self) -> int:
+        return len(self.count)
+
+    def __getitem__(self, index: NDArray) -> Chains:
+        return Chains(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+
+def no_chains() -> Chains:
+    """An empty set."""
+    none = np.zeros(0, dtype=np.int64)
+    return Chains(np.zeros((0, LONGEST), dtype=np.int64), none, none, none)
+
+
+def panels_of(wedges: Wedges) -> list[Ints]:
+    """Wedges of every convex face of a thin panel, two or more each."""
+    thin = (wedges.patch[:, 0] == wedges.patch[:, 1]) & (wedges.open_angle_rad > 2.0 * np.pi - FLAT_RAD)
+    groups = [np.flatnonzero(thin & (wedges.patch[:, 0] == patch)) for patch in np.unique(wedges.patch[thin, 0])]
+    return [group for group in groups if len(group) > 1 and _convex(wedges[group])]
+
+
+def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
+    """Chains of up to `longest` edges of one panel: all at their apexes, or one of them at an end that is a corner."""
+    own = _own_corners(wedges[panel])
+    rows: list[tuple[list[int], int, int]] = []
+    for count in range(2, longest + 1):
+        for chain in product(range(len(panel)), repeat=count):
+            if any(own[a, b].all() or own[b, a].all() for a, b in pairwise(chain)):
+                continue
+            edges = list(panel[list(chain)])
+            rows.append((edges, -1, APEX))
+            for core, part in product(range(count), (START, END)):
+                if max(core, count - 1 - core) > 1:
+                    continue
+                beside = [chain[slot] for slot in (core - 1, core + 1) if 0 <= slot < count]
+                foreign = not own[beside, chain[core], part - START].any()
+                if foreign and wedges.radiates[edges[core], part - START]:
+                    rows.append((edges, core, part))
+    edge = np.array([chain + [-1] * (LONGEST - len(chain)) for chain, _, _ in rows]).reshape(-1, LONGEST)
+    slot, which = (np.array([row[n] for row in rows], dtype=np.int64) for n in (1, 2))
+    return Chains(edge.astype(np.int64), (edge >= 0).sum(axis=1), slot, which)
+
+
+def _convex(wedges: Wedges) -> bool:
+    """Whether no corner lies outside any edge."""
+    corners = np.concatenate([wedges.start_m, wedges.end_m])
+    inside = np.einsum("wcx,wx->wc", corners[None] - wedges.start_m[:, None], wedges.inwards)
+    return bool((inside > -ON_LINE_M).all())
+
+
+def _own_corners(wedges: Wedges) -> NDArray[np.bool_]:
+    """(W, W, 2) whether the start and the end of the second edge lie on the line of the first."""
+    corners = np.stack([wedges.start_m, wedges.end_m], axis=1)
+    off = np.einsum("vcwx,wx->wvc", corners[:, :, None] - wedges.start_m[None, None], wedges.inwards)
+    return np.abs(off) < ON_LINE_M
