@@ -10,6 +10,8 @@ html_title = "ObstacleWatch bench"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 exclude_patterns = ["_build"]
 
+highlight_language = "text"  # blocks without a language are commands
+
 html_theme = "furo"
 html_show_copyright = False
 html_copy_source = False
