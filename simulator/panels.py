@@ -18,6 +18,7 @@ from simulator.wedges import Wedges
 Ints = NDArray[np.int64]
 
 LONGEST = 3  # edges in one chain
+MOST_EDGES, SHORTEST_M = 8, 0.05  # borders of more or shorter pieces are curves, on which no apex stands alone
 FLAT_RAD = 1e-6
 ON_LINE_M = 1e-4  # corners this close to an edge's line are its own
 
@@ -45,17 +46,18 @@ class Chains:
         return Chains(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def no_chains() -> Chains:
-    """An empty set."""
+def merge_chains(parts: list[Chains]) -> Chains:
+    """All parts as one set, in order; empty without parts."""
     none = np.zeros(0, dtype=np.int64)
-    return Chains(np.zeros((0, LONGEST), dtype=np.int64), none, none, none)
+    parts = [Chains(np.zeros((0, LONGEST), dtype=np.int64), none, none, none), *parts]
+    return Chains(*(np.concatenate([getattr(part, n) for part in parts]) for n in Chains.__dataclass_fields__))
 
 
 def panels_of(wedges: Wedges) -> list[Ints]:
-    """Wedges of every convex face of a thin panel, two or more each."""
+    """Wedges of every convex face of a thin panel: two to `MOST_EDGES` of three wavelengths or more."""
     thin = (wedges.patch[:, 0] == wedges.patch[:, 1]) & (wedges.open_angle_rad > 2.0 * np.pi - FLAT_RAD)
     groups = [np.flatnonzero(thin & (wedges.patch[:, 0] == patch)) for patch in np.unique(wedges.patch[thin, 0])]
-    return [group for group in groups if len(group) > 1 and _convex(wedges[group])]
+    return [group for group in groups if 1 < len(group) <= MOST_EDGES and _whole(wedges[group])]
 
 
 def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
@@ -80,11 +82,11 @@ def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
     return Chains(edge.astype(np.int64), (edge >= 0).sum(axis=1), slot, which)
 
 
-def _convex(wedges: Wedges) -> bool:
-    """Whether no corner lies outside any edge."""
+def _whole(wedges: Wedges) -> bool:
+    """Whether no edge is short, and no corner lies outside any of them."""
     corners = np.concatenate([wedges.start_m, wedges.end_m])
     inside = np.einsum("wcx,wx->wc", corners[None] - wedges.start_m[:, None], wedges.inwards)
-    return bool((inside > -ON_LINE_M).all())
+    return bool((wedges.length_m >= SHORTEST_M).all() and (inside > -ON_LINE_M).all())
 
 
 def _own_corners(wedges: Wedges) -> NDArray[np.bool_]:

@@ -34,7 +34,7 @@ NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noi
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (10 m2 at 12 mm)",
     "concave creases that are no corner of mirrors",
-    "two diffractions in one path but along a convex thin panel, those with a mirror, or one with a curved reflection",
+    "two diffractions in one path but along convex thin panels of up to 8 edges; one with a curved reflection",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
 

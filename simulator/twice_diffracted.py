@@ -41,7 +41,7 @@ from simulator.floor import Audible
 from simulator.joint_apexes import joint_apexes, second_derivatives
 from simulator.ledger import Ledger, Turned
 from simulator.legs import free_between
-from simulator.panels import LONGEST, Chains, chains_of, no_chains, panels_of
+from simulator.panels import LONGEST, Chains, chains_of, merge_chains, panels_of
 from simulator.paths import REFERENCE_HZ
 from simulator.visibility import OFFSET
 from simulator.wedges import Wedges
@@ -115,7 +115,9 @@ def twice_diffracted(
         strength: of rigid edges. Every leg along a face of reflection factor R has half of 1 + R beside.
         ledger: of what is turned away.
     """
-    ways = _every_way(tracing, longest, audible.limit_m)
+    wedges = tracing.world.wedges
+    chains = merge_chains([chains_of(wedges, panel, longest) for panel in panels_of(wedges)])
+    ways = _ways(tracing, chains, audible.limit_m)
     weight = _weights(tracing, ways, strength.middle_1_m)
     bound = weight * _bound(tracing, ways, strength.middle_1_m)
     strongest = loudest.copy()
@@ -133,16 +135,10 @@ def twice_diffracted(
     return found, weight[rows, None] * gain
 
 
-def _every_way(tracing: Tracing, longest: int, limit_m: float) -> Ways:
-    wedges = tracing.world.wedges
-    parts = [_ways(tracing, chains_of(wedges, panel, longest), limit_m) for panel in panels_of(wedges)]
-    return _joined([_ways(tracing, no_chains(), limit_m), *parts])
-
-
 def _joined(parts: list[Ways]) -> Ways:
     return Ways(
         np.concatenate([part.pose for part in parts]), np.concatenate([part.mic for part in parts]),
-        Chains(*(np.concatenate([getattr(p.chain, n) for p in parts]) for n in Chains.__dataclass_fields__)),
+        merge_chains([part.chain for part in parts]),
         np.concatenate([part.points_m for part in parts]),
     )  # fmt: skip
 
@@ -178,7 +174,9 @@ def _ways(tracing: Tracing, chains: Chains, limit_m: float) -> Ways:
     pose, mic, chain = (x.ravel() for x in np.meshgrid(np.arange(poses), [0, 1], np.arange(len(chains)), indexing="ij"))
     source, receiver = tracing.source_m[pose], tracing.mics_m[pose, mic]
     first = at_poses(tracing, chains.edge[chain, 0], pose)
-    rows = np.flatnonzero(outside(first, seen(first, source, receiver)))
+    nearest = np.linalg.norm(0.5 * (first.start_m + first.end_m) - source, axis=1) - 0.5 * first.length_m
+    shortest = 2.0 * nearest - np.linalg.norm(receiver - source, axis=1)
+    rows = np.flatnonzero((shortest <= limit_m) & outside(first, seen(first, source, receiver)))
     ways = _unplaced(tracing, pose[rows], mic[rows], chains[chain[rows]])
     found = [_over_apexes(tracing, ways, count) for count in range(2, LONGEST + 1)] + [_over_ends(tracing, ways)]
     every = _joined(found)

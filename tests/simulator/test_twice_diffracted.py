@@ -92,6 +92,15 @@ def test_chains_of_a_rectangle():
     assert (chains.core[(chains.count == 3) & ~apexes] == 1).all()
 
 
+def test_round_panels_have_no_chains():
+    # 32 short pieces of a rim would make tens of thousands of them
+    disc = trimesh.creation.cylinder(radius=0.3, height=0.002, sections=32)
+    disc.apply_transform(trimesh.transformations.rotation_matrix(0.5 * np.pi, (0.0, 1.0, 0.0)))
+    paths = _echo([Obstacle(disc, Material.rigid(), "disc")], _towards(70.0), _towards(72.0))
+    assert (paths.kind == "edge").sum() > 20
+    assert not (paths.kind == "mixed").any()
+
+
 def test_apexes_are_the_stationary_part_of_the_double_line_integral():
     # Svensson, Fred and Vanderkooy 1999, second order over both faces: the edges end softly, so that apexes alone count
     edge_y, source, receiver = 0.15, _towards(68.0), _towards(63.0, height=0.1)
