@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simulator import band
+from simulator.ledger import Choice
 from simulator.phone import Phone
 
 REFERENCE_HZ = 20_000.0  # middle of the band in which gains are kept
@@ -39,6 +40,7 @@ class Paths:
         poses: number of poses traced.
         rejected: how many candidates each validity mask turned away, by its name.
         left_out: what was not modelled, a line each.
+        choices: what the ways over each obstacle were left to whose rays were doubted, and the estimated errors.
     """
 
     delay_s: NDArray[np.float64]
@@ -57,6 +59,7 @@ class Paths:
     poses: int
     rejected: Mapping[str, int]
     left_out: tuple[str, ...]
+    choices: tuple[Choice, ...] = ()
 
     def __len__(self) -> int:
         return len(self.delay_s)
@@ -104,8 +107,9 @@ class Paths:
             level = 20.0 * np.log10(np.abs(self.gain[rows]).max())
             lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
         lines += [f"  turned away as {name}: {count}" for name, count in self.rejected.items()]
+        lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)
 
 
-_SHARED = ("phone", "poses", "rejected", "left_out")
+_SHARED = ("phone", "poses", "rejected", "left_out", "choices")

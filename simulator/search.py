@@ -41,7 +41,7 @@ def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Led
     wavenumber = 2.0 * np.pi * REFERENCE_HZ / speed_m_s
     rays.append(planar(tracing, order, audible.limit_m, ledger))
     rays += [mixed(tracing, i, order, audible.limit_m, ledger) for i in range(len(tracing.world.surfaces))]
-    whole = heard_whole(tracing, fidelity, concatenated(rays), audible, wavenumber)
+    whole = heard_whole(tracing, fidelity, concatenated(rays), audible, wavenumber, ledger)
     loudest = _loudest(tracing, rays[1:])
     if order > 1 and len(tracing.world.surfaces) > 1:
         rays.append(twice_curved(tracing, order, audible, rays[2:], loudest, ledger))

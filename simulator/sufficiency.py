@@ -21,6 +21,7 @@ from simulator.facets import can_cut
 from simulator.fidelity import Fidelity
 from simulator.floor import Audible
 from simulator.frames import into_rest, out_of_rest, turned
+from simulator.ledger import Choice, Ledger
 from simulator.pairs import Pairs, loudest_over, pairs_over, swapped_too
 from simulator.reflectors import SmoothSurface
 from simulator.spreading import spreading
@@ -43,13 +44,13 @@ CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off
 
 
 def heard_whole(
-    tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float
+    tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float, ledger: Ledger
 ) -> list[Pairs]:
     """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
     All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
     uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
-    left to rays.
+    left to rays. `ledger` books what was chosen, and the estimates behind it.
     """
     world, mechanisms = tracing.world, fidelity.mechanisms
     if "kirchhoff" not in mechanisms:
@@ -70,7 +71,13 @@ def heard_whole(
                 error += rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
             if rough:
                 error += _uneven_error_db(tracing, surface.obstacle, pairs, echoes)
-            chosen.append(pairs[_needed(tracing, pairs, error, fidelity.tolerance_db)])
+            needed = _needed(tracing, pairs, CAUTION * error, fidelity.tolerance_db)
+            name = world.obstacles[surface.obstacle].name
+            doubts = (
+                _together(tracing, pairs, each).max(initial=0.0) for each in (error, np.where(needed, 0.0, error))
+            )
+            ledger.choices.append(Choice(name, len(pairs), int(needed.sum()), *map(float, doubts)))
+            chosen.append(pairs[needed])
     return [pairs for pairs in chosen if len(pairs)]
 
 
@@ -98,10 +105,15 @@ def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
     """(R,) ways to be left to the integral, each with the one that runs the other way round: they share a mirror."""
-    total = np.zeros((len(tracing.pose), 2))
-    error_db = CAUTION * error_db
-    np.add.at(total, (pairs.pose, pairs.mic), error_db)
+    total = _together(tracing, pairs, error_db)
     return swapped_too(pairs, (total[pairs.pose, pairs.mic] > tolerance_db) & (error_db > tolerance_db / FEW))
+
+
+def _together(tracing: Tracing, pairs: Pairs, error_db: Floats) -> Floats:
+    """(N, 2) errors of all ways over an obstacle, added up at each pose and microphone."""
+    total = np.zeros((len(tracing.pose), 2))
+    np.add.at(total, (pairs.pose, pairs.mic), error_db)
+    return total
 
 
 def rim_error_db(

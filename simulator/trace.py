@@ -111,7 +111,7 @@ def traced(
     left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
     if min(fidelity.edge_order, fidelity.max_order) < 2 and "edges" in fidelity.mechanisms:
         left_out += ("paths over several edges of a thin panel (edge_order 1)",)
-    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger.counts, left_out), found
+    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger, left_out), found
 
 
 def _turn_away(
@@ -183,7 +183,7 @@ def _paths(
     found: Candidates,
     gain: NDArray[np.complex128],
     speed_m_s: float,
-    rejected: dict[str, int],
+    ledger: Ledger,
     left_out: tuple[str, ...],
 ) -> Paths:
     paths = Paths(
@@ -193,7 +193,8 @@ def _paths(
         kind=kinds_of(tracing.world, found),
         obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
-        phone=phone, poses=len(tracing.pose), rejected=rejected, left_out=left_out,
+        phone=phone, poses=len(tracing.pose), rejected=ledger.counts,
+        left_out=left_out, choices=tuple(ledger.choices),
     )  # fmt: skip
     return paths
 

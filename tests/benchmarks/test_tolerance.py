@@ -52,6 +52,10 @@ def test_auto_keeps_every_tolerance_where_rays_do_not(target):
         name: compared(trace_paths(scene, phone, pose, Fidelity(**POINTS[name])), exact, "target")["level_db"]
         for name in ("standard", *TOLERANCES)
     }
+    (choice,) = [each for each in exact.choices if each.obstacle == "target"]
+    assert 0 < choice.integrals <= choice.ways
+    assert choice.left_db < 0.1 < choice.rays_db
+    assert str(choice) in exact.explain()
     assert len(errors["standard"]) == 2
     assert np.abs(errors["standard"]).max() > 0.5
     for name, tolerance_db in TOLERANCES.items():
