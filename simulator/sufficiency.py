@@ -24,6 +24,7 @@ from simulator.frames import into_rest, out_of_rest, turned
 from simulator.ledger import Choice, Ledger
 from simulator.pairs import Pairs, loudest_over, pairs_over, swapped_too
 from simulator.reflectors import SmoothSurface
+from simulator.shadows import hidden_share
 from simulator.spreading import spreading
 from simulator.world import Tracing
 
@@ -69,6 +70,7 @@ def heard_whole(
             error = np.zeros(len(pairs))
             if len(world.borders[index]):
                 error += rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            error += _shadow_error_db(tracing, surface.obstacle, pairs, echoes, wavenumber)
             if rough:
                 error += _uneven_error_db(tracing, surface.obstacle, pairs, echoes)
             needed = _needed(tracing, pairs, CAUTION * error, fidelity.tolerance_db)
@@ -101,6 +103,19 @@ def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
     by_chance = loudest_over(tracing, met, _amplitude(met), pairs) / np.maximum(here, UNEVEN_GAIN)
     short = pairs.before.order + pairs.after.order <= 1
     return np.where(here > UNEVEN_GAIN, UNEVEN_DB * np.where(short, 1.0, np.minimum(by_chance, 1.0)), 0.0)
+
+
+def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
+    """(R,) error of rays over ways whose zone round the reflection point is hidden in part, as far as they are loud."""
+    met = _mirrored(_meeting(tracing, obstacle, echoes))
+    level, _ = _strongest(tracing, met)
+    owner = np.append(tracing.world.owner, -1)
+    amplitude = _amplitude(met)
+    slot = (owner[met.sequence] == obstacle).argmax(axis=1)
+    loss = amplitude * hidden_share(tracing, met, slot, wavenumber)
+    here = level[pairs.pose, pairs.mic]
+    share = loudest_over(tracing, met, loss, pairs) / np.maximum(here, UNEVEN_GAIN)
+    return np.where(here > UNEVEN_GAIN, DB_PER_SHARE * share, 0.0)
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
