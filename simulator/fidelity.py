@@ -28,6 +28,8 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
 })  # fmt: skip
 
 
+BELOW_STRONGEST_DB = 40.0  # how far an obstacle's echo lies under the strongest, the ground's: it is to be kept as well
+
 _FROM_LEVEL: Any = None
 
 
@@ -120,7 +122,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "max_order": 3,
         "motion_degree": 4 if fine else 3 if tolerance_db < 1.0 else 2,
         "band_points": 8 if fine else 6 if tolerance_db < 1.0 else 4,
-        "edge_share_db": 20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - 12.0,
+        "edge_share_db": max(20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - BELOW_STRONGEST_DB, -60.0),
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "facet_m": 0.012 if tolerance_db < 1.0 else 0.015,
     }
