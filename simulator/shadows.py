@@ -29,8 +29,11 @@ def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: fl
     radius = np.sqrt(2.0 * np.pi / wavenumber * l * m / np.maximum(l + m, 1e-300))
     gap = OFFSET * max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     lifted = point + (found.lift_m[each, slot] + gap)[:, None] * normal
-    seen = np.stack([_seen(tracing, found.pose, ends, lifted + spot) for spot in _spots(normal, radius)], axis=1)
-    share = seen.mean(axis=1)
+    places = [lifted + spot for spot in _spots(normal, radius)]
+    seen = np.stack([_seen(tracing, found.pose, ends, place) for place in places], axis=1)
+    counted = np.stack([_this_side(found, slot, place) for place in places], axis=1)
+    counted[:, 0] = True
+    share = (seen & counted).sum(axis=1) / counted.sum(axis=1)
     return 2.0 * np.minimum(share, 1.0 - share)
 
 
@@ -43,6 +46,21 @@ def _spots(normal: Floats, radius: Floats) -> list[Floats]:
     turns = 2.0 * np.pi * np.arange(SPOKES) / SPOKES
     around = [np.cos(turn) * east + np.sin(turn) * north for turn in turns]
     return [np.zeros_like(normal)] + [(ring * radius)[:, None] * spoke for ring in RINGS for spoke in around]
+
+
+def _this_side(found: Candidates, slot: Ints, place: Floats) -> NDArray[np.bool_]:
+    """(C,) whether a place lies before the mirrors met just before and after, as the reflection point does.
+
+    Beyond them the zone goes on over the obstacle's image in them, which the way round the other way makes up for.
+    """
+    each, before = np.arange(len(found)), np.ones(len(found), dtype=bool)
+    for step in (-1, 1):
+        other = np.clip(slot + step, 0, found.normal.shape[1] - 1)
+        mirror = (slot + step == other) & (other < found.order)
+        normal, on_it = found.normal[each, other], found.points_m[each, other + 1]
+        here = np.sum(normal * (found.points_m[each, slot + 1] - on_it), axis=1)
+        before &= ~mirror | (here * np.sum(normal * (place - on_it), axis=1) >= 0.0)
+    return before
 
 
 def _seen(tracing: Tracing, pose: Ints, ends: tuple[Floats, Floats], place: Floats) -> NDArray[np.bool_]:
