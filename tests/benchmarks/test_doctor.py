@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,14 @@ def test_a_package_that_cannot_be_imported_is_named(monkeypatch, module):
     assert f"import of {module} halted" in line
     assert f"broken: {module}" in done.stderr
     assert "pip install --constraint constraints.txt" in done.output
+
+
+def test_every_dependency_of_the_project_file_is_found_by_its_module():
+    """Read from pyproject.toml: what an earlier installation recorded may name fewer packages than a fresh one."""
+    project = tomllib.loads((doctor.CONSTRAINTS.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    findings = [doctor._dependency(doctor._name(line), None) for line in project["dependencies"]]
+    assert len(findings) > 10
+    assert [finding for finding in findings if not finding.ok] == []
 
 
 def test_rays_that_miss_are_found(monkeypatch):
