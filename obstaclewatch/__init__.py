@@ -1,6 +1,6 @@
 """ObstacleWatch: obstacle detection with a phone's speaker and two microphones (2018 paper), and its recordings.
 
-Everything here needs numpy and scipy only, and knows nothing of any simulator.
+Everything here needs numpy, scipy and numba only, and knows nothing of any simulator.
 """
 
 from __future__ import annotations

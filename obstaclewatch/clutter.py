@@ -11,6 +11,7 @@ from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,25 +88,38 @@ def judge_motion(
     beeps than that; it closes in when an approach explains at least half of all beeps. The speed is a least-squares
     fit through the partners.
     """
-    count, beeps = len(range_m), len(age_s)
-    old = age_s >= static_age_s
-    aged = np.count_nonzero(old)
-    if aged < LEAST_BEEPS or count == 0:
-        return Motion(np.zeros(count, bool), np.zeros(count, bool), np.full(count, np.nan), bool(aged >= LEAST_BEEPS))
     speeds = trial_speeds(*closing_speed_m_s)
-    offset = nearest_offset(range_m[:, None, None] + speeds[:, None] * age_s, past_m)
-    stays, approach = offset[:, 0] <= static_tolerance_m, offset[:, 1:]
-    each = np.ones(beeps)
-    partners = (approach <= closing_tolerance_m) @ each
-    best = (partners - 1e-3 / beeps * (np.minimum(approach, 1.0) @ each)).argmax(axis=-1)
-    most = partners[np.arange(count), best]
-    static = (stays @ old.astype(float) >= STATIC_SHARE * aged) & (stays @ each >= most)
-    closing = (most >= max(CLOSING_SHARE * beeps, LEAST_BEEPS)) & ~static
+    return Motion(*_judged(range_m, age_s, past_m, static_tolerance_m, static_age_s, speeds, closing_tolerance_m))
+
+
+@numba.njit(cache=True)
+def _judged(
+    range_m: NDArray[np.float64],
+    age_s: NDArray[np.float64],
+    past_m: NDArray[np.float64],
+    static_tolerance_m: float,
+    static_age_s: float,
+    speeds_m_s: NDArray[np.float64],
+    closing_tolerance_m: float,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64], bool]:
+    """The fields of `judge_motion`'s answer; the first of the speeds is zero, the others are approaches."""
+    count, beeps = len(range_m), len(age_s)
+    static, closing = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     speed = np.full(count, np.nan)
-    which = closing.nonzero()[0]
-    if len(which):
-        speed[which] = fitted_speed(range_m[which], speeds[1:][best[which]], age_s, past_m, closing_tolerance_m)
-    return Motion(static, closing, speed, True)
+    aged = 0
+    for age in age_s:
+        aged += age >= static_age_s
+    if aged < LEAST_BEEPS:
+        return static, closing, speed, False
+    for peak in range(count):
+        partners, apart_m = _partners(range_m[peak], age_s, past_m, speeds_m_s, closing_tolerance_m)
+        best = _best(partners, apart_m)
+        stays, stays_long = _stays(range_m[peak], age_s, past_m, static_tolerance_m, static_age_s)
+        static[peak] = stays_long >= STATIC_SHARE * aged and stays >= partners[best]
+        closing[peak] = partners[best] >= max(CLOSING_SHARE * beeps, LEAST_BEEPS) and not static[peak]
+        if closing[peak]:
+            speed[peak] = _fitted_speed(range_m[peak], speeds_m_s[best], age_s, past_m, closing_tolerance_m)
+    return static, closing, speed, True
 
 
 @lru_cache(maxsize=16)
@@ -117,31 +131,79 @@ def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> NDArray[np.float64]:
     return speeds
 
 
-def nearest_offset(expected_m: NDArray[np.float64], past_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(..., K) distance from expected ranges (..., K) to the nearest peak of each beep (K, P); inf if none."""
-    nearest = np.full(expected_m.shape, np.inf)
-    apart = np.empty(expected_m.shape)
-    for peak in np.where(np.isnan(past_m), np.inf, past_m).T:
-        np.subtract(expected_m, peak, out=apart)
-        np.abs(apart, out=apart)
-        np.minimum(nearest, apart, out=nearest)
+@numba.njit(cache=True)
+def _partners(
+    range_m: float,
+    age_s: NDArray[np.float64],
+    past_m: NDArray[np.float64],
+    speeds_m_s: NDArray[np.float64],
+    tolerance_m: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each approach (S,) to a range: how many earlier beeps hold a peak on it, and how far all beeps' lie off it.
+
+    Speeds run innermost, so that they are handled several at once.
+    """
+    partners, apart_m = np.zeros(len(speeds_m_s)), np.zeros(len(speeds_m_s))
+    nearest = np.empty(len(speeds_m_s))
+    for beep in range(len(age_s)):
+        nearest[:] = np.inf
+        for past in past_m[beep]:
+            for trial in range(len(speeds_m_s)):
+                offset = abs(range_m + speeds_m_s[trial] * age_s[beep] - past)
+                nearest[trial] = offset if offset < nearest[trial] else nearest[trial]
+        for trial in range(len(speeds_m_s)):
+            partners[trial] += 1.0 if nearest[trial] <= tolerance_m else 0.0
+            apart_m[trial] += nearest[trial] if nearest[trial] < 1.0 else 1.0
+    return partners, apart_m
+
+
+@numba.njit(cache=True)
+def _best(partners: NDArray[np.float64], apart_m: NDArray[np.float64]) -> int:
+    """The approach with the most partners; of several, the one nearest to all beeps. The first speed is none."""
+    best = 1
+    for trial in range(2, len(partners)):
+        more = partners[trial] - partners[best]
+        if more > 0.0 or (more == 0.0 and apart_m[trial] < apart_m[best]):
+            best = trial
+    return best
+
+
+@numba.njit(cache=True)
+def _stays(
+    range_m: float, age_s: NDArray[np.float64], past_m: NDArray[np.float64], tolerance_m: float, static_age_s: float
+) -> tuple[int, int]:
+    """How many earlier beeps hold a peak at the same range, and how many of those are old enough to tell."""
+    stays = stays_long = 0
+    for beep in range(len(age_s)):
+        if abs(_nearest_offset(range_m, past_m[beep])) <= tolerance_m:
+            stays += 1
+            stays_long += age_s[beep] >= static_age_s
+    return stays, stays_long
+
+
+@numba.njit(cache=True)
+def _nearest_offset(expected_m: float, past_m: NDArray[np.float64]) -> float:
+    """How much farther than expected the nearest of a beep's peaks lies; infinite if there is none."""
+    nearest = np.inf
+    for past in past_m:
+        if abs(past - expected_m) < abs(nearest):
+            nearest = past - expected_m
     return nearest
 
 
-def fitted_speed(
-    range_m: NDArray[np.float64],
-    speed_m_s: NDArray[np.float64],
+@numba.njit(cache=True)
+def _fitted_speed(
+    range_m: float,
+    speed_m_s: float,
     age_s: NDArray[np.float64],
     past_m: NDArray[np.float64],
     tolerance_m: float,
-) -> NDArray[np.float64]:
-    """(n,) least-squares speed through each peak (n,) and its partners along a trial speed (n,)."""
-    if past_m.shape[1] == 0:
-        return speed_m_s
-    expected = range_m[:, None] + speed_m_s[:, None] * age_s
-    offset = np.where(np.isnan(past_m), np.inf, past_m) - expected[..., None]
-    rows = offset.reshape(-1, past_m.shape[1])
-    nearest = rows[np.arange(len(rows)), np.argmin(np.abs(rows), axis=1)].reshape(expected.shape)
-    weight = np.where(np.abs(nearest) <= tolerance_m, age_s, 0.0)
-    correction = np.sum(weight * np.where(weight > 0, nearest, 0.0), axis=-1)
-    return speed_m_s + correction / np.maximum(np.sum(weight * age_s, axis=-1), np.finfo(float).tiny)
+) -> float:
+    """Least-squares speed through a peak and its partners along a trial speed."""
+    moment = weight = 0.0
+    for beep, age in enumerate(age_s):
+        offset = _nearest_offset(range_m + speed_m_s * age, past_m[beep])
+        if abs(offset) <= tolerance_m:
+            moment += age * offset
+            weight += age * age
+    return speed_m_s + moment / weight if weight > 0.0 else speed_m_s

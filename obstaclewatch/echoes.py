@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import ndimage
 
 from obstaclewatch.matched_filter import EchoProfile
 
-NEIGHBOURS = np.array([[-1], [0], [1]])
-TINY = np.finfo(np.float64).tiny
+TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = np.sqrt(-np.log(0.75))
 SIDELOBE = 10.0 ** (-44.0 / 20.0)
 """Highest sidelobe of a compressed Hann chirp, -46.7 dB, and some more."""
@@ -61,6 +61,7 @@ def os_cfar_threshold(
     return factor * ndimage.percentile_filter(magnitude, 100.0 * quantile, size=2 * half_width + 1, mode="nearest")
 
 
+@numba.njit(cache=True)
 def os_cfar_passes(
     magnitude: NDArray[np.float64],
     peaks: NDArray[np.intp],
@@ -68,50 +69,42 @@ def os_cfar_passes(
     half_width: int,
     quantile: float = 0.6,
 ) -> NDArray[np.bool_]:
-    """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without computing it elsewhere.
+    """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without sorting anything.
 
-    A peak reaches the multiple of the window's order statistic where so many samples of the window lie below it.
+    A peak reaches the multiple of the window's order statistic where more samples of the window than the statistic's
+    rank have a multiple that is no higher. Beyond an end the outermost sample repeats.
     """
+    last = len(magnitude) - 1
     rank = int((2 * half_width + 1) * (100.0 * quantile) / 100.0)
-    height = magnitude[peaks]
-    passes = height >= factor * _least_order_statistic(magnitude, peaks, rank, half_width)
-    likely = passes.nonzero()[0]
-    bar = np.empty(len(magnitude) + 2 * half_width)  # beyond an end the outermost sample repeats
-    bar[:half_width] = magnitude[0]
-    bar[half_width : half_width + len(magnitude)] = magnitude
-    bar[half_width + len(magnitude) :] = magnitude[-1]
-    bar *= factor
-    window = bar[peaks[likely, None] + _from_zero(2 * half_width + 1)]
-    passes[likely] = np.count_nonzero(window <= height[likely, None], axis=1) > rank
+    passes = np.empty(len(peaks), dtype=np.bool_)
+    for row, peak in enumerate(peaks):
+        height, first, end = magnitude[peak], peak - half_width, peak + half_width
+        count = max(-first, 0) * (factor * magnitude[0] <= height)
+        count += max(end - last, 0) * (factor * magnitude[last] <= height)
+        for sample in magnitude[max(first, 0) : min(end, last) + 1]:
+            count += factor * sample <= height
+        passes[row] = count > rank
     return passes
-
-
-@lru_cache(maxsize=16)
-def _from_zero(count: int) -> NDArray[np.intp]:
-    """0 to count - 1, made once."""
-    index = np.arange(count)
-    index.setflags(write=False)
-    return index
-
-
-def _least_order_statistic(
-    magnitude: NDArray[np.float64], peaks: NDArray[np.intp], rank: int, half_width: int
-) -> NDArray[np.float64]:
-    """(n,) what the order statistic around each peak cannot fall below: a window's is at least that of all samples.
-
-    At the ends up to `half_width` samples of a window repeat the outermost one.
-    """
-    if not half_width <= rank < len(magnitude):
-        return np.zeros(len(peaks))
-    order = magnitude.copy()
-    order.partition((rank - half_width, rank))
-    inside = (peaks >= half_width) & (peaks < len(magnitude) - half_width)
-    return np.where(inside, order[rank], order[rank - half_width])
 
 
 def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """(n,) height that the sidelobes of stronger echoes within `half_width` samples may reach."""
     return SIDELOBE * ndimage.maximum_filter1d(magnitude, 2 * half_width + 1, mode="nearest")
+
+
+@numba.njit(cache=True)
+def above_sidelobes(
+    magnitude: NDArray[np.float64], peaks: NDArray[np.intp], half_width: int, least: float
+) -> NDArray[np.intp]:
+    """Those of the peaks that reach `sidelobe_floor` at their places, and `least`."""
+    highest = SIDELOBE * magnitude.max()
+    kept = np.empty(len(peaks), dtype=np.bool_)
+    for row, peak in enumerate(peaks):
+        kept[row] = magnitude[peak] >= least
+        if kept[row] and magnitude[peak] < highest:
+            around = magnitude[max(peak - half_width, 0) : peak + half_width + 1]
+            kept[row] = magnitude[peak] >= SIDELOBE * around.max()
+    return peaks[kept]
 
 
 def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
@@ -125,9 +118,20 @@ def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
     return float(ordered[quarter] / QUARTILE_TO_RMS)
 
 
+@numba.njit(cache=True)
 def local_maxima(magnitude: NDArray[np.float64]) -> NDArray[np.intp]:
     """(n,) samples higher than both their neighbours; of a flat top its middle."""
-    return signal.find_peaks(magnitude)[0]
+    peaks, count, sample = np.empty(len(magnitude) // 2, dtype=np.intp), 0, 1
+    while sample < len(magnitude) - 1:
+        end = sample + 1
+        if magnitude[sample - 1] < magnitude[sample]:
+            while end < len(magnitude) - 1 and magnitude[end] == magnitude[sample]:
+                end += 1
+            if magnitude[end] < magnitude[sample]:
+                peaks[count] = (sample + end - 1) // 2
+                count += 1
+        sample = end
+    return peaks[:count].copy()
 
 
 def separated_peaks(
@@ -139,15 +143,21 @@ def separated_peaks(
     return keep_separated(magnitude, peaks[magnitude[peaks] >= height], separation)
 
 
+@numba.njit(cache=True)
 def keep_separated(magnitude: NDArray[np.float64], peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
     """Of peaks nearer to one another than `separation` samples, the highest; peaks come and go in order."""
-    if len(peaks) < 2 or separation < 2 or (peaks[1:] - peaks[:-1]).min() >= separation:
-        return peaks
-    kept = np.ones(len(peaks), dtype=bool)
-    for best in np.argsort(magnitude[peaks])[::-1]:
-        if kept[best]:
-            kept[np.abs(peaks - peaks[best]) < separation] = False
-            kept[best] = True
+    undecided, kept = np.ones(len(peaks), dtype=np.bool_), np.zeros(len(peaks), dtype=np.bool_)
+    for _ in range(len(peaks)):
+        best = -1
+        for row, peak in enumerate(peaks):
+            if undecided[row] and (best < 0 or magnitude[peak] >= magnitude[peaks[best]]):
+                best = row
+        if best < 0:
+            break
+        kept[best], undecided[best] = True, False
+        for row, peak in enumerate(peaks):
+            if abs(peak - peaks[best]) < separation:
+                undecided[row] = False
     return peaks[kept]
 
 
@@ -157,6 +167,7 @@ def highest_of_windows(magnitude: NDArray[np.float64], window: int) -> NDArray[n
     return np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
 
 
+@numba.njit(cache=True)
 def refine_peaks(
     magnitude: NDArray[np.float64], peaks: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -168,13 +179,25 @@ def refine_peaks(
     Returns:
         (n,) positions in samples, and (n,) heights.
     """
-    inner = np.minimum(np.maximum(peaks, 1), len(magnitude) - 2)
-    left, middle, right = np.log(np.maximum(magnitude[inner + NEIGHBOURS], TINY))
+    position, height = np.empty(len(peaks)), np.empty(len(peaks))
+    for row, peak in enumerate(peaks):
+        position[row], height[row] = refined_peak(magnitude, peak)
+    return position, height
+
+
+@numba.njit(cache=True)
+def refined_peak(magnitude: NDArray[np.float64], peak: int) -> tuple[float, float]:
+    """The same of a single peak."""
+    if not 1 <= peak <= len(magnitude) - 2:
+        return float(peak), magnitude[peak]
+    left = math.log(max(magnitude[peak - 1], TINY))
+    middle = math.log(max(magnitude[peak], TINY))
+    right = math.log(max(magnitude[peak + 1], TINY))
     slope, curvature = left - right, left - 2.0 * middle + right
-    is_peak = (middle >= np.maximum(left, right)) & (curvature < 0.0) & (inner == peaks)
-    offset: NDArray[np.float64] = np.zeros(len(peaks))
-    np.divide(0.5 * slope, curvature, out=offset, where=is_peak)
-    return peaks + offset, magnitude[peaks] * np.exp(-0.25 * slope * offset)
+    if not (middle >= max(left, right) and curvature < 0.0):
+        return float(peak), magnitude[peak]
+    offset = 0.5 * slope / curvature
+    return peak + offset, magnitude[peak] * math.exp(-0.25 * slope * offset)
 
 
 def echoes_at(profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:

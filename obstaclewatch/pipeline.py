@@ -20,6 +20,7 @@ from obstaclewatch.clutter import Motion, PeakHistory, judge_motion
 from obstaclewatch.detection import Flag
 from obstaclewatch.echoes import (
     Echoes,
+    above_sidelobes,
     echoes_at,
     highest_of_windows,
     keep_separated,
@@ -28,7 +29,6 @@ from obstaclewatch.echoes import (
     noise_amplitude,
     os_cfar_passes,
     separated_peaks,
-    sidelobe_floor,
 )
 from obstaclewatch.held_pose import HeldPose
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
@@ -175,13 +175,11 @@ class EchoPipeline:
     ) -> NDArray[np.intp]:
         """Those of the peaks that reach the threshold."""
         settings = self.settings
-        height = heard[peaks]
         if not settings.errata.local_threshold:
-            return peaks[height >= mean_threshold(heard, settings.threshold_factor)]
-        least = sidelobe_floor(heard, round(SIDELOBE_HALF_WIDTH_S * rate_hz))[peaks]
-        peaks = peaks[height >= np.maximum(least, direct * 10.0 ** (settings.floor_db / 20.0))]
-        half_width = round(CFAR_HALF_WIDTH_S * rate_hz)
-        return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, half_width)]
+            return peaks[heard[peaks] >= mean_threshold(heard, settings.threshold_factor)]
+        least = direct * 10.0 ** (settings.floor_db / 20.0)
+        peaks = above_sidelobes(heard, peaks, round(SIDELOBE_HALF_WIDTH_S * rate_hz), least)
+        return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))]
 
     def _motion(self, range_m: NDArray[np.float64], time_s: float) -> Motion:
         """Compare the peaks with those of earlier beeps, then remember them."""

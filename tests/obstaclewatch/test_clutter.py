@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.clutter import PeakHistory, judge_motion
+from obstaclewatch.clutter import SPEED_STEP_M_S, PeakHistory, judge_motion
 from obstaclewatch.settings import PaperSettings
 
 PERIOD_S = 0.09
@@ -97,3 +97,42 @@ def test_history_forgets_and_pads():
     assert np.isnan(past[1]).all()
     history.clear()
     assert len(history.before(0.6)[0]) == 0
+
+
+def _slowly(range_m, age_s, past_m):
+    """(static, closing, speed) of one peak, each beep's nearest peak found by whole arrays."""
+
+    def off(speed):
+        apart = past_m - (range_m + speed * age_s)[:, None]
+        return np.array(
+            [row[np.argmin(np.abs(row))] if len(row) else np.inf for row in (r[~np.isnan(r)] for r in apart)]
+        )
+
+    speeds = np.arange(DEFAULTS.closing_speed_m_s[0], DEFAULTS.closing_speed_m_s[1] + 1e-9, SPEED_STEP_M_S)
+    lines = [(np.sum(np.abs(off(speed)) <= DEFAULTS.closing_tolerance_m), speed) for speed in speeds]
+    most = max(lines)[0]
+    stays = np.abs(off(0.0)) <= DEFAULTS.static_tolerance_m
+    old = age_s >= DEFAULTS.static_age_s
+    static = stays[old].sum() >= 0.5 * old.sum() and stays.sum() >= most
+    best = min((speed for many, speed in lines if many == most), key=lambda v: np.minimum(np.abs(off(v)), 1.0).sum())
+    near = np.abs(off(best)) <= DEFAULTS.closing_tolerance_m
+    through = best + (age_s[near] @ off(best)[near]) / (age_s[near] @ age_s[near]) if near.any() else np.nan
+    closing = not static and most >= max(0.5 * len(age_s), 3)
+    return static, closing, through if closing else np.nan
+
+
+def test_agrees_with_whole_arrays():
+    """Compiled loops against a reference that shares nothing with them, on peaks that stay, close in and jump."""
+    rng, told = np.random.default_rng(8), np.zeros(2)
+    for _ in range(40):
+        age_s = PERIOD_S * np.arange(rng.integers(6, 9), 0, -1)
+        past_m = np.sort(rng.uniform(0.3, 7.0, (len(age_s), 4)))
+        past_m[:, 0], past_m[:, 1] = 1.3 + rng.normal(0.0, 0.04, len(age_s)), 3.0 + 1.3 * age_s
+        past_m[rng.uniform(size=past_m.shape) < 0.2] = np.nan
+        range_m = np.array([1.3, 3.0, *rng.uniform(0.3, 7.0, 3)])
+        motion = judge_motion(range_m, age_s, past_m, 0.12, 0.25, DEFAULTS.closing_speed_m_s, 0.08)
+        static, closing, speed = zip(*(_slowly(one, age_s, past_m) for one in range_m), strict=True)
+        assert (motion.static.tolist(), motion.closing.tolist()) == (list(static), list(closing))
+        assert motion.closing_speed_m_s == pytest.approx(speed, rel=1e-12, nan_ok=True)
+        told += motion.static.sum(), motion.closing.sum()
+    assert (told > 20).all()

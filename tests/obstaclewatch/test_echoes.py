@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from obstaclewatch.echoes import (
+    above_sidelobes,
     highest_of_windows,
     local_maxima,
     mean_threshold,
@@ -17,6 +18,7 @@ from obstaclewatch.echoes import (
     os_cfar_threshold,
     refine_peaks,
     separated_peaks,
+    sidelobe_floor,
 )
 
 
@@ -54,6 +56,22 @@ def test_separated_peaks_are_scipys(seed, separation, threshold):
     envelope = np.random.default_rng(seed).rayleigh(size=400)
     expected = signal.find_peaks(envelope, height=threshold, distance=separation)[0]
     assert separated_peaks(envelope, threshold, separation).tolist() == expected.tolist()
+
+
+@given(seed=st.integers(0, 999), steps=st.integers(1, 6))
+@settings(max_examples=50, deadline=None)
+def test_local_maxima_are_scipys_on_flat_tops_too(seed, steps):
+    envelope = np.random.default_rng(seed).integers(0, steps, size=200).astype(float)
+    assert local_maxima(envelope).tolist() == signal.find_peaks(envelope)[0].tolist()
+
+
+@given(seed=st.integers(0, 999), half_width=st.integers(1, 90), least=st.floats(0.0, 2.0))
+@settings(max_examples=50, deadline=None)
+def test_being_above_sidelobes_is_reaching_their_floor(seed, half_width, least):
+    envelope = np.random.default_rng(seed).lognormal(sigma=3.0, size=400)
+    peaks = local_maxima(envelope)
+    reaches = envelope[peaks] >= np.maximum(sidelobe_floor(envelope, half_width)[peaks], least)
+    assert above_sidelobes(envelope, peaks, half_width, least).tolist() == peaks[reaches].tolist()
 
 
 @given(seed=st.integers(0, 999), count=st.integers(3, 400), half_width=st.integers(1, 90), factor=st.floats(0.5, 3.0))
