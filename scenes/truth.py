@@ -69,7 +69,9 @@ class GroundTruth:
         mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight way and that by the
             ground.
         by_ground: (T,) whether it is the corner that is to be heard first: the nearest point lies lower than the phone
-            and the surface there does not face it, as on the rim of a thing with a flat top.
+            and the surface there does not face it, as on the rim of a thing with a flat top. Told from the
+            phone's mean height over the walk: both echoes fade over some 10 cm of height, a Fresnel zone, and the bob of
+            2-4 cm must not make the truth jump between them from beep to beep.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
@@ -145,7 +147,8 @@ def ground_truth(
     signed = _signed_bearing(point - _middle(pose, phone), heading)
     row = np.arange(len(times))
     corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
-    turned = np.stack([_turned_away(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
+    steady = _without_bob(walk, phone, _middle(pose, phone))
+    low = np.stack([_low_and_turned_away(obstacle, steady, times) for obstacle in asked])[choice, row]
     mics = pose.to_world(phone.geometry.mics_m)
     worn = Body(half_width_m) if body is None else body
     radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
@@ -159,7 +162,7 @@ def ground_truth(
         mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
         ground_range_m=_by_ground_and_straight(corner, _middle(pose, phone)),
         mic_ground_range_m=_by_ground_and_straight(corner[:, None], mics),
-        by_ground=turned & (point[:, 2] < _middle(pose, phone)[:, 2] - LEVEL_M),
+        by_ground=low,
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
         radius_m=radii[choice, np.arange(len(times))],
@@ -250,9 +253,18 @@ def _corner(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Arra
     return corner_points(obstacle.mesh, _middle(pose, phone) - drift) + drift
 
 
-def _turned_away(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> NDArray[np.bool_]:
-    """(T,) whether the surface at the nearest point does not face the phone."""
-    return ~facing(obstacle.mesh, _middle(pose, phone) - time_s[:, None] * obstacle.velocity_m_s, FACING_RAD)
+def _without_bob(walk: Walk, phone: Phone, middle_m: Array) -> Array:
+    """(T, 3) the same places, at the mean height over the whole walk."""
+    time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / TRACK_STEP_S))))
+    height = _middle(walk.pose(time), phone)[:, 2].mean()
+    return np.column_stack([middle_m[:, :2], np.full(len(middle_m), height)])
+
+
+def _low_and_turned_away(obstacle: Obstacle, middle_m: Array, time_s: Array) -> NDArray[np.bool_]:
+    """(T,) whether the nearest point lies lower than the phone, and the surface there does not face it."""
+    place = middle_m - time_s[:, None] * obstacle.velocity_m_s
+    point, _ = nearest_points(obstacle.mesh, place)
+    return (point[:, 2] < place[:, 2] - LEVEL_M) & ~facing(obstacle.mesh, place, FACING_RAD)
 
 
 def _by_ground_and_straight(corner_m: Array, place_m: Array) -> Array:

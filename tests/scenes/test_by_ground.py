@@ -8,6 +8,7 @@ from scenes import ground_truth
 from scenes.by_ground import corner_points
 from scenes.nearest import facing
 from scenes.obstacles import ground
+from scenes.walks import GaitWalk
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk
 
 PHONE_M = np.array([0.0, 0.0, 1.3])
@@ -75,3 +76,14 @@ def test_which_echo_is_to_be_heard_first():
     }  # fmt: skip
     ahead_m = 0.5 * (phone.geometry.speaker_m + phone.geometry.mics_m[0])[1]
     assert truth["box"].ground_range_m[0] == pytest.approx(np.hypot(1.75 - ahead_m, 1.3), abs=1e-9)
+
+
+@pytest.mark.parametrize("top_m", [1.26, 1.28, 1.30, 1.32])
+def test_the_bob_of_the_gait_does_not_switch_between_the_two_echoes(top_m):
+    """A box about as high as the phone bobs over and under: the truth once told another echo's range every few beeps."""
+    box = trimesh.creation.box(bounds=[[6.0, -0.25, 0.0], [6.5, 0.25, top_m]])
+    scene = Scene([Obstacle(box, Material.rigid(), "box")])
+    walk = GaitWalk([0.0, 0.0, 1.3], speed_m_s=1.3, duration_s=4.0)
+    truth = ground_truth(scene, walk, Phone.named("galaxy-s8-plus"), np.arange(0.0, 4.0, 0.09), target="box")
+    assert np.ptp(walk.pose(truth.time_s).position_m[:, 2]) > 0.02
+    assert np.count_nonzero(np.diff(truth.by_ground.astype(int))) <= 1
