@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import paper_values
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.errors import NARROW_M
 from benchmarks.figures.measured import (
     BASELINE,
@@ -81,8 +82,9 @@ Quantity = Callable[[Tables, PaperValue | None], Measured]
 
 
 def verdict_rows(run: RunData) -> list[Row]:
-    """All rows, one column a detector of the suite. Errors of the baseline, which measures as the paper's detector
-    does, are left out.
+    """All rows of what the run holds, one column a detector of the suite: none of alerts and walking errors without
+    walks, none of standing errors without standing phones. Errors of the baseline, which measures as the paper's
+    detector does, are left out.
     """
     names = detectors_of(run)
     judged = judged_detectors(run)
@@ -92,19 +94,35 @@ def verdict_rows(run: RunData) -> list[Row]:
         asked = names if group == "Alerts" else judged
         cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
         rows.append(Row(group, label, *_printed(paper), cells))
-    return rows
+    held = _groups(run)
+    return [row for row in rows if row.group in held]
+
+
+def _groups(run: RunData) -> set[str]:
+    """Groups of rows that the run's cells can fill, whether or not a detector found anything."""
+    walked = any(counts_as(cell["cell"], "approach") for cell in run.cells)
+    stood = any(counts_as(cell["cell"], "standing") for cell in run.cells)
+    return ({"Alerts", "Walking"} if walked else set()) | ({"Standing"} if stood else set())
 
 
 def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
-    """One sentence a detector from its rates."""
-    sentences = []
-    for k, name in enumerate(names):
-        tp, tn, false = (_said(row.cells[k]) for row in rows[:3])
-        sentences.append(
-            f"{name} alerts in time on {tp} of the collisions, leaves {tn} of the other walks in peace, "
-            f"and alerts falsely on {false} of all walks."
-        )
-    return sentences
+    """One sentence a detector: from its alerts, without walks from its standing errors, and none without either."""
+    found = {row.label: row.cells for row in rows}
+    for sentence, labels in ((_alert_sentence, ALERTS), (_standing_sentence, STANDING)):
+        if set(labels) <= set(found):
+            return [sentence(name, *(_said(found[label][k]) for label in labels)) for k, name in enumerate(names)]
+    return []
+
+
+def _alert_sentence(name: str, tp: str, tn: str, false: str) -> str:
+    return (
+        f"{name} alerts in time on {tp} of the collisions, leaves {tn} of the other walks in peace, "
+        f"and alerts falsely on {false} of all walks."
+    )
+
+
+def _standing_sentence(name: str, first: str, second: str) -> str:
+    return f"{name}, standing, has nine of ten errors of Distance1 within {first}, of Distance2 within {second}."
 
 
 def rate_measured(found: Rate, paper: PaperValue | None = None, higher_is_better: bool = True) -> Measured:
@@ -129,6 +147,10 @@ _RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue, PaperValue | None,
     ("TP by the paper's rule", true_positives_by_the_paper, _OVERALL.true_positive, None, True),
 )
 """Label, score, the paper's value for its detector and for its baseline, whether more is better."""
+
+ALERTS = tuple(label for label, *_ in _RATES[:3])
+STANDING = ("Distance1, P90", "Distance2, P90")
+"""Rows that a headline is made of."""
 
 
 def _rate_row(
@@ -164,8 +186,8 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
         ("Alerts", f"{ahead}, collisions", partial(_of_alerts, column=distance, scale=1.0, unit="m"), None),
         ("Alerts", f"{lead}, collisions", partial(_of_alerts, column="alert_lead_s", scale=1.0, unit="s"), None),
         *standing,
-        ("Standing", "Distance1, P90", error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),
-        ("Standing", "Distance2, P90", error("standing", "range2_m", "m", 0.9), paper_values.DISTANCE2_P90),
+        ("Standing", STANDING[0], error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),
+        ("Standing", STANDING[1], error("standing", "range2_m", "m", 0.9), paper_values.DISTANCE2_P90),
         ("Walking", "distance, median", error("walking", "range_m", "m", 0.5), None),
         ("Walking", "distance, median with its sign", error("walking", "range_m", "m", 0.5, signed=True), None),
         ("Walking", "bearing, median", error("walking", "bearing_rad", "rad", 0.5), paper_values.BEARING_MEDIAN),

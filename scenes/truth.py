@@ -69,9 +69,9 @@ class GroundTruth:
         mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight way and that by the
             ground.
         by_ground: (T,) whether it is the corner that is to be heard first: the nearest point lies lower than the phone
-            and the surface there does not face it, as on the rim of a thing with a flat top. Told from the
-            phone's mean height over the walk: both echoes fade over some 10 cm of height, a Fresnel zone, and the bob of
-            2-4 cm must not make the truth jump between them from beep to beep.
+            and the surface there does not face it, as on the rim of a thing with a flat top. Told from the phone's
+            mean height over the walk: either echo fades over some 10 cm of height, a Fresnel zone, and a bob of 2-4 cm
+            must not make the truth jump between them from beep to beep.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;

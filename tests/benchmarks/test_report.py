@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import subprocess
+from dataclasses import replace
 
 import matplotlib.image
 import pytest
@@ -52,6 +53,25 @@ def test_numbers_are_those_made_up(tmp_path):
     assert rows["Walking: distance, median with its sign"].cells[0].text == "-0.40 cm"
     assert rows["Walking: bearing, median"].cells[0].text == "5.0°"
     assert rows["Walking: radius of targets up to 1 m wide, median"].cells[0].against == "better"
+
+
+def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_path):
+    run = made_up_run(tmp_path, [standing(1.5), standing(3.0, 1)])
+    path = write_report(run)
+    html, text = path.read_text(encoding="utf-8"), (run.folder / "report.md").read_text(encoding="utf-8")
+    assert {row.group for row in verdict_rows(run)} == {"Standing"}
+    assert "PaperDetector, standing, has nine of ten errors of Distance1 within 0.40 cm" in text
+    assert "alerts in time" not in html + text
+
+
+def test_a_run_without_walks_and_standing_phones_has_figures_and_no_verdict(tmp_path):
+    run = replace(made_up_run(tmp_path, plan=["a signal"]), cells=[])
+    html = write_report(run).read_text(encoding="utf-8")
+    assert verdict_rows(run) == []
+    assert "see the figures" in html
+    assert 'id="verdict"' not in html
+    assert "#verdict" not in html
+    assert "quantity" not in (run.folder / "report.md").read_text(encoding="utf-8")
 
 
 def test_one_file_without_a_network(written):

@@ -80,7 +80,7 @@ def test_which_echo_is_to_be_heard_first():
 
 @pytest.mark.parametrize("top_m", [1.26, 1.28, 1.30, 1.32])
 def test_the_bob_of_the_gait_does_not_switch_between_the_two_echoes(top_m):
-    """A box about as high as the phone bobs over and under: the truth once told another echo's range every few beeps."""
+    """A box about as high as the phone bobs over and under; the truth once told another range every few beeps."""
     box = trimesh.creation.box(bounds=[[6.0, -0.25, 0.0], [6.5, 0.25, top_m]])
     scene = Scene([Obstacle(box, Material.rigid(), "box")])
     walk = GaitWalk([0.0, 0.0, 1.3], speed_m_s=1.3, duration_s=4.0)
