@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -51,16 +53,14 @@ def path_difference(
         gated: False takes the strongest peak up to the body's detour and always deducts (section 3.5 as printed).
         whole_detour: False deducts the distance to the body once (section 3.5 as printed).
     """
-    gap = path2_m - path1_m[:, None]
     reach = separation_m + margin_m
-    loud = amplitude2 >= least_amplitude[:, None]
-    own, own_height = _strongest(gap, loud & (np.abs(gap) <= reach), amplitude2)
+    own, own_height = _strongest(path1_m, path2_m, amplitude2, least_amplitude, -reach, reach)
     unpaired = np.isnan(own)
     distance_m = body_distance_m() if not gated or unpaired.any() else np.nan
     if np.isnan(distance_m):
         return PathDifference(own, own_height, np.zeros(len(own), dtype=bool))
     detour = 2.0 * distance_m
-    late, late_height = _strongest(gap, loud & (gap >= -reach) & (gap <= reach + detour), amplitude2)
+    late, late_height = _strongest(path1_m, path2_m, amplitude2, least_amplitude, -reach, reach + detour)
     deduct = ~np.isnan(late) & (unpaired | (not gated))
     shortened = deducted_difference(late, separation_m, distance_m, cos_pitch, whole_detour)
     u = np.where(deduct, shortened, own)
@@ -100,7 +100,13 @@ def cone_cosine(range_m: ArrayLike, range2_m: ArrayLike, separation_m: float) ->
     theta = pi - arccos((D1^2 + L^2 - D2^2) / (2 D1 L)), so cos theta = (D2^2 - D1^2 - L^2) / (2 D1 L).
     """
     d1, d2 = np.asarray(range_m, dtype=np.float64), np.asarray(range2_m, dtype=np.float64)
-    return (d2**2 - d1**2 - separation_m**2) / (2.0 * d1 * separation_m)
+    return law_of_cosines.py_func(d1, d2, separation_m)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def law_of_cosines(range_m: Any, range2_m: Any, separation_m: float) -> Any:
+    """`cone_cosine` for compiled loops, which hand it floats."""
+    return (range2_m**2 - range_m**2 - separation_m**2) / (2.0 * range_m * separation_m)
 
 
 def walking_angle(
@@ -133,15 +139,21 @@ def bearing_std(
     return spread / np.sqrt(np.sin(bearing_rad) ** 2 + spread)
 
 
+@numba.njit(cache=True)
 def _strongest(
-    gap_m: NDArray[np.float64], allowed: NDArray[np.bool_], amplitude: NDArray[np.float64]
+    path1_m: NDArray[np.float64],
+    path2_m: NDArray[np.float64],
+    amplitude2: NDArray[np.float64],
+    least_amplitude: NDArray[np.float64],
+    nearest_m: float,
+    farthest_m: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gap and height of each candidate's strongest allowed peak, NaN where none is."""
-    none = np.full(len(gap_m), np.nan)
-    if gap_m.shape[1] == 0:
-        return none, none
-    height = np.where(allowed, amplitude, -np.inf)
-    best = np.argmax(height, axis=1)
-    row = np.arange(len(gap_m))
-    some = allowed.any(axis=1)
-    return np.where(some, gap_m[row, best], np.nan), np.where(some, amplitude[best], np.nan)
+    """Path 2 - path 1 and height of each candidate's strongest peak between two differences, NaN where none is."""
+    gap_m, height = np.empty(len(path1_m)), np.empty(len(path1_m))
+    for row in range(len(path1_m)):
+        gap_m[row] = height[row] = np.nan
+        for peak in range(len(path2_m)):
+            gap, louder = path2_m[peak] - path1_m[row], not amplitude2[peak] <= height[row]
+            if nearest_m <= gap <= farthest_m and amplitude2[peak] >= least_amplitude[row] and louder:
+                gap_m[row], height[row] = gap, amplitude2[peak]
+    return gap_m, height

@@ -16,6 +16,8 @@ TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = np.sqrt(-np.log(0.75))
 SIDELOBE = 10.0 ** (-44.0 / 20.0)
 """Highest sidelobe of a compressed Hann chirp, -46.7 dB, and some more."""
+CFAR_QUANTILE = 0.6
+"""Which order statistic of its surroundings an echo is held against; it fills less than the rest of them."""
 
 
 @dataclass(frozen=True)
@@ -47,18 +49,16 @@ def mean_threshold(magnitude: NDArray[np.float64], factor: float) -> float:
     return factor * float(np.mean(magnitude))
 
 
-def os_cfar_threshold(
-    magnitude: NDArray[np.float64], factor: float, half_width: int, quantile: float = 0.6
-) -> NDArray[np.float64]:
+def os_cfar_threshold(magnitude: NDArray[np.float64], factor: float, half_width: int) -> NDArray[np.float64]:
     """(n,) multiple of a local order statistic: ordered-statistic constant false-alarm rate (Rohling 1983).
 
     Args:
         magnitude: (n,) envelope.
         factor: multiple of the order statistic.
         half_width: reference samples on either side.
-        quantile: which order statistic of the window; an echo fills less than the rest of it.
     """
-    return factor * ndimage.percentile_filter(magnitude, 100.0 * quantile, size=2 * half_width + 1, mode="nearest")
+    percent, size = 100.0 * CFAR_QUANTILE, 2 * half_width + 1
+    return factor * ndimage.percentile_filter(magnitude, percent, size=size, mode="nearest")
 
 
 @numba.njit(cache=True)
@@ -67,7 +67,6 @@ def os_cfar_passes(
     peaks: NDArray[np.intp],
     factor: float,
     half_width: int,
-    quantile: float = 0.6,
 ) -> NDArray[np.bool_]:
     """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without sorting anything.
 
@@ -75,16 +74,23 @@ def os_cfar_passes(
     rank have a multiple that is no higher. Beyond an end the outermost sample repeats.
     """
     last = len(magnitude) - 1
-    rank = int((2 * half_width + 1) * (100.0 * quantile) / 100.0)
+    rank = int((2 * half_width + 1) * (100.0 * CFAR_QUANTILE) / 100.0)
     passes = np.empty(len(peaks), dtype=np.bool_)
     for row, peak in enumerate(peaks):
         height, first, end = magnitude[peak], peak - half_width, peak + half_width
-        count = max(-first, 0) * (factor * magnitude[0] <= height)
-        count += max(end - last, 0) * (factor * magnitude[last] <= height)
-        for sample in magnitude[max(first, 0) : min(end, last) + 1]:
-            count += factor * sample <= height
-        passes[row] = count > rank
+        before = max(-first, 0) if factor * magnitude[0] <= height else 0
+        after = max(end - last, 0) if factor * magnitude[last] <= height else 0
+        passes[row] = before + _reached(magnitude[max(first, 0) : end + 1], factor, height) + after > rank
     return passes
+
+
+@numba.njit(cache=True)
+def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
+    """How many samples times the factor are no higher than a height. By index this compiles to several at once."""
+    count = 0
+    for sample in range(len(samples)):
+        count += 1 if factor * samples[sample] <= height else 0
+    return count
 
 
 def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:

@@ -34,7 +34,7 @@ from obstaclewatch.held_pose import HeldPose
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.measurement import Measurement, nothing_measured
 from obstaclewatch.pulse import pulse_shape
-from obstaclewatch.ranging import DirectSound, direct_sound, nearest_body_path, one_way_range
+from obstaclewatch.ranging import DirectSound, direct_sound, nearest_body_path, ranges_of_pairs
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.size import Size, printed_rim_excess, rim_excess, size_from_crest
@@ -236,11 +236,8 @@ class EchoPipeline:
         errata = self.settings.errata
         if not errata.one_way_range:
             return path1_m, path1_m + u_m
-        range_m = path1_m / 2.0
-        for _ in range(2):  # the triangle needs the bearing and the bearing the range: the second round moves < 0.1 mm
-            toward = cone_cosine(range_m, range_m + u_m, self._separation_m)
-            toward = np.where(np.isnan(toward), 1.0, np.minimum(np.maximum(toward, -1.0), 1.0))
-            range_m = one_way_range(path1_m, float(self._speaker_m[0]), self._speaker_cosine * toward)
+        baseline_m = float(self._speaker_m[0])
+        range_m = ranges_of_pairs(path1_m, u_m, self._separation_m, baseline_m, self._speaker_cosine)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
 
     def _range_std_m(self, delay_std_s: NDArray[np.float64], u_m: NDArray[np.float64]) -> NDArray[np.float64]:

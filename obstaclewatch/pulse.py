@@ -5,9 +5,11 @@ All of it follows from the beep's design; nothing is measured on a phone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -18,7 +20,8 @@ from obstaclewatch.matched_filter import MatchedFilter
 SPEEDS_M_S = np.arange(0.0, 4.01, 0.2)
 """Closing speeds of the width table. Doppler stretches the paper's pulse: its half width at half height grows from
 259 us at rest to 280 us at 1.3 m/s, which unremoved reads as 15 cm of radius at 3 m."""
-THREE_POINTS = np.array([[-2], [-1], [0]])
+REACH_S = 2e-3
+"""How far behind a peak its crest's trailing side is looked for."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ def pulse_shape(beep: BeepDesign, level: float, sound_speed_m_s: float) -> Pulse
     """Calibrate the pulse of a beep at rest and in motion."""
     compressor = MatchedFilter(beep, beep.gap_s or beep.period_s)
     trailing = [
-        float(trailing_widths(*_peak_of(compressor, beep, speed, sound_speed_m_s), compressor.rate_hz, level)[0][0])
+        trailing_widths(*_peak_of(compressor, beep, speed, sound_speed_m_s), compressor.rate_hz, level, REACH_S)[0][0]
         for speed in SPEEDS_M_S
     ]
     return PulseShape(level, np.array(trailing), rms_bandwidth_hz(beep))
@@ -64,13 +67,14 @@ def rms_bandwidth_hz(beep: BeepDesign) -> float:
     return float(np.sqrt(np.sum((frequency - mean) ** 2 * energy) / np.sum(energy)))
 
 
+@numba.njit(cache=True)
 def trailing_widths(
     magnitude: NDArray[np.float64],
     position: NDArray[np.float64],
     height: NDArray[np.float64],
     rate_hz: float,
     level: float,
-    reach_s: float = 2e-3,
+    reach_s: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """From each peak to where its trailing side first falls to `level` of its height.
 
@@ -86,28 +90,35 @@ def trailing_widths(
         (n,) whether the side rises again: a crest merged with the next one.
     """
     count = int(reach_s * rate_hz)
-    first = np.floor(position).astype(np.intp)
-    index = np.minimum(first[:, None] + np.arange(count), len(magnitude) - 1)
-    side = magnitude[index]
-    target = level * height
-    below = side < target[:, None]
-    crossing = below.argmax(axis=1)
-    rises = side[:, 2:] > side[:, 1:-1]
-    rising, each = rises.argmax(axis=1), np.arange(len(position))
-    merged = rises[each, rising] & (rising + 2 < crossing)
-    row = (below[each, crossing] & ~merged).nonzero()[0]
-    width = np.full(len(position), np.nan)
-    crossed = first[row] + crossing[row]
-    three = np.log(np.maximum(magnitude[crossed + THREE_POINTS], TINY))
-    width[row] = (crossed + _inverse_parabola(three, np.log(target[row])) - position[row]) / rate_hz
+    width, merged = np.empty(len(position)), np.empty(len(position), dtype=np.bool_)
+    for row in range(len(position)):
+        first, target = int(position[row]), level * height[row]
+        crossing, merged[row] = _crossing(magnitude[first : first + count], target)
+        width[row] = np.nan
+        if crossing > 0 and not merged[row]:
+            at = first + crossing
+            width[row] = (at + _inverse_parabola(magnitude[at - 2 : at + 1], target) - position[row]) / rate_hz
     return width, merged
 
 
-def _inverse_parabola(height: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) where falling heights (3, n) at samples -2, -1, 0 pass a target: position as a parabola of height."""
-    early, middle, late = height
-    weight_early = (target - middle) * (target - late) / ((early - middle) * (early - late))
-    weight_middle = (target - early) * (target - late) / ((middle - early) * (middle - late))
+@numba.njit(cache=True)
+def _crossing(side: NDArray[np.float64], target: float) -> tuple[int, bool]:
+    """Where a peak's side first falls below a target, 0 if nowhere, and whether it rises again before."""
+    rises = False
+    for sample in range(len(side)):
+        if side[sample] < target:
+            return sample, rises
+        rises = rises or (sample >= 2 and side[sample] > side[sample - 1])
+    return 0, False
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _inverse_parabola(height: NDArray[np.float64], target: float) -> float:
+    """Where falling heights (3,) at samples -2, -1, 0 pass a target: position as a parabola of log height."""
+    early, middle, late = [math.log(max(sample, TINY)) for sample in height]
+    goal = math.log(target)
+    weight_early = (goal - middle) * (goal - late) / ((early - middle) * (early - late))
+    weight_middle = (goal - early) * (goal - late) / ((middle - early) * (middle - late))
     return -2.0 * weight_early - weight_middle
 
 

@@ -8,12 +8,15 @@ The paper's method has that bias and `PaperDetector` keeps it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.bearing import law_of_cosines
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.echoes import echoes_at, refine_peaks, separated_peaks
+from obstaclewatch.echoes import echoes_at, refined_peak, separated_peaks
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 
 DIRECT_SEARCH_S = 1.2e-3
@@ -38,17 +41,23 @@ class DirectSound:
 def direct_sound(profile: EchoProfile) -> DirectSound:
     """The strongest peak of each channel near the block's start ("the first strongest peak", section 3.4)."""
     first, last = profile.position(-DIRECT_SEARCH_S), profile.position(DIRECT_SEARCH_S) + 1
-    height = profile.magnitude[:, first:last]
-    peaks = np.argmax(height, axis=1) + first
-    rows = profile.magnitude.shape[1] * np.arange(2)
-    position, amplitude = refine_peaks(profile.magnitude.reshape(-1), peaks + rows)
-    strongest = profile.magnitude[0].max()
-    inside = first < peaks[0] < last - 1
-    return DirectSound(
-        profile.start_s + (position - rows) / profile.rate_hz,
-        amplitude,
-        bool(inside and strongest > 0.0 and profile.magnitude[0, peaks[0]] == strongest),
-    )
+    position, amplitude, found = _direct_peaks(profile.magnitude, first, last)
+    return DirectSound(profile.start_s + position / profile.rate_hz, amplitude, found)
+
+
+@numba.njit(cache=True)
+def _direct_peaks(
+    magnitude: NDArray[np.float64], first: int, last: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    """(2,) positions and heights of the highest peaks between two samples; whether microphone 0 heard none higher."""
+    position, height, found = np.empty(2), np.empty(2), True
+    for mic in range(2):
+        peak = first + int(np.argmax(magnitude[mic, first:last]))
+        position[mic], height[mic] = refined_peak(magnitude[mic], peak)
+        if mic == 0:
+            strongest = magnitude[0].max()
+            found = first < peak < last - 1 and bool(strongest > 0.0 and magnitude[0, peak] == strongest)
+    return position, height, found
 
 
 def measured_direct_delay_s(block: NDArray[np.floating], beep: BeepDesign) -> float:
@@ -81,9 +90,44 @@ def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0)
         Distances, NaN where the path is not longer than the baseline.
     """
     path = np.asarray(path_m, dtype=np.float64)
-    longer = path > baseline_m
-    spread = np.where(longer, path - baseline_m * np.asarray(cosine, dtype=np.float64), 1.0)
-    return np.where(longer, (path**2 - baseline_m**2) / (2.0 * spread), np.nan)
+    path = np.where(path > baseline_m, path, np.nan)
+    return np.asarray(_distance.py_func(path, baseline_m, np.asarray(cosine, dtype=np.float64)))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _distance(path_m: Any, baseline_m: float, cosine: Any) -> Any:
+    """`one_way_range` of paths that are longer than the baseline; compiled loops hand it floats."""
+    return (path_m**2 - baseline_m**2) / (2.0 * (path_m - baseline_m * cosine))
+
+
+@numba.njit(cache=True)
+def ranges_of_pairs(
+    path1_m: NDArray[np.float64],
+    u_m: NDArray[np.float64],
+    separation_m: float,
+    baseline_m: float,
+    speaker_cosine: float,
+) -> NDArray[np.float64]:
+    """(n,) distances from microphone 0 by both microphones' paths, with the speaker somewhere between them.
+
+    The triangle needs the bearing and the bearing the range: the second round moves it by less than 0.1 mm.
+
+    Args:
+        path1_m: (n,) whole paths to microphone 0.
+        u_m: (n,) path 2 - path 1; where it is NaN, echoes count as from straight ahead.
+        separation_m: between the microphones.
+        baseline_m: from microphone 0 to the speaker.
+        speaker_cosine: of the angle at microphone 0 between the speaker and the line on from microphone 1.
+    """
+    range_m = np.empty(len(path1_m))
+    for row, path in enumerate(path1_m):
+        distance = 0.5 * path
+        for _ in range(2):
+            toward = law_of_cosines(distance, distance + u_m[row], separation_m)
+            toward = 1.0 if np.isnan(toward) else min(max(toward, -1.0), 1.0)
+            distance = _distance(path, baseline_m, speaker_cosine * toward) if path > baseline_m else np.nan
+        range_m[row] = distance
+    return range_m
 
 
 def nearest_body_path(

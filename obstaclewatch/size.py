@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.echoes import Echoes
 from obstaclewatch.matched_filter import EchoProfile
-from obstaclewatch.pulse import PulseShape, trailing_widths
+from obstaclewatch.pulse import REACH_S, PulseShape, trailing_widths
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ def rim_excess(
         (n,) excess, m, NaN where the crest does not fall to the pulse's level; (n,) whether it runs into the next one.
     """
     position = (echoes.delay_s - profile.start_s) * profile.rate_hz
-    width, merged = trailing_widths(profile.magnitude[0], position, echoes.amplitude, profile.rate_hz, pulse.level)
+    crest, height = profile.magnitude[0], echoes.amplitude
+    width, merged = trailing_widths(crest, position, height, profile.rate_hz, pulse.level, REACH_S)
     own = pulse.trailing_width_s(np.where(np.isnan(closing_speed_m_s), 0.0, closing_speed_m_s))
     return 0.5 * sound_speed_m_s * (width - own), merged
 

@@ -7,8 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from obstaclewatch.bearing import cone_cosine
 from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.ranging import direct_sound, measured_direct_delay_s, nearest_body_path, one_way_range
+from obstaclewatch.ranging import (
+    direct_sound,
+    measured_direct_delay_s,
+    nearest_body_path,
+    one_way_range,
+    ranges_of_pairs,
+)
 
 from .synthetic import BEEP, PHONE, C, Point, record
 
@@ -56,3 +63,23 @@ def test_body_path_is_the_strongest_peak_behind_the_direct_sound():
     path = nearest_body_path(FILTER.compress(record([body, Point(3.0)])), 0.0, (0.31, 1.7), C, 1e-4)
     assert path == pytest.approx((0.3705 + 0.0405) + 0.3, abs=2e-3)
     assert np.isnan(nearest_body_path(FILTER.compress(record([])), 0.0, (0.5, 1.7), C, 1e-3))
+
+
+@given(
+    path=st.floats(0.3, 20.0),
+    bearing=st.floats(0.0, np.pi),
+    baseline=st.floats(0.0, 0.12),
+    cosine=st.floats(-1.0, 1.0),
+)
+@settings(max_examples=50, deadline=None)
+def test_ranges_of_pairs_are_two_rounds_of_the_two_triangles(path, bearing, baseline, cosine):
+    """Against whole arrays; a path difference of NaN counts as straight ahead, a path below the baseline as none."""
+    path_m, u_m = np.array([path, path, 0.01, 4.0]), np.array([0.141 * np.cos(bearing), np.nan, 0.05, 3.0])
+    range_m = path_m / 2.0
+    for _ in range(2):
+        toward = cone_cosine(range_m, range_m + u_m, 0.141)
+        toward = np.where(np.isnan(toward), 1.0, np.clip(toward, -1.0, 1.0))
+        range_m = one_way_range(path_m, baseline, cosine * toward)
+    found = ranges_of_pairs(path_m, u_m, 0.141, baseline, cosine)
+    assert np.isfinite(found[:2]).all()
+    assert found == pytest.approx(range_m, rel=1e-13, nan_ok=True)
