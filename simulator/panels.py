@@ -62,11 +62,11 @@ def panels_of(wedges: Wedges) -> list[Ints]:
 
 def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
     """Chains of up to `longest` edges of one panel: all at their apexes, or one of them at an end that is a corner."""
-    own = _own_corners(wedges[panel])
+    own, linked = _own_corners(wedges[panel]), linked_edges(wedges[panel])
     rows: list[tuple[list[int], int, int]] = []
     for count in range(2, longest + 1):
         for chain in product(range(len(panel)), repeat=count):
-            if any(own[a, b].all() or own[b, a].all() for a, b in pairwise(chain)):
+            if not all(linked[a, b] for a, b in pairwise(chain)):
                 continue
             edges = list(panel[list(chain)])
             rows.append((edges, -1, APEX))
@@ -80,6 +80,12 @@ def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
     edge = np.array([chain + [-1] * (LONGEST - len(chain)) for chain, _, _ in rows]).reshape(-1, LONGEST)
     slot, which = (np.array([row[n] for row in rows], dtype=np.int64) for n in (1, 2))
     return Chains(edge.astype(np.int64), (edge >= 0).sum(axis=1), slot, which)
+
+
+def linked_edges(wedges: Wedges) -> NDArray[np.bool_]:
+    """(W, W) whether sound runs over the face from one edge of a panel to another: never along their common line."""
+    same = _own_corners(wedges).all(axis=2)
+    return np.asarray(~(same | same.T))
 
 
 def _whole(wedges: Wedges) -> bool:

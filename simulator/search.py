@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from simulator import band
 from simulator.candidates import Candidates, concatenated, direct, joined, nothing
+from simulator.chain_integrals import integrable, integrated_chains
 from simulator.diffracted import diffracted
 from simulator.facets import facets_of
 from simulator.fidelity import Fidelity
@@ -15,6 +16,7 @@ from simulator.gains import DIFFRACTION
 from simulator.ledger import Ledger, Turned
 from simulator.mixed import mixed
 from simulator.pairs import Pairs, run_over
+from simulator.panels import panels_of
 from simulator.paths import REFERENCE_HZ
 from simulator.planar import planar
 from simulator.scattering import scattered_paths
@@ -78,8 +80,17 @@ def _chains(
     frequency = band.nodes_hz(fidelity.band_points)
     if longest < 2:
         return nothing(fidelity.max_order), np.zeros((0, len(frequency)), dtype=np.complex128)
+    bounds = fidelity.max_order, audible, loudest
+    panels, rest = panels_of(tracing.world.wedges), []
+    parts = []
+    for panel in panels:
+        if fidelity.edge_chains == "integrals" and integrable(tracing.world.wedges[panel], speed_m_s):
+            parts.append(integrated_chains(tracing, panel, longest, *bounds, frequency, speed_m_s, ledger))
+        else:
+            rest.append(panel)
     strength = Strength(DIFFRACTION[fidelity.diffraction], frequency, speed_m_s)
-    found, gains = twice_diffracted(tracing, longest, fidelity.max_order, audible, loudest, strength, ledger)
+    parts.append(twice_diffracted(tracing, rest, longest, *bounds, strength, ledger))
+    found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
     owner, kept = tracing.world.owner[found.sequence[:, 0]], np.ones(len(found), dtype=bool)
     for pairs in whole:
         direct_ways = (pairs.before.order == 0) & (pairs.after.order == 0)

@@ -35,17 +35,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.candidates import Candidates, candidates
-from simulator.diffracted import at_poses, clear_of_faces, edge_points, outside, seen
+from simulator.candidates import Candidates
+from simulator.chain_ways import Ways, candidates_over, face_factor, free_of_obstacles, joined_ways, turned_ways
+from simulator.diffracted import at_poses, edge_points, outside, seen
 from simulator.edge_view import APEX, END, START, EdgeView
 from simulator.edges import strength_bound
 from simulator.floor import Audible
 from simulator.joint_apexes import joint_apexes, second_derivatives
-from simulator.ledger import Ledger, Turned
-from simulator.legs import free_between
-from simulator.panels import LONGEST, Chains, chains_of, merge_chains, panels_of
+from simulator.ledger import Ledger
+from simulator.panels import LONGEST, Chains, chains_of, merge_chains
 from simulator.paths import REFERENCE_HZ
-from simulator.visibility import OFFSET
 from simulator.wedges import Wedges
 from simulator.world import Tracing
 
@@ -78,39 +77,14 @@ class Strength:
         return 2.0 * np.pi * REFERENCE_HZ / self.speed_m_s
 
 
-@dataclass(frozen=True)
-class Ways:
-    """R ways over chains of edges.
-
-    Attributes:
-        pose, mic: (R,).
-        chain: the chains met.
-        points_m: (R, LONGEST + 2, 3) speaker, points on the edges, microphone (repeated).
-    """
-
-    pose: Ints
-    mic: Ints
-    chain: Chains
-    points_m: Floats
-
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, index: NDArray) -> Ways:
-        return Ways(self.pose[index], self.mic[index], self.chain[index], self.points_m[index])
-
-    @property
-    def legs_m(self) -> Floats:
-        """(R, LONGEST + 1) lengths between the points."""
-        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
-
-
 def twice_diffracted(
-    tracing: Tracing, longest: int, width: int, audible: Audible, loudest: Floats, strength: Strength, ledger: Ledger
-) -> tuple[Candidates, Complexes]:
+    tracing: Tracing, panels: list[Ints], longest: int, width: int, audible: Audible, loudest: Floats,
+    strength: Strength, ledger: Ledger,
+) -> tuple[Candidates, Complexes]:  # fmt: skip
     """Ways over two to `longest` edges of one panel, without mirrors, as cells with their gains.
 
     Args:
+        panels: wedges of each.
         width: reflections kept for each path.
         audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
@@ -118,7 +92,7 @@ def twice_diffracted(
         ledger: of what is turned away.
     """
     wedges = tracing.world.wedges
-    chains = merge_chains([chains_of(wedges, panel, longest) for panel in panels_of(wedges)])
+    chains = merge_chains([chains_of(wedges, panel, longest) for panel in panels])
     ways = _ways(tracing, chains, audible.limit_m)
     weight = _weights(tracing, ways, strength.middle_1_m)
     bound = weight * _bound(tracing, ways, strength.middle_1_m)
@@ -126,48 +100,14 @@ def twice_diffracted(
     np.maximum.at(strongest, (ways.pose, ways.mic), bound)
     loud = audible(bound, strongest[ways.pose, ways.mic])
     free = np.zeros(len(ways), dtype=bool)
-    free[loud] = _free(tracing, ways[loud])
+    free[loud] = free_of_obstacles(tracing, ways[loud])
     for mask, away in (("faint second edge", ~loud), ("hidden", loud & ~free)):
         rows = np.flatnonzero(away)
-        ledger.turn_away(mask, len(rows), partial(_turned, tracing, ways[rows], bound[rows], width))
+        ledger.turn_away(mask, len(rows), partial(turned_ways, tracing, ways[rows], bound[rows], width))
     rows = np.flatnonzero(free)
-    found = _candidates(tracing, ways[rows], width)
-    found.cell[:] = np.arange(len(found))
-    gain = _gain(tracing, ways[rows], strength) * _face_factor(tracing, ways[rows], strength.frequency_hz)
+    found = candidates_over(tracing, ways[rows], width)
+    gain = _gain(tracing, ways[rows], strength) * face_factor(tracing, ways[rows], strength.frequency_hz)
     return found, weight[rows, None] * gain
-
-
-def _joined(parts: list[Ways]) -> Ways:
-    return Ways(
-        np.concatenate([part.pose for part in parts]), np.concatenate([part.mic for part in parts]),
-        merge_chains([part.chain for part in parts]),
-        np.concatenate([part.points_m for part in parts]),
-    )  # fmt: skip
-
-
-def _free(tracing: Tracing, ways: Ways) -> NDArray[np.bool_]:
-    """(R,) whether nothing stands between the phone and the first and last points."""
-    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    each, last = np.arange(len(ways)), ways.chain.count - 1
-    free = np.ones(len(ways), dtype=bool)
-    for slot, end in ((np.zeros_like(last), 0), (last, -1)):
-        phone, point = ways.points_m[:, end], ways.points_m[each, slot + 1]
-        wedges = at_poses(tracing, ways.chain.edge[each, slot], ways.pose)
-        lift = clear_of_faces(wedges, seen(wedges, phone, phone).source_angle_rad)
-        free &= free_between(tracing, phone, point + OFFSET * extent * lift, ways.pose)
-    return free
-
-
-def _turned(tracing: Tracing, ways: Ways, bound: Floats, width: int) -> Turned:
-    return Turned(bound, lambda chosen: _candidates(tracing, ways[chosen], width))
-
-
-def _candidates(tracing: Tracing, ways: Ways, width: int) -> Candidates:
-    met = ways.chain.edge[:, :width] if width < LONGEST else ways.chain.edge
-    sequence, hits = np.full((len(ways), width), -1), np.zeros((len(ways), width, 3))
-    sequence[:, : met.shape[1]] = np.where(met >= 0, met + tracing.world.first_wedge, -1)
-    hits[:, : met.shape[1]] = ways.points_m[:, 1 : 1 + met.shape[1]]
-    return candidates(tracing, ways.pose, ways.mic, sequence, hits)
 
 
 def _ways(tracing: Tracing, chains: Chains, limit_m: float) -> Ways:
@@ -181,7 +121,7 @@ def _ways(tracing: Tracing, chains: Chains, limit_m: float) -> Ways:
     rows = np.flatnonzero((shortest <= limit_m) & outside(first, seen(first, source, receiver)))
     ways = _unplaced(tracing, pose[rows], mic[rows], chains[chain[rows]])
     found = [_over_apexes(tracing, ways, count) for count in range(2, LONGEST + 1)] + [_over_ends(tracing, ways)]
-    every = _joined(found)
+    every = joined_ways(found)
     return every[np.flatnonzero(every.legs_m.sum(axis=1) <= limit_m)]
 
 
@@ -326,14 +266,3 @@ def _gain(tracing: Tracing, ways: Ways, strength: Strength) -> Complexes:
         rows, view, part = _views(tracing, ways, slot)
         gain[rows] *= strength(view, part)
     return gain
-
-
-def _face_factor(tracing: Tracing, ways: Ways, frequency_hz: Floats) -> Complexes:
-    """(R, K) what the legs along faces lose to their materials: nothing if rigid, all if pressure vanishes there."""
-    factor = np.ones((len(ways), len(frequency_hz)), dtype=np.complex128)
-    obstacle = tracing.world.wedges.obstacle[ways.chain.edge[:, 0]]
-    for index in np.unique(obstacle):
-        rows = np.flatnonzero(obstacle == index)
-        reflection = tracing.world.obstacles[index].material.reflection(frequency_hz, np.ones((1, 1)))
-        factor[rows] = (0.5 + 0.5 * reflection) ** (ways.chain.count[rows, None] - 1)
-    return factor

@@ -1,4 +1,4 @@
-"""Chains of edges: shortest ways, the double line integral, reciprocity, limits, visibility, walks."""
+"""Chains of edges at their apexes: shortest ways, the double line integral, reciprocity, limits, visibility, walks."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _panel(width=0.3, height=0.4, material=None) -> Obstacle:
 def _traced(obstacles, source, receiver, **fidelity):
     phone = Phone.ideal(source, [receiver, np.asarray(receiver) + [0.0, 0.0, 0.11]])
     pose = Pose([0.0, 0.0, 0.0], Rotation.identity())
-    fidelity = {"level": "reference", "edge_floor_db": -np.inf, **fidelity}
+    fidelity = {"level": "reference", "edge_chains": "apexes", "edge_floor_db": -np.inf, **fidelity}
     return Scene(obstacles, Air.lossless(C)), phone, pose, Fidelity(**fidelity)
 
 
@@ -215,6 +215,10 @@ def test_levels_choose_the_order():
     assert "several edges of a thin panel" not in _echo([_panel()], *ends).explain()
     with pytest.raises(ValueError, match="edge_order must be a whole number from 1 to 3, got 4"):
         Fidelity(edge_order=4)
+    assert Fidelity(level="auto").edge_chains == "apexes"
+    assert Fidelity(level="reference").edge_chains == "integrals"
+    with pytest.raises(ValueError, match="edge_chains must be 'integrals' or 'apexes', got 'both'"):
+        Fidelity(edge_chains="both")
 
 
 def test_chains_are_followed_through_a_beep():
@@ -226,7 +230,7 @@ def test_chains_are_followed_through_a_beep():
     mesh.apply_translation([2.0, 0.0, 1.4])
     panel = Obstacle(mesh, Material.rigid(), "panel")
     phone = Phone.ideal([0.0, 0.07, 0.0], [[0.02, 0.07, 0.0], [0.0, -0.07, 0.0]])
-    fidelity = Fidelity(level="reference", edge_floor_db=-np.inf)
+    fidelity = Fidelity(level="reference", edge_chains="apexes", edge_floor_db=-np.inf)
     paths, motion, _ = trace_walk(Scene([panel], Air.lossless(C)), phone, walk, beep, fidelity)
     rows = np.flatnonzero((paths.kind == "mixed") & (paths.pose == 1) & (paths.mic == 1))
     assert len(rows) > 20

@@ -1,0 +1,161 @@
+"""Integrals over the edges of a thin panel: plain sums over the same points, reciprocity, limits, visibility, floor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths, trace_rejected
+from simulator.edge_integrals import face_of, half_way, over_three, over_two
+from simulator.edge_nodes import nodes_of
+from simulator.panels import linked_edges, panels_of
+from simulator.trace import still_tracing
+
+C = 343.0
+FREQUENCY = np.linspace(18_000.0, 23_000.0, 11)
+
+
+def _panel(width=0.2, height=0.3, material=None) -> Obstacle:
+    y, z = 0.5 * width, 0.5 * height
+    corners = [[0.0, -y, -z], [0.0, y, -z], [0.0, y, z], [0.0, -y, z]]
+    return Obstacle(trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]]), material or Material.rigid(), "panel")
+
+
+def _towards(yaw_deg, distance=1.5, height=0.03):
+    yaw = np.deg2rad(yaw_deg)
+    return np.array([distance * np.cos(yaw), -distance * np.sin(yaw), height])
+
+
+def _traced(obstacles, source, receiver, **fidelity):
+    phone = Phone.ideal(source, [receiver, np.asarray(receiver) + [0.0, 0.0, 0.11]])
+    pose = Pose([0.0, 0.0, 0.0], Rotation.identity())
+    fidelity = {"level": "reference", "edge_floor_db": -np.inf, **fidelity}
+    return Scene(obstacles, Air.lossless(C)), phone, pose, Fidelity(**fidelity)
+
+
+def _chains(*args, **fidelity):
+    paths = trace_paths(*_traced(*args, **fidelity))
+    return paths[(paths.kind == "mixed") & (paths.mic == 0)]
+
+
+def _wedges(panel):
+    world = still_tracing(*_traced([panel], _towards(0.0), _towards(5.0))[:3], np.zeros(1), Fidelity()).world
+    (rows,) = panels_of(world.wedges)
+    return world.wedges[rows], world.origin_m
+
+
+def _plain(nodes, wavenumber, source, receiver):
+    """p_2 and p_3 as sums over all pairs and triples of nodes, by the formula as it is printed."""
+    point, weight, n = nodes.point_m, nodes.weight_m, len(nodes)
+
+    def cylindrical(at, other):
+        off = other - point[at]
+        across, rise = off @ nodes.inwards[at], off @ nodes.normal
+        angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)
+        return np.linalg.norm(off), np.hypot(across, rise), off @ nodes.along[at], angle
+
+    def beta(at, a, b):
+        (m, r, z, s), (l, q, y, t) = a, b
+        cosh = (m * l + z * y) / (r * q)
+        angles = (np.pi + s + t, np.pi + s - t, np.pi - s + t, np.pi - s - t)
+        return sum(np.sin(0.5 * f) / (np.sqrt(0.5 * (cosh + 1.0)) - np.cos(0.5 * f)) for f in angles) / (8.0 * np.pi)
+
+    ends = [[cylindrical(i, end) for i in range(n)] for end in (source, receiver)]
+    linked = nodes.edge[:, None] != nodes.edge[None]
+    leg = [[cylindrical(i, point[j]) if linked[i, j] else None for j in range(n)] for i in range(n)]
+    far = np.linalg.norm(point[:, None] - point[None], axis=2)
+    run = np.where(linked, np.exp(-1j * wavenumber * far) / np.where(linked, far, 1.0), 0.0)
+    sent, heard = (
+        np.array([[beta(i, end[i], leg[i][j]) if linked[i, j] else 0.0 for j in range(n)] for i in range(n)])
+        * (weight * np.array([np.exp(-1j * wavenumber * e[0]) / e[0] for e in end]))[:, None]
+        for end in ends
+    )
+    two = np.sum(sent * run * heard.T)
+    three = 0.0
+    for j in range(n):
+        i = np.flatnonzero(linked[j])
+        bent = np.array([[beta(j, leg[j][a], leg[j][b]) for b in i] for a in i])
+        three -= weight[j] * (sent[i, j] * run[i, j]) @ bent @ (heard[i, j] * run[j, i])
+    return two, three
+
+
+def test_sums_are_those_of_all_pairs_and_triples():
+    wedges, origin = _wedges(_panel(0.05, 0.05))
+    nodes, wavenumber = nodes_of(wedges, 4.0 * C), 2.0 * np.pi * 5_000.0 / C  # few nodes, at low k
+    assert 60 < len(nodes) < 200
+    source, receiver = _towards(70.0) - origin, _towards(62.0, height=0.2) - origin
+    two, three = _plain(nodes, wavenumber, source, receiver)
+    face = face_of(nodes, linked_edges(wedges), np.array([wavenumber]))
+    assert over_two(face, source, receiver).sum() == pytest.approx(two, rel=1e-5)
+    found = over_three(face, half_way(face, source), half_way(face, receiver)).sum()
+    assert found == pytest.approx(three, rel=4e-3)  # what is left out of the secant's transform
+
+
+def test_windows_add_up_to_one():
+    wedges, _ = _wedges(_panel(0.2, 0.9))
+    nodes = nodes_of(wedges, C)
+    np.testing.assert_allclose(nodes.share.sum(axis=1), 1.0, atol=1e-12)
+    assert (nodes.share >= 0.0).all()
+    lengths = [nodes.weight_m[nodes.edge == n].sum() for n in range(4)]
+    np.testing.assert_allclose(lengths, wedges.length_m, atol=1e-12)
+
+
+def test_speaker_and_microphone_can_be_swapped():
+    ends = _towards(70.0), _towards(62.0, height=0.2)
+    forth, back = (_chains([_panel()], *pair).transfer_function(FREQUENCY)[0] for pair in (ends, ends[::-1]))
+    assert np.abs(forth).max() > 1e-4
+    np.testing.assert_allclose(forth, back, atol=1e-6 * np.abs(forth).max())
+
+
+def test_turned_and_shifted_panel_sends_the_same():
+    ends = np.array([_towards(70.0), _towards(62.0, height=0.2)])
+    turn, shift = Rotation.from_euler("xyz", [0.3, -0.4, 1.0]), np.array([3.0, -2.0, 5.0])
+    mesh = _panel().mesh.copy()
+    mesh.vertices = turn.apply(mesh.vertices) + shift
+    moved = Obstacle(mesh, Material.rigid(), "panel")
+    here = _chains([_panel()], *ends).transfer_function(FREQUENCY)[0]
+    there = _chains([moved], *(turn.apply(ends) + shift)).transfer_function(FREQUENCY)[0]
+    assert np.abs(here).max() > 1e-4
+    np.testing.assert_allclose(there, here, atol=1e-6 * np.abs(here).max())
+
+
+def test_gains_are_smooth_over_the_band():
+    # each way has the delay of its windows: eight and sixteen nodes of the band give the same echo
+    ends = _towards(72.0, distance=0.8), _towards(65.0, distance=0.8, height=0.1)
+    few, many = (_chains([_panel(0.3, 0.3)], *ends, band_points=n).transfer_function(FREQUENCY)[0] for n in (8, 16))
+    assert np.abs(many).max() > 1e-4
+    assert np.abs(few - many).max() < 3e-3 * np.abs(many).max()
+
+
+def test_absorbing_faces_pass_less_on():
+    ends = _towards(70.0), _towards(72.0)
+    rigid, soft = (
+        np.abs(_chains([panel], *ends, edge_order=2).gain).max()
+        for panel in (_panel(), _panel(material=Material.uniform("felt", 0.2)))
+    )
+    assert soft == pytest.approx(0.6 * rigid, rel=1e-6)  # half of 1 + R
+
+
+def test_hidden_and_faint_chains_are_booked(box):
+    ends = _towards(70.0), _towards(72.0)
+    screen = box((0.1, 0.1, 2.0), tuple(_towards(70.0, 0.8)), "screen")
+    assert not (_chains([_panel(), screen], *ends).obstacle == "panel > panel").any()
+    turned = trace_rejected(*_traced([_panel(), screen], *ends), limit=9000)
+    assert ((turned.mask == "hidden") & (turned.obstacle == "panel > panel")).sum() > 2
+    faint = trace_rejected(*_traced([_panel()], *ends, edge_floor_db=-40.0, edge_share_db=-20.0), limit=9000)
+    assert (faint.mask == "faint second edge").sum() > 20
+
+
+def test_what_the_floor_leaves_out_is_faint():
+    ends = _towards(75.0), _towards(70.0)
+    whole, kept = _chains([_panel()], *ends), _chains([_panel()], *ends, edge_floor_db=-80.0)
+    assert 10 < len(kept) < 0.5 * len(whole)
+    whole, kept = (paths.transfer_function(FREQUENCY)[0] for paths in (whole, kept))
+    assert np.abs(kept - whole).max() < 0.02 * np.abs(whole).max()
+
+
+def test_panels_too_large_for_integrals_keep_their_apexes():
+    paths = _chains([_panel(1.5, 1.5)], _towards(70.0), _towards(72.0))
+    assert 0 < len(paths) < 200
