@@ -7,32 +7,12 @@ work of transforming the whole.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 PHASES = 8
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """Wanted bins that read the slow sequences' bins in one direction.
-
-    A slow sequence of M samples has the bins 0 to M // 2; those beyond mirror them, conjugate.
-    """
-
-    wanted: slice
-    rows: slice
-    mirrored: bool
-    turn: NDArray[np.complex128]
-
-    @cached_property
-    def single_turn(self) -> NDArray[np.complex64]:
-        """The same for spectra in single precision."""
-        return self.turn.astype(np.complex64)
 
 
 class BandSpectrum:
@@ -52,8 +32,13 @@ class BandSpectrum:
         if not 0 <= low < high <= length // 2 + 1:
             raise ValueError(f"bins must be 0 <= low < high <= {length // 2 + 1}, got {low} and {high}")
         self.length = length
-        self._bins = high - low
-        self._pieces = _pieces(length, low, high)
+        wanted, whole = np.arange(low, high), length // PHASES
+        row = wanted % whole
+        self._mirrored = row > whole // 2  # a slow sequence of M samples has bins 0 to M // 2; the others mirror them
+        self._row = np.where(self._mirrored, whole - row, row)
+        self._turn = np.exp(-2j * np.pi * np.outer(wanted, np.arange(PHASES)) / length)
+        self._turn[self._mirrored] = self._turn[self._mirrored].conj()
+        self._single_turn = self._turn.astype(np.complex64)
 
     @staticmethod
     def whole_length(samples: int) -> int:
@@ -65,30 +50,23 @@ class BandSpectrum:
         if block.shape[1] < self.length:
             block = np.pad(block, ((0, 0), (0, self.length - block.shape[1])))
         slow = fft.rfft(block.reshape(len(block), -1, PHASES), axis=1)
-        bins = np.empty((len(block), self._bins), dtype=slow.dtype)
-        for piece in self._pieces:
-            turn = piece.turn if slow.dtype == np.complex128 else piece.single_turn
-            turned = np.einsum("ckp,kp->ck", slow[:, piece.rows], turn)
-            bins[:, piece.wanted] = turned.conj() if piece.mirrored else turned
-        return bins
+        turn = self._turn if slow.dtype == np.complex128 else self._single_turn
+        return _turned_sums(slow, self._row, self._mirrored, turn)
 
 
-def _pieces(length: int, low: int, high: int) -> list[_Piece]:
-    """Cut the wanted bins where the slow sequences' bins change direction."""
-    whole = length // PHASES
-    wanted = np.arange(low, high)
-    within = wanted % whole
-    mirrored = within > whole // 2
-    cuts = np.flatnonzero(np.diff(mirrored.astype(int)) | (np.diff(within) < 0)) + 1
-    pieces = []
-    for first, last in zip(np.r_[0, cuts], np.r_[cuts, len(wanted)], strict=True):
-        turn = np.exp(-2j * np.pi * np.outer(wanted[first:last], np.arange(PHASES)) / length)
-        back = bool(mirrored[first])
-        rows = whole - within[first:last] if back else within[first:last]
-        step = -1 if back else 1
-        end = int(rows[-1]) + step
-        pieces.append(
-            _Piece(slice(int(first), int(last)), slice(int(rows[0]), end if end >= 0 else None, step), back,
-                   turn.conj() if back else turn)
-        )  # fmt: skip
-    return pieces
+@numba.njit(cache=True)
+def _turned_sums(
+    slow: NDArray[np.complexfloating],
+    row: NDArray[np.intp],
+    mirrored: NDArray[np.bool_],
+    turn: NDArray[np.complexfloating],
+) -> NDArray[np.complexfloating]:
+    """(C, B) sums over the slow sequences' bins (C, rows, PHASES), each turned, conjugate where mirrored."""
+    sums = np.empty((len(slow), len(row)), dtype=slow.dtype)
+    for channel in range(len(slow)):
+        for wanted in range(len(row)):
+            total = slow[channel, row[wanted], 0] * turn[wanted, 0]
+            for phase in range(1, PHASES):
+                total += slow[channel, row[wanted], phase] * turn[wanted, phase]
+            sums[channel, wanted] = total.conjugate() if mirrored[wanted] else total
+    return sums
