@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.approach_filter import expected_reading, predicted, updated
 from obstaclewatch.courses import Samples
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
@@ -43,6 +45,8 @@ SURGE_READ_M = 0.025
 """Deviation of a reading by gait: what the surge's speed reads through range-Doppler coupling."""
 ACCELERATION_M_S2 = 0.35
 GATE_DEVIATIONS = 3.5
+TWINS_M, TWINS_M_S = 0.08, 0.4
+"""Differences below which two tracks follow the same echo."""
 
 
 @dataclass
@@ -70,24 +74,16 @@ class Track:
 
     def predict(self, time_s: float) -> None:
         """Move the state to another time, under white acceleration."""
-        step = time_s - self.time_s
-        move = np.array([[1.0, -step], [0.0, 1.0]])
-        jolt = np.array([0.5 * step**2, -step]) * ACCELERATION_M_S2
-        self.state = move @ self.state
-        self.covariance = move @ self.covariance @ move.T + np.outer(jolt, jolt)
-        self.time_s = time_s
+        step_s, self.time_s = time_s - self.time_s, time_s
+        self.state, self.covariance = predicted(self.state, self.covariance, step_s, ACCELERATION_M_S2)
 
     def expected(self, ahead_s: float) -> tuple[float, float]:
         """What a chirp would read, m, and its variance."""
-        look = np.array([1.0, -ahead_s])
-        return float(look @ self.state), float(look @ self.covariance @ look)
+        return expected_reading(self.state, self.covariance, ahead_s)
 
     def update(self, read_m: float, variance: float, ahead_s: float) -> None:
         """Kalman's update by a reading."""
-        look = np.array([1.0, -ahead_s])
-        gain = self.covariance @ look / (look @ self.covariance @ look + variance)
-        self.state = self.state + gain * (read_m - look @ self.state)
-        self.covariance = self.covariance - np.outer(gain, look @ self.covariance)
+        self.state, self.covariance = updated(self.state, self.covariance, read_m, variance, ahead_s)
 
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
         """Keep a peak for the judgement of the course."""
@@ -137,16 +133,14 @@ class Approaches:
     def _follow(self, track: Track, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_]) -> None:
         track.predict(time_s)
         expected_m, spread = track.expected(self._ahead_s)
-        variance = SURGE_READ_M**2 + peaks.range_std_m**2
-        distance2 = (peaks.range_m - expected_m) ** 2 / (spread + variance)
-        merit = np.where(taken | (distance2 > GATE_DEVIATIONS**2), -np.inf, np.log(peaks.power) - 0.5 * distance2)
-        if len(peaks) == 0 or not np.isfinite(merit.max()):
+        best = _likeliest(peaks.range_m, peaks.range_std_m, peaks.power, taken, expected_m, spread)
+        if best < 0:
             track.misses += 1
             track.score += MISS
             return
-        best = int(np.argmax(merit))
         taken[best] = True
-        track.update(float(peaks.range_m[best]), float(variance[best]), self._ahead_s)
+        variance = SURGE_READ_M**2 + float(peaks.range_std_m[best]) ** 2
+        track.update(float(peaks.range_m[best]), variance, self._ahead_s)
         track.remember(time_s, peaks, best)
         track.misses = 0
         track.score = min(track.score + HIT + float(_power_gain(peaks.power[best])), MOST_SCORE)
@@ -213,8 +207,7 @@ class Approaches:
         """Of two tracks that have become one, the better stays."""
         kept: list[Track] = []
         for track in sorted(self.tracks, key=lambda track: (-len(track.past), -track.score)):
-            twin = any(np.all(np.abs(track.state - other.state) < [0.08, 0.4]) for other in kept)
-            if not twin:
+            if not any(_are_one(track, other) for other in kept):
                 kept.append(track)
         self.tracks = kept
 
@@ -223,6 +216,26 @@ def _lives(track: Track) -> bool:
     """Still heard, still closing in, still ahead."""
     heard = track.score > 0.0 and track.misses <= MOST_MISSES
     return heard and track.state[1] >= LEAST_SPEED_M_S and track.state[0] > 0.1
+
+
+def _are_one(track: Track, other: Track) -> bool:
+    """As near and as fast as each other."""
+    return abs(track.state[0] - other.state[0]) < TWINS_M and abs(track.state[1] - other.state[1]) < TWINS_M_S
+
+
+@numba.njit(cache=True)
+def _likeliest(
+    range_m: Array, range_std_m: Array, power: Array, taken: NDArray[np.bool_], expected_m: float, spread: float
+) -> int:
+    """The free peak within the gate that is strongest for its distance from the expected one; -1 if there is none."""
+    best, most = -1, -np.inf
+    for peak in range(len(range_m)):
+        variance = spread + SURGE_READ_M**2 + range_std_m[peak] ** 2
+        distance2 = (range_m[peak] - expected_m) ** 2 / variance
+        merit = np.log(power[peak]) - 0.5 * distance2
+        if not taken[peak] and distance2 <= GATE_DEVIATIONS**2 and merit > most:
+            best, most = peak, merit
+    return best
 
 
 def _power_gain(power: Array) -> Array:

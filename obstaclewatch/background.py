@@ -7,9 +7,11 @@ ground and walls alongside bob with the gait and keep their height only; a mean 
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+
+from obstaclewatch.echoes import highest_nearby
 
 
 class CoherentBackground:
@@ -30,10 +32,11 @@ class CoherentBackground:
 
     def subtract(self, envelope: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """What of a (2, M) envelope was not there in the mean of earlier beeps; then learn it. Zeros at first."""
-        rest = np.zeros_like(envelope) if self._mean is None else envelope - self._mean
         self._count = min(self._count + 1, self._beeps)
-        self._mean = envelope.copy() if self._mean is None else self._mean + rest / self._count
-        return rest
+        if self._mean is None:
+            self._mean = np.ascontiguousarray(envelope)
+            return np.zeros_like(self._mean)
+        return _learnt(self._mean, envelope, self._count)
 
 
 class ClutterMap:
@@ -46,7 +49,7 @@ class ClutterMap:
 
     def __init__(self, beeps: int, half_width: int) -> None:
         self._beeps = beeps
-        self._size = 2 * half_width + 1
+        self._half_width = half_width
         self._count = 0
         self._mean: NDArray[np.float64] | None = None
 
@@ -62,7 +65,18 @@ class ClutterMap:
     def level(self, magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """(M,) mean of the earlier beeps' highest value nearby; then learn this one. Infinite at first."""
         before = np.full(len(magnitude), np.inf) if self._mean is None else self._mean
-        widened = ndimage.maximum_filter1d(magnitude, self._size, mode="nearest")
+        widened = highest_nearby(magnitude, self._half_width)
         self._count = min(self._count + 1, self._beeps)
         self._mean = widened if self._mean is None else self._mean + (widened - self._mean) / self._count
         return before
+
+
+@numba.njit(cache=True)
+def _learnt(mean: NDArray[np.complex128], envelope: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+    """What of an envelope is not in the mean of `count - 1` others; the mean, in place, becomes that of all."""
+    rest, share = np.empty(mean.shape, dtype=np.complex128), 1.0 / count
+    for mic in range(len(mean)):
+        for sample in range(mean.shape[1]):
+            rest[mic, sample] = envelope[mic, sample] - mean[mic, sample]
+            mean[mic, sample] += rest[mic, sample] * share
+    return rest

@@ -95,7 +95,27 @@ def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
 
 def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """(n,) height that the sidelobes of stronger echoes within `half_width` samples may reach."""
-    return SIDELOBE * ndimage.maximum_filter1d(magnitude, 2 * half_width + 1, mode="nearest")
+    return SIDELOBE * highest_nearby(magnitude, half_width)
+
+
+@numba.njit(cache=True)
+def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
+    """(n,) highest sample within `half_width` samples of each: windows that double in width, then two that overlap."""
+    size, width = 2 * half_width + 1, 1
+    window = np.empty(len(magnitude) + 2 * half_width)
+    for first in range(len(window)):
+        sample = first - half_width
+        window[first] = magnitude[sample] if 0 <= sample < len(magnitude) else -np.inf
+    while 2 * width <= size:
+        for first in range(len(window) - width):
+            second = window[first + width]
+            window[first] = second if second > window[first] else window[first]
+        width *= 2
+    highest = np.empty(len(magnitude))
+    for first in range(len(magnitude)):
+        second = window[first + size - width]
+        highest[first] = second if second > window[first] else window[first]
+    return highest
 
 
 @numba.njit(cache=True)

@@ -7,9 +7,11 @@ shifted array, however many beeps the evidence spans. Echoes too weak to be foun
 
 from __future__ import annotations
 
+import numba
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
+
+from obstaclewatch.echoes import highest_nearby
 
 SPEEDS_M_S = (0.45, 3.2)
 CHANGE = 0.4
@@ -28,12 +30,18 @@ def log_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
 
     A cell stands for two samples and, because gait moves a reading by 2.8 cm, takes the highest of its neighbours.
     """
-    pairs = power[: len(power) // 2 * 2].reshape(-1, 2).max(axis=1)
-    near = pairs.copy()
-    np.maximum(near[1:], pairs[:-1], out=near[1:])
-    np.maximum(near[:-1], pairs[1:], out=near[:-1])
-    ratio = near * (EXPECTED_POWER / (1.0 + EXPECTED_POWER)) - np.log1p(EXPECTED_POWER) - BIAS
+    highest = highest_nearby(_of_pairs(power), 1)
+    ratio = highest * (EXPECTED_POWER / (1.0 + EXPECTED_POWER)) - np.log1p(EXPECTED_POWER) - BIAS
     return np.minimum(np.maximum(ratio, RATIO_LIMITS[0]), RATIO_LIMITS[1]).astype(np.float32)
+
+
+@numba.njit(cache=True)
+def _of_pairs(power: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N // 2,) the higher of each two samples."""
+    pairs = np.empty(len(power) // 2)
+    for cell in range(len(pairs)):
+        pairs[cell] = max(power[2 * cell], power[2 * cell + 1])
+    return pairs
 
 
 class LineEvidence:
@@ -60,11 +68,7 @@ class LineEvidence:
 
     def add(self, ratio: NDArray[np.float32]) -> None:
         """Move every speed's ranges nearer by one beep and add what was heard there, (cells,) log ratios."""
-        moved = self._moved()
-        best = np.maximum(moved, np.float32(0.0))
-        np.maximum(best[1:], moved[:-1] - np.float32(CHANGE), out=best[1:])
-        np.maximum(best[:-1], moved[1:] - np.float32(CHANGE), out=best[:-1])
-        np.add(best, ratio, out=self._sum[:, : self._cells])
+        self._sum = _gathered(self._sum, ratio, self._first)
 
     def fade(self, first: int, last: int, share: float = 0.0) -> None:
         """Keep only a share of the evidence of the cells from `first` on and before `last`."""
@@ -80,8 +84,21 @@ class LineEvidence:
         gathered = self._sum[:, cell]
         return self.speeds_m_s[gathered >= gathered.max() - NEARLY]
 
-    def _moved(self) -> NDArray[np.float32]:
-        """(S, cells) view of the sums a beep farther away: row k begins `first + k` cells on."""
-        row, cell = self._sum.strides
-        start = self._sum[0, self._first :]
-        return as_strided(start, (len(self._sum), self._cells), (row + cell, cell), writeable=False)
+
+@numba.njit(cache=True)
+def _gathered(evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: int) -> NDArray[np.float32]:
+    """(S, width) evidence a beep later: of a line's own and its neighbours' the best, none below 0, and what was heard.
+
+    Row k's ranges come `first + k` cells nearer; ranges beyond those heard have no evidence.
+    """
+    gathered, last, change = np.zeros_like(evidence), len(evidence) - 1, np.float32(CHANGE)
+    for row in range(last + 1):
+        slow, fast = max(row - 1, 0), min(row + 1, last)
+        own, slower = evidence[row, first + row :], evidence[slow, first + slow :]
+        faster = evidence[fast, first + fast :]
+        for cell in range(len(ratio)):
+            best = own[cell] if own[cell] > 0.0 else np.float32(0.0)
+            best = slower[cell] - change if slower[cell] - change > best else best
+            best = faster[cell] - change if faster[cell] - change > best else best
+            gathered[row, cell] = best + ratio[cell]
+    return gathered

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import signal
+from scipy import ndimage, signal
 
 from obstaclewatch.echoes import (
     above_sidelobes,
+    highest_nearby,
     highest_of_windows,
     local_maxima,
     mean_threshold,
@@ -63,6 +64,14 @@ def test_separated_peaks_are_scipys(seed, separation, threshold):
 def test_local_maxima_are_scipys_on_flat_tops_too(seed, steps):
     envelope = np.random.default_rng(seed).integers(0, steps, size=200).astype(float)
     assert local_maxima(envelope).tolist() == signal.find_peaks(envelope)[0].tolist()
+
+
+@given(seed=st.integers(0, 999), half_width=st.integers(0, 90), count=st.integers(1, 200))
+@settings(max_examples=50, deadline=None)
+def test_highest_nearby_is_scipys_maximum_filter(seed, half_width, count):
+    envelope = np.random.default_rng(seed).rayleigh(size=count)
+    expected = ndimage.maximum_filter1d(envelope, 2 * half_width + 1, mode="nearest")
+    assert highest_nearby(envelope, half_width).tolist() == expected.tolist()
 
 
 @given(seed=st.integers(0, 999), half_width=st.integers(1, 90), least=st.floats(0.0, 2.0))
