@@ -34,7 +34,8 @@ from obstaclewatch.carrier_phase import (
     with_deviation,
 )
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
-from obstaclewatch.gait import reading_covariance
+from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
+from obstaclewatch.swing import STEADY, Swing
 
 Array = NDArray[np.float64]
 
@@ -109,34 +110,41 @@ class CourseGrid:
         mic_phase_rad: float | None = 0.0,
     ) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
-        self._sin_pitch, self.cos_pitch = float(np.sin(pitch_rad)), float(np.cos(pitch_rad))
+        self._pitch_rad = np.array([pitch_rad])
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
         self._radius, self._miss2 = self._all.radius_m[:, None], self._all.miss_m[:, None] ** 2
         self._mic_phase_rad = mic_phase_rad
         self._upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
-        self._forwards = (self._cos_angle * self.cos_pitch)[:, None]
+        self._stays = self._all.height_m[:, None] > 0.0
 
-    def judge(self, samples: Samples, now_s: float, ground_m: float) -> Course:
+    def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
         """The posterior after K >= 3 beeps.
 
         Args:
             samples: the track's readings.
             now_s: time of the asked state.
             ground_m: height of microphone 0 above the ground.
+            swing: of the phone; `STEADY` if it is not known.
         """
         height = np.minimum(self._all.height_m, ground_m)[:, None]
-        time_s = samples.time_s - now_s
-        precision: Array = np.linalg.inv(reading_covariance(time_s, samples.range_std_m)).astype(np.float64, copy=False)
-        ahead, closing = _straight(time_s, self._ahead(samples.range_m, height), precision)
+        time_s, hit_s = samples.time_s - now_s, samples.time_s - self._ahead_s
+        step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
+        covariance = reading_covariance(time_s, samples.range_std_m, step_std_m)
+        precision: Array = np.linalg.inv(covariance).astype(np.float64, copy=False)
+        turn_rad, lift_m, surge_m = swing.as_read(hit_s, self._ahead_s)
+        steady_m = self._without_swing(samples.range_m, height, lift_m, surge_m)
+        ahead, closing = _straight(time_s, self._ahead(steady_m, height), precision)
         line = np.maximum(ahead - closing * time_s, NEAREST_M)
-        range_m, cosine = self._seen(line, height)
-        log = self._all.log_prior + _log_fit(samples.range_m - range_m, precision)
+        range_m, cosine = self._seen(line, height, self._pitch_rad + turn_rad)
+        log = self._all.log_prior + _log_fit(steady_m - range_m, precision)
         speed = closing[:, 0] / self._cos_angle
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
             u_m = self._path_difference(range_m[:, heard], cosine[:, heard])
-            now_m = self._path_difference(*self._seen(line[:, heard] + closing * self._ahead_s, height))
+            turn_rad, lift_m, _ = swing.at(hit_s[heard])
+            then = line[:, heard] + closing * self._ahead_s
+            now_m = self._path_difference(*self._seen(then, height + self._stays * lift_m, self._pitch_rad + turn_rad))
             log += self._log_heard(samples.second[heard], u_m, now_m)
         log += np.log(speed_density(speed))
         share = np.exp(log - log.max())
@@ -148,12 +156,20 @@ class CourseGrid:
         ahead: Array = np.sqrt(np.maximum(plan**2 - self._miss2, NEAREST_M**2))
         return ahead
 
-    def _seen(self, ahead_m: Array, height_m: Array) -> tuple[Array, Array]:
-        """(H, K) ranges and cosines of the cone with the obstacle that far ahead."""
+    def _without_swing(self, range_m: Array, height_m: Array, lift_m: Array, surge_m: Array) -> Array:
+        """(H, K) ranges as a phone would read them that neither bobs nor surges."""
+        down = np.minimum(height_m / range_m, 1.0)
+        level = np.sqrt(1.0 - down**2) * self._cos_angle[:, None]
+        steady: Array = range_m - self._stays * down * lift_m + level * surge_m
+        return steady
+
+    def _seen(self, ahead_m: Array, height_m: Array, pitch_rad: Array) -> tuple[Array, Array]:
+        """(H, K) ranges and cosines of the cone with the obstacle that far ahead and the phone lifted so."""
         middle = np.sqrt(ahead_m**2 + self._miss2)
         plan = np.maximum(middle - self._radius, NEAREST_M)
         range_m = np.sqrt(plan**2 + height_m**2)
-        cosine = (plan * ahead_m / middle * self._forwards - height_m * self._sin_pitch) / range_m
+        level = plan * ahead_m / middle * self._cos_angle[:, None]
+        cosine = (level * np.cos(pitch_rad) - height_m * np.sin(pitch_rad)) / range_m
         return range_m, cosine
 
     def _path_difference(self, range_m: Array, cosine: Array) -> Array:
@@ -190,7 +206,7 @@ class CourseGrid:
             speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            cosine=float(share @ self._seen(ahead_m, height_m)[1][:, 0]),
+            cosine=float(share @ self._seen(ahead_m, height_m, self._pitch_rad)[1][:, 0]),
             miss_m=float(share @ self._all.miss_m),
         )
 

@@ -17,11 +17,13 @@ STEP_HZ, STEP_STD_HZ = 1.85, 0.15
 """Steps per second of adults who walk at 1.0-1.5 m/s (Murakami and Otaka 2017: 1.6-2.0)."""
 READING_M = 0.020
 """Standard deviation over a step: 2.8 cm / sqrt(2)."""
+SWING_KNOWN_M = 0.010
+"""The same with the swing known and taken off: half, as people surge by half as much or more."""
 OTHER_M = 0.008
 """What is neither step nor noise: reflecting points that wander, echoes that overlap."""
 
 
-def reading_covariance(time_s: Array, noise_std_m: Array) -> Array:
+def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float = READING_M) -> Array:
     """(K, K) covariance, m^2, of K readings about a straight course.
 
     A sinusoid of random phase and of a frequency N(STEP_HZ, STEP_STD_HZ^2), and white noise.
@@ -29,8 +31,9 @@ def reading_covariance(time_s: Array, noise_std_m: Array) -> Array:
     Args:
         time_s: (K,) times of the readings.
         noise_std_m: (K,) their deviations by noise.
+        step_std_m: standard deviation over a step.
     """
     lag = 2.0 * np.pi * (time_s[:, None] - time_s)
-    step = READING_M**2 * np.cos(STEP_HZ * lag) * np.exp(-0.5 * (STEP_STD_HZ * lag) ** 2)
+    step = step_std_m**2 * np.cos(STEP_HZ * lag) * np.exp(-0.5 * (STEP_STD_HZ * lag) ** 2)
     covariance: Array = step + np.diag(OTHER_M**2 + noise_std_m**2)
     return covariance

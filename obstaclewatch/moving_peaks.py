@@ -21,6 +21,7 @@ from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.ranging import direct_sound, one_way_range
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.swing import GroundEcho, ground_echo, ground_path_difference_m
 
 Array = NDArray[np.float64]
 
@@ -96,6 +97,10 @@ class PeakFinder:
         settings: reach of the listening, and the calibrated direct sound.
         sound_speed_m_s: speed of sound.
         pitch_rad: lift of the phone's top edge, for the height above the ground.
+
+    Attributes:
+        ground_m: height of microphone 0 above the ground, as known so far.
+        ground: the ground in the last beep; None before its place is known.
     """
 
     def __init__(
@@ -118,7 +123,10 @@ class PeakFinder:
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
         self._heard = 0
         self._sin_pitch = float(np.sin(pitch_rad))
+        self._separation_m = phone.mic_separation_m
+        self._ground_path_m: float | None = None
         self.ground_m = USUAL_GROUND_M
+        self.ground: GroundEcho | None = None
 
     @property
     def wavelength_m(self) -> float:
@@ -140,7 +148,9 @@ class PeakFinder:
         self._background.clear()
         self._clutter.clear()
         self._heard = 0
+        self._ground_path_m = None
         self.ground_m = USUAL_GROUND_M
+        self.ground = None
 
     def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | None:
         """Emission relative to the block's first sample, s, and the peaks; None if there is no beep."""
@@ -159,6 +169,7 @@ class PeakFinder:
         heard = rest.magnitude[0, first : first + self._span]
         noise = self._noise(heard, float(direct.amplitude[0]))
         self._sound_the_ground(window.first_s)
+        self.ground = self._ground_now(profile, start_s)
         echoes = echoes_at(rest, 0, self._strongest(heard, heard / noise) + first)
         identical = np.array_equal(profile.envelope[0], profile.envelope[1])
         second = self._second(rest, echoes, first, identical)
@@ -192,8 +203,15 @@ class PeakFinder:
         strongest = float(window.max())
         if strongest > GROUND_CONTRAST * clutter.mean():
             middle = low + float(np.flatnonzero(window > 0.8 * strongest).mean())  # the map's peaks are widened
-            path_m = self._c * (first_s + middle / self._filter.rate_hz)
-            self.ground_m = float(one_way_range(path_m, self._baseline_m, self._sin_pitch))
+            self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
+            self.ground_m = float(one_way_range(self._ground_path_m, self._baseline_m, self._sin_pitch))
+
+    def _ground_now(self, profile: EchoProfile, start_s: float) -> GroundEcho | None:
+        """The ground in this beep; None before its place is known."""
+        if self._ground_path_m is None:
+            return None
+        difference_m = ground_path_difference_m(self.ground_m, self._separation_m, self._sin_pitch)
+        return ground_echo(profile, start_s, self._ground_path_m, difference_m, self._c)
 
     def _second(self, rest: EchoProfile, echoes: Echoes, first: int, identical: bool) -> NDArray[np.complex64]:
         """(n, W) microphone 1 around each peak; NaN if both channels are the same."""

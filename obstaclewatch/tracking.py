@@ -22,6 +22,7 @@ from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
+from obstaclewatch.swing import StepListener
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -77,12 +78,16 @@ class TrackingDetector(EchoDetector):
             beep.range_doppler_s,
             mic_phase_rad,
         )
+        self._steps = StepListener(
+            phone.mic_separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
+        )
 
     def reset(self) -> None:
         """Forget everything heard so far."""
         super().reset()
         self._finder.reset()
         self._approaches.clear()
+        self._steps.clear()
 
     def process(self, block: NDArray[np.floating], time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `EchoDetector.process`."""
@@ -98,12 +103,20 @@ class TrackingDetector(EchoDetector):
         start_s, peaks = found
         emitted_s = begin_s + start_s
         hit_s = emitted_s + 0.5 * self.beep.duration_s
+        if self._finder.ground is not None:
+            self._steps.add(hit_s, self._finder.ground)
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
-        ahead_s = self.beep.range_doppler_s
-        courses = [self._grid.judge(track.samples(ahead_s), hit_s, self._finder.ground_m) for track in tracks]
+        courses = self._courses(tracks, hit_s)
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
         return self._report(index, emitted_s, tracks, courses, flag)
+
+    def _courses(self, tracks: list[Track], hit_s: float) -> list[Course]:
+        if not tracks:
+            return []
+        ahead_s, ground_m = self.beep.range_doppler_s, self._finder.ground_m
+        swing = self._steps.swing(ground_m)
+        return [self._grid.judge(track.samples(ahead_s), hit_s, ground_m, swing) for track in tracks]
 
     def _collides(self, found: Measurement) -> NDArray[np.bool_]:
         return np.zeros(len(found.range_m), dtype=bool)

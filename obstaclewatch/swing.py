@@ -1,0 +1,188 @@
+"""How the phone swings with the walker's steps, heard in the echo of the ground beneath it.
+
+That echo stays while everything else closes in, and it is loud at both microphones. Its range is the phone's height;
+its phase between the microphones is the phone's lift: the path difference to the ground's mirror image is
+    u = sqrt(h^2 - 2 h L sin(pitch) + L^2) - h,    du/dpitch = -h L cos(pitch) / (h + u).
+Both follow the step, so that a sinusoid of one frequency is fitted to both; what the chirp reads ahead of its time is
+taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad rms, is left with 2 mrad, the height with
+2 mm of 13. The surge follows: a walking trunk is fastest when it is lowest (Cavagna, Thys and Zamboni 1976, J. Physiol.
+262:639), its size is an assumption.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.carrier_phase import complex_at
+from obstaclewatch.echoes import refine_peaks
+from obstaclewatch.matched_filter import EchoProfile
+
+Array = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+STEP_RAD_S = 2.0 * np.pi * np.arange(1.3, 2.45, 0.05)
+"""Steps of adults (gait.STEP_HZ) and a margin."""
+REACH_M = 0.13
+"""How far from its mean place the ground may be read: a bob of 2.4 cm reads 7 cm."""
+MEMORY_BEEPS = 24
+LEAST_BEEPS = 10
+"""A second: nearly two steps."""
+ROUNDS = 3
+"""Of the fit, whose weights fall where echoes of obstacles cross the ground's."""
+READ_SCALE_M, PHASE_SCALE = 0.012, 0.35
+"""Residuals, m and rad, at which a beep's weight has halved."""
+LEAST_SHARE = 0.4
+"""Of the variance that a sinusoid must explain to be believed; of 24 random numbers it explains 0.26 (90th percentile,
+the best of all frequencies)."""
+SURGE_M = 0.010
+"""Of the trunk, zero to peak."""
+LEAST_COS = 0.2
+"""A phone that stands on end says nothing of its pitch; noise must not become swing."""
+
+
+class GroundEcho(NamedTuple):
+    """The ground in one beep: range as the chirp reads it, m, and phase of microphone 1 after microphone 0, rad."""
+
+    read_m: float
+    phase_rad: float
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Departures from the mean as phasors X, Re(X exp(j step_rad_s t)).
+
+    Attributes:
+        step_rad_s: angular frequency of the steps.
+        pitch_rad, height_m, surge_m: of the phone's lift, its height, and its place along the way; 0 where unheard.
+    """
+
+    step_rad_s: float
+    pitch_rad: complex
+    height_m: complex
+    surge_m: complex
+
+    def at(self, time_s: Array) -> Array:
+        """(3, K) pitch, height and surge at that time."""
+        return np.real(self._phasors()[:, None] * self._turn(time_s))
+
+    def as_read(self, time_s: Array, ahead_s: float) -> Array:
+        """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
+        return np.real((self._phasors() * (1.0 + 1j * self.step_rad_s * ahead_s))[:, None] * self._turn(time_s))
+
+    def _phasors(self) -> Complexes:
+        return np.array([self.pitch_rad, self.height_m, self.surge_m])
+
+    def _turn(self, time_s: Array) -> Complexes:
+        turn: Complexes = np.exp(1j * self.step_rad_s * time_s)
+        return turn
+
+
+STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
+"""No swing, or none that is known."""
+
+
+def ground_path_difference_m(height_m: float, separation_m: float, sin_pitch: float) -> float:
+    """From microphone 1 to the speaker's image in the ground, less that from microphone 0, at that height."""
+    return float(np.sqrt(height_m**2 - 2.0 * height_m * separation_m * sin_pitch + separation_m**2)) - height_m
+
+
+def ground_echo(
+    profile: EchoProfile, start_s: float, path_m: float, difference_m: float, sound_speed_m_s: float
+) -> GroundEcho:
+    """The strongest sound of a beep about the ground's place.
+
+    Args:
+        profile: the beep compressed, with what stands still.
+        start_s: its emission, on the profile's axis.
+        path_m: mean path to the ground and back.
+        difference_m: path difference at which microphone 1 is listened to.
+        sound_speed_m_s: speed of sound.
+    """
+    first, last = (profile.position(start_s + (path_m + side * 2.0 * REACH_M) / sound_speed_m_s) for side in (-1, 1))
+    peak = first + int(np.argmax(profile.magnitude[0, first : last + 1]))
+    position, _ = refine_peaks(profile.magnitude[0], np.array([peak]))
+    delay = profile.start_s + position / profile.rate_hz
+    top = complex_at(profile, 0, delay)
+    bottom = complex_at(profile, 1, delay + difference_m / sound_speed_m_s)
+    return GroundEcho(0.5 * sound_speed_m_s * float(delay[0] - start_s), float(np.angle(bottom * top.conj())[0]))
+
+
+class StepListener:
+    """Remembers the ground's echo and tells the swing.
+
+    Args:
+        separation_m: between the microphones.
+        wavelength_m: of the carrier.
+        pitch_rad: mean lift of the phone's top edge.
+        ahead_s: how far ahead the chirp reads.
+    """
+
+    def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
+        self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
+        self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
+        self._heard: deque[tuple[float, GroundEcho]] = deque(maxlen=MEMORY_BEEPS)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._heard.clear()
+
+    def add(self, time_s: float, echo: GroundEcho) -> None:
+        """One beep's ground, at the time at which the beep's centre met it."""
+        self._heard.append((time_s, echo))
+
+    def swing(self, height_m: float) -> Swing:
+        """The swing over the beeps remembered; what no step explains is left out.
+
+        Args:
+            height_m: of microphone 0 above the ground.
+        """
+        if len(self._heard) < LEAST_BEEPS:
+            return STEADY
+        time_s = np.array([time for time, _ in self._heard])
+        read_m, phase = np.array([echo for _, echo in self._heard]).T
+        turned = np.exp(1j * phase)
+        values = np.stack([(read_m - np.median(read_m)) / READ_SCALE_M, np.angle(turned / turned.sum()) / PHASE_SCALE])
+        step_rad_s, (read, turn), shares = common_sinusoid(time_s, values)
+        read, turn = (x if share >= LEAST_SHARE else 0.0 for x, share in zip((read, turn), shares, strict=True))
+        height = READ_SCALE_M * read / (1.0 + 1j * step_rad_s * self._ahead_s)
+        surge = 1j * SURGE_M * height / abs(height) if height else 0.0
+        return Swing(step_rad_s, PHASE_SCALE * turn * self._pitch_per_phase(height_m), height, surge)
+
+    def _pitch_per_phase(self, height_m: float) -> float:
+        """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
+        u_m = ground_path_difference_m(height_m, self._separation_m, self._sin_pitch)
+        slope = -height_m * self._separation_m * self._cos_pitch / (height_m + u_m)
+        return -self._wavelength_m / (2.0 * np.pi) / slope
+
+
+def common_sinusoid(time_s: Array, values: Array) -> tuple[float, Complexes, Array]:
+    """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
+
+    Args:
+        time_s: (K,).
+        values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
+    """
+    turn = STEP_RAD_S[:, None] * time_s
+    design = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)[:, None]
+    weight = np.ones_like(values)
+    for _ in range(ROUNDS):
+        fits, left, share = _fits(design, values, weight)
+        best = int(np.argmin(np.log(np.maximum(1.0 - share, 0.02)).sum(axis=1)))
+        weight = 1.0 / (1.0 + left[best] ** 2)
+    return float(STEP_RAD_S[best]), fits[best, :, 0] - 1j * fits[best, :, 1], share[best]
+
+
+def _fits(design: Array, values: Array, weight: Array) -> tuple[Array, Array, Array]:
+    """(F, 2, 3) coefficients, (F, 2, K) residuals and (F, 2) explained shares at F frequencies."""
+    weighted = design * weight[:, :, None]
+    normal = np.swapaxes(weighted, -1, -2) @ design
+    fits = np.linalg.solve(normal, np.einsum("fski,sk->fsi", weighted, values)[..., None])[..., 0]
+    left = values - np.einsum("fski,fsi->fsk", np.broadcast_to(design, weighted.shape), fits)
+    mean = (weight * values).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
+    spread = np.maximum((weight * (values - mean) ** 2).sum(axis=1), np.finfo(float).tiny)
+    return fits, left, 1.0 - (weight * left**2).sum(axis=-1) / spread
