@@ -25,11 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import (
-    MISFIT,
     WOBBLE,
     at_path_differences,
     coherent_sum,
-    envelope_power,
     log_agreement,
     with_deviation,
 )
@@ -146,7 +144,7 @@ class CourseGrid:
             then = line[:, heard] + closing * self._ahead_s
             now_m = self._path_difference(*self._seen(then, height + self._stays * lift_m, self._pitch_rad + turn_rad))
             log += self._log_heard(samples.second[heard], u_m, now_m)
-        log += np.log(speed_density(speed))
+        log += np.log(speed_density(speed, swing.step_hz))
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
@@ -179,15 +177,14 @@ class CourseGrid:
         return difference
 
     def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
-        """(H,) log likelihood ratio of microphone 1: envelopes, phases from beep to beep, and the phase itself.
+        """(H,) log likelihood ratio of microphone 1: what adds up in phase over beeps, and that sum's own phase.
 
         The phase itself counts for upright things and walls alone, whose height is known: 10 cm of another height turn
         it by a quarter of a cycle.
         """
-        value = at_path_differences(second, u_m)
-        envelope = envelope_power(value * with_deviation(second, MISFIT))
-        total = coherent_sum(value * with_deviation(second, WOBBLE), now_m, self._wavelength_m)
-        log: Array = SHARE_HEARD * (envelope + np.abs(total) ** 2)
+        value = at_path_differences(second, u_m) * with_deviation(second, WOBBLE)
+        total = coherent_sum(value, now_m, self._wavelength_m)
+        log: Array = SHARE_HEARD * np.abs(total) ** 2
         if self._mic_phase_rad is None:
             return log
         return log + np.where(self._upright, log_agreement(total, self._mic_phase_rad), 0.0)

@@ -19,7 +19,7 @@ READING_M = 0.020
 """Standard deviation over a step: 2.8 cm / sqrt(2)."""
 SWING_KNOWN_M = 0.010
 """The same with the swing known and taken off: half, as people surge by half as much or more."""
-OTHER_M = 0.008
+OTHER_M = 0.012
 """What is neither step nor noise: reflecting points that wander, echoes that overlap."""
 
 
