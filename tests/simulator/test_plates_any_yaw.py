@@ -8,11 +8,13 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
-from tests.references import fullwave, thin_plate
+from tests.references import edge_equation, fullwave, make_wide_plate_values, thin_plate
 from tests.references.make_plate_values import FREQUENCY_HZ, SPEED_M_S, STORED
 
 REACH_S = 1.8e-3  # of a plate's far corners behind its centre
 HEARD_DB = -40.0  # re a wall in the plate's place: fainter echoes are the rest of what nearly cancels
+
+FAINT_DB = -50.0  # what edges add up to there is left over when chains of up to three of them cancel to a tenth
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +39,13 @@ def _echo(plate, source, receiver, frequency_hz, **fidelity):
     return paths[(paths.order > 0) & (paths.mic == 0)].transfer_function(frequency_hz)[0]
 
 
-def _compared(stored, row, receiver, **fidelity):
+def _compared(stored, row, receiver, reach_s=REACH_S, **fidelity):
     """Level re a wall of the stored echo, dB, ours re it, dB, and our delay behind it, samples."""
-    source, point = stored["source_m"][row], stored["receiver_m"][row, receiver]
-    ours = _echo(_plate(stored["size_m"][row]), source, point, FREQUENCY_HZ, **fidelity)
+    source, point, frequency_hz = stored["source_m"][row], stored["receiver_m"][row, receiver], stored["frequency_hz"]
+    ours = _echo(_plate(stored["size_m"][row]), source, point, frequency_hz, **fidelity)
     middle = 2.0 * np.linalg.norm(source)
     (level, lag), (exact, exact_lag) = (
-        fullwave.correlation_peak(h, FREQUENCY_HZ, middle / SPEED_M_S, REACH_S)
+        fullwave.correlation_peak(h, frequency_hz, middle / SPEED_M_S, reach_s)
         for h in (ours, stored["transfer"][row, receiver])
     )
     return exact + 20.0 * np.log10(middle), level - exact, (lag - exact_lag) / fullwave.SAMPLE_S
@@ -72,19 +74,14 @@ def test_stored_values_are_those_of_the_solver(stored):
 
 
 @pytest.mark.parametrize(
-    ("yaws_deg", "chains"),
-    [
-        ((0, 10, 30, 50, 60, 70, 75, 80), "apexes"),
-        ((10, 65, 80), "integrals"),
-        pytest.param(tuple(range(0, 91, 5)), "apexes", marks=pytest.mark.slow),
-        pytest.param(tuple(range(0, 91, 5)), "integrals", marks=pytest.mark.slow),
-    ],
+    "yaws_deg",
+    [(0, 10, 30, 50, 60, 70, 75, 80), pytest.param(tuple(range(0, 91, 5)), marks=pytest.mark.slow)],
 )
-def test_any_yaw(stored, yaws_deg, chains):
+def test_apexes_at_any_yaw(stored, yaws_deg):
     # microphones 16 cm aside, at the speaker, 16 cm above
     rows = [row for row in _rows(stored, 0.2, 0.03) if stored["yaw_deg"][row] in yaws_deg]
     assert len(rows) == len(yaws_deg)
-    compared = [_compared(stored, row, receiver, edge_chains=chains) for row in rows for receiver in range(3)]
+    compared = [_compared(stored, row, receiver, edge_chains="apexes") for row in rows for receiver in range(3)]
     heard = [each for each in compared if each[0] > HEARD_DB]
     assert len(heard) > 0.8 * len(compared)
     for below_wall_db, level_db, samples in heard:
@@ -106,16 +103,84 @@ def test_first_order_alone_is_far_off_beyond_60_degrees(stored):
     assert worst[1] < 4.0  # down to -57 dB re a wall
 
 
-def test_wider_plate(stored):
-    # its far corners are 0.22 m above and below the phone: apexes leave out what edges pass on at a corner they share
+def test_apexes_of_a_wider_plate(stored):
+    # its far corners are 0.22 m above and below the phone, and what edges that share a corner pass on is left out
     rows = _rows(stored, 0.45, 0.03)
     assert len(rows) >= 2
     for row in rows:
         for receiver in range(3):
-            kinds = {"edge_order": 1}, {"edge_chains": "apexes"}, {"edge_chains": "integrals"}
-            first, apexes, integrals = (_compared(stored, row, receiver, **kind) for kind in kinds)
-            assert abs(apexes[1]) < 2.1
-            assert abs(apexes[1]) < max(0.5, 0.5 * abs(first[1]))
-            if integrals[0] > HEARD_DB:
-                assert abs(integrals[1]) <= 0.15  # 1.9 dB at the apexes alone
-                assert abs(integrals[2]) <= 0.7
+            kinds = {"edge_order": 1}, {"edge_chains": "apexes"}
+            first, chains = (abs(_compared(stored, row, receiver, **kind)[1]) for kind in kinds)
+            assert chains < 2.1
+            assert chains < max(0.5, 0.5 * first)
+
+
+SEVERAL = ((0.2, 0.03, (65, 80)), (0.45, 0.03, (75,)))
+EVERY = ((0.2, 0.03, range(0, 91, 5)), (0.2, 0.5, range(0, 91, 5)), (0.45, 0.03, range(0, 91, 5)))
+
+
+def _cases(stored, chosen):
+    """(row, receiver) of all stored cases among widths, heights over the middle and yaws."""
+    for width, height_m, yaws_deg in chosen:
+        rows = [row for row in _rows(stored, width, height_m) if stored["yaw_deg"][row] in yaws_deg]
+        assert rows
+        yield from ((row, receiver) for row in rows for receiver in range(3))
+
+
+@pytest.mark.parametrize("chosen", [SEVERAL, pytest.param(EVERY, marks=pytest.mark.slow)])
+def test_integrals_hold_the_targets_at_any_yaw(stored, chosen):
+    heard = 0
+    for row, receiver in _cases(stored, chosen):
+        below_wall_db, level_db, samples = _compared(stored, row, receiver)
+        if below_wall_db < FAINT_DB:
+            continue
+        heard += 1
+        step = np.searchsorted([-30.0, -20.0], below_wall_db)
+        assert abs(level_db) <= (3.0, 0.5, 0.1)[step]
+        assert abs(samples) <= (16.0 if below_wall_db < HEARD_DB else 2.5, 0.7, 0.3)[step]
+    assert heard >= 9
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True, reason="chains of four and five edges are left out: 4.3 dB at -57, 25 dB at -73 dB re wall"
+)
+def test_integrals_hold_the_targets_below_what_is_heard(stored):
+    compared = [_compared(stored, *case) for case in _cases(stored, EVERY)]
+    faint = [level_db for below_wall_db, level_db, _ in compared if below_wall_db < FAINT_DB]
+    assert len(faint) > 10
+    assert np.abs(faint).max() <= 3.0
+
+
+def test_loud_echoes_have_the_shape_of_the_stored_ones(stored):
+    row = next(row for row in _rows(stored, 0.2, 0.03) if stored["yaw_deg"][row] == 5)
+    source = stored["source_m"][row]
+    for receiver in range(3):
+        ours = _echo(_plate(stored["size_m"][row]), source, stored["receiver_m"][row, receiver], FREQUENCY_HZ)
+        exact = stored["transfer"][row, receiver]
+        assert _compared(stored, row, receiver)[0] > -20.0
+        assert np.abs(np.vdot(exact, ours)) > 0.999 * np.linalg.norm(exact) * np.linalg.norm(ours)
+
+
+@pytest.mark.slow
+def test_plate_of_90_cm_against_all_orders_of_edge_diffraction():
+    # too wide for boundary elements at hand; those of plates of 0.2 and 0.45 m confirm the reference
+    with np.load(make_wide_plate_values.STORED) as values:
+        wide = {name: values[name] for name in values.files}
+    assert len(wide["yaw_deg"]) >= 3
+    for row in range(len(wide["yaw_deg"])):
+        for receiver in range(3):
+            below_wall_db, level_db, samples = _compared(wide, row, receiver, 2.5e-3)
+            assert below_wall_db < -20.0
+            assert abs(level_db) <= (0.5 if below_wall_db > -30.0 else 3.0)
+            assert abs(samples) <= 2.5
+
+
+def test_all_orders_of_edge_diffraction_are_the_whole_echo(stored):
+    row, n = next(r for r in _rows(stored, 0.2, 0.03) if stored["yaw_deg"][r] == 80), 10
+    k = 2.0 * np.pi * FREQUENCY_HZ[n : n + 1] / SPEED_M_S
+    ends = stored["source_m"][row], stored["receiver_m"][row]
+    orders = edge_equation.echo((0.2, 0.3), k, *ends, 6, 0.01)[:, :, 0]
+    exact = stored["transfer"][row, :, n]
+    assert (np.abs(orders.sum(axis=0) / exact - 1.0) < 0.05).all()
+    assert (np.abs(orders[:3].sum(axis=0) / exact - 1.0) > 0.05).any()
