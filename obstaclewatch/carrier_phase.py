@@ -8,6 +8,7 @@ the sum is tells of the direction itself, if the phase that microphone 1's chann
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e
@@ -45,17 +46,17 @@ def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_spe
     return turned.astype(np.complex64)
 
 
+@numba.njit(cache=True, error_model="numpy")
 def at_path_differences(second: NDArray[np.complex64], u_m: Array) -> NDArray[np.complex64]:
     """(H, K) rows (K, W) of `second_channel` at path differences (H, K), linear between `OFFSETS_M`."""
-    count, width = second.shape
-    along = (np.asarray(u_m, dtype=np.float32) - np.float32(OFFSETS_M[0])) / np.float32(STEP_M)
-    position = np.minimum(np.maximum(along, np.float32(0.0)), np.float32(width - 1.01))
-    low = position.astype(np.int32)
-    rest = position - low.astype(np.float32)
-    flat = second.ravel()
-    index = low + width * np.arange(count, dtype=np.int32)
-    value = flat[index]
-    value += rest * (flat[index + 1] - value)
+    value = np.empty(u_m.shape, dtype=np.complex64)
+    first, step, last = np.float32(-REACH_M), np.float32(STEP_M), np.float32(second.shape[1] - 1.01)
+    for course in range(len(u_m)):
+        for beep in range(len(second)):
+            position = min(max((np.float32(u_m[course, beep]) - first) / step, np.float32(0.0)), last)
+            low = int(position)
+            rest, before = position - np.float32(low), second[beep, low]
+            value[course, beep] = before + rest * (second[beep, low + 1] - before)
     return value
 
 
@@ -75,11 +76,24 @@ def coherent_sum(value: NDArray[np.complex64], u_now_m: Array, wavelength_m: flo
         wavelength_m: c / reference_hz.
     """
     turn = np.asarray(2.0 * np.pi / wavelength_m * u_now_m, dtype=np.float32)
-    phasor = np.empty(turn.shape, dtype=np.complex64)
-    phasor.real, phasor.imag = np.cos(turn), np.sin(turn)
-    total = np.einsum("hk,hk->h", value, phasor).astype(np.complex128)
-    scaled: NDArray[np.complex128] = total / np.sqrt(value.shape[1])
+    scaled: NDArray[np.complex128] = _turned_sum(value, np.cos(turn), np.sin(turn)) / np.sqrt(value.shape[1])
     return scaled
+
+
+@numba.njit(cache=True)
+def _turned_sum(
+    value: NDArray[np.complex64], cosine: NDArray[np.float32], sine: NDArray[np.float32]
+) -> NDArray[np.complex128]:
+    """(H,) sums over K of values turned by angles of the given cosines and sines."""
+    total = np.empty(len(value), dtype=np.complex128)
+    for course in range(len(value)):
+        real = imag = np.float32(0.0)
+        for beep in range(value.shape[1]):
+            own, turn = value[course, beep], (cosine[course, beep], sine[course, beep])
+            real += own.real * turn[0] - own.imag * turn[1]
+            imag += own.real * turn[1] + own.imag * turn[0]
+        total[course] = complex(real, imag)
+    return total
 
 
 def log_agreement(total: NDArray[np.complex128], phase_rad: float) -> Array:

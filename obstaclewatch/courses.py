@@ -31,6 +31,7 @@ from obstaclewatch.carrier_phase import (
     log_agreement,
     with_deviation,
 )
+from obstaclewatch.course_geometry import NEAREST_M, as_seen, distances_ahead, path_differences, steady_ranges
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
 from obstaclewatch.swing import STEADY, Swing
@@ -41,7 +42,6 @@ SHARE_HEARD = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
-NEAREST_M = 0.05
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
 
@@ -111,10 +111,9 @@ class CourseGrid:
         self._pitch_rad = np.array([pitch_rad])
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
-        self._radius, self._miss2 = self._all.radius_m[:, None], self._all.miss_m[:, None] ** 2
         self._mic_phase_rad = mic_phase_rad
         self._upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
-        self._stays = self._all.height_m[:, None] > 0.0
+        self._stays = (self._all.height_m > 0.0).astype(np.float64)
 
     def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
         """The posterior after K >= 3 beeps.
@@ -125,56 +124,35 @@ class CourseGrid:
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
-        height = np.minimum(self._all.height_m, ground_m)[:, None]
+        height = np.minimum(self._all.height_m, ground_m)
         time_s, hit_s = samples.time_s - now_s, samples.time_s - self._ahead_s
         step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
         covariance = reading_covariance(time_s, samples.range_std_m, step_std_m)
         precision: Array = np.linalg.inv(covariance).astype(np.float64, copy=False)
         turn_rad, lift_m, surge_m = swing.as_read(hit_s, self._ahead_s)
-        steady_m = self._without_swing(samples.range_m, height, lift_m, surge_m)
-        ahead, closing = _straight(time_s, self._ahead(steady_m, height), precision)
+        steady_m = steady_ranges(samples.range_m, lift_m, surge_m, height, self._cos_angle, self._stays)
+        read_at = distances_ahead(steady_m, height, self._all.radius_m, self._all.miss_m)
+        ahead, closing = _straight(time_s, read_at, precision)
         line = np.maximum(ahead - closing * time_s, NEAREST_M)
-        range_m, cosine = self._seen(line, height, self._pitch_rad + turn_rad)
+        range_m, cosine = self._seen(line, self._pitch_rad + turn_rad, np.zeros(len(time_s)), height)
         log = self._all.log_prior + _log_fit(steady_m - range_m, precision)
         speed = closing[:, 0] / self._cos_angle
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            u_m = self._path_difference(range_m[:, heard], cosine[:, heard])
-            turn_rad, lift_m, _ = swing.at(hit_s[heard])
-            then = line[:, heard] + closing * self._ahead_s
-            now_m = self._path_difference(*self._seen(then, height + self._stays * lift_m, self._pitch_rad + turn_rad))
+            u_m = path_differences(range_m, cosine, self._separation_m)
+            turn_rad, lift_m, _ = swing.at(hit_s)
+            then = self._seen(line + closing * self._ahead_s, self._pitch_rad + turn_rad, lift_m, height)
+            now_m = path_differences(*then, self._separation_m)
+            u_m, now_m = np.compress(heard, u_m, axis=1), np.compress(heard, now_m, axis=1)
             log += self._log_heard(samples.second[heard], u_m, now_m)
         log += np.log(speed_density(speed, swing.step_hz))
         share = np.exp(log - log.max())
         return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
 
-    def _ahead(self, range_m: Array, height_m: Array) -> Array:
-        """(H, K) distance ahead at which a course is seen at a range; the least one if it never is."""
-        plan = np.sqrt(np.maximum(range_m**2 - height_m**2, NEAREST_M**2)) + self._radius
-        ahead: Array = np.sqrt(np.maximum(plan**2 - self._miss2, NEAREST_M**2))
-        return ahead
-
-    def _without_swing(self, range_m: Array, height_m: Array, lift_m: Array, surge_m: Array) -> Array:
-        """(H, K) ranges as a phone would read them that neither bobs nor surges."""
-        down = np.minimum(height_m / range_m, 1.0)
-        level = np.sqrt(1.0 - down**2) * self._cos_angle[:, None]
-        steady: Array = range_m - self._stays * down * lift_m + level * surge_m
-        return steady
-
-    def _seen(self, ahead_m: Array, height_m: Array, pitch_rad: Array) -> tuple[Array, Array]:
-        """(H, K) ranges and cosines of the cone with the obstacle that far ahead and the phone lifted so."""
-        middle = np.sqrt(ahead_m**2 + self._miss2)
-        plan = np.maximum(middle - self._radius, NEAREST_M)
-        range_m = np.sqrt(plan**2 + height_m**2)
-        level = plan * ahead_m / middle * self._cos_angle[:, None]
-        cosine = (level * np.cos(pitch_rad) - height_m * np.sin(pitch_rad)) / range_m
-        return range_m, cosine
-
-    def _path_difference(self, range_m: Array, cosine: Array) -> Array:
-        """From microphone 1, a phone's length behind microphone 0, less that from microphone 0."""
-        length = self._separation_m
-        difference: Array = np.sqrt(range_m * (range_m + 2.0 * length * cosine) + length**2) - range_m
-        return difference
+    def _seen(self, ahead_m: Array, pitch_rad: Array, lift_m: Array, height_m: Array) -> tuple[Array, Array]:
+        """(H, K) ranges and cosines of the cone, the obstacle that far ahead and the phone pitched and lifted so."""
+        radius_m, miss_m = self._all.radius_m, self._all.miss_m
+        return as_seen(ahead_m, pitch_rad, lift_m, height_m, radius_m, miss_m, self._cos_angle, self._stays)
 
     def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
         """(H,) log likelihood ratio of microphone 1: what adds up in phase over beeps, and that sum's own phase.
@@ -203,7 +181,7 @@ class CourseGrid:
             speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            cosine=float(share @ self._seen(ahead_m, height_m, self._pitch_rad)[1][:, 0]),
+            cosine=float(share @ self._seen(ahead_m, self._pitch_rad, np.zeros(1), height_m)[1][:, 0]),
             miss_m=float(share @ self._all.miss_m),
         )
 

@@ -68,11 +68,11 @@ class Swing:
 
     def at(self, time_s: Array) -> Array:
         """(3, K) pitch, height and surge at that time."""
-        return np.real(self._phasors()[:, None] * self._turn(time_s))
+        return np.real(self._phasors()[:, None] * self._turn(time_s)).copy()
 
     def as_read(self, time_s: Array, ahead_s: float) -> Array:
         """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
-        return np.real((self._phasors() * (1.0 + 1j * self.step_rad_s * ahead_s))[:, None] * self._turn(time_s))
+        return np.real((self._phasors() * (1.0 + 1j * self.step_rad_s * ahead_s))[:, None] * self._turn(time_s)).copy()
 
     @property
     def step_hz(self) -> float:
