@@ -79,15 +79,15 @@ def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
     return out
 
 
-def half_way(face: Face, point_m: Floats) -> Complexes:
+def half_way(face: Face, point_m: Floats) -> NDArray[np.complex64]:
     """(N, E, W, K, T) what a point (3,) sends to each node over edges and windows before it, by Fourier terms."""
     shape = len(face.nodes), len(face.linked), WINDOWS, len(face.wavenumber), 2 * TERMS - 1
-    real, imaginary = np.zeros(shape), np.zeros(shape)
+    real, imaginary = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
     _half(*_arrays(face), face.swing, face.step, *_end(face, point_m), real, imaginary)  # type: ignore[call-arg]
-    return real + 1j * imaginary
+    return real + np.complex64(1j) * imaginary
 
 
-def over_three(face: Face, before: Complexes, after: Complexes) -> Complexes:
+def over_three(face: Face, before: NDArray[np.complex64], after: NDArray[np.complex64]) -> Complexes:
     """(E, W, E, W, E, W, K) p_3 by edges and windows, from what reaches the middle ones from both ends."""
     nodes, edges = face.nodes, len(face.linked)
     nodal = nodes.weight_m[:, None] * nodes.share
@@ -96,14 +96,14 @@ def over_three(face: Face, before: Complexes, after: Complexes) -> Complexes:
         rows = slice(nodes.first[b], nodes.first[b + 1])
         left, right = (_by_frequency(part[rows]) for part in (before, after))
         for w in range(WINDOWS):
-            weight = (nodal[rows, w, None] * FACTOR / (-2.0 * np.pi)).ravel()
+            weight = (nodal[rows, w, None] * FACTOR / (-2.0 * np.pi)).ravel().astype(np.float32)
             both = np.matmul(left * weight, right.transpose(0, 2, 1))
             shape = (len(both), edges, WINDOWS, edges, WINDOWS)
             out[:, :, b, w] = both.reshape(shape).transpose(1, 2, 3, 4, 0)
     return out
 
 
-def _by_frequency(part: Complexes) -> Complexes:
+def _by_frequency(part: NDArray[np.complex64]) -> NDArray[np.complex64]:
     """(K, E W, N T)."""
     count, edges, windows, frequencies, terms = part.shape
     return part.transpose(3, 1, 2, 0, 4).reshape(frequencies, edges * windows, count * terms)
@@ -171,7 +171,7 @@ def _two(
 def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s, sent, real, imaginary):
     nodes, terms = real.shape[3:]
     half = terms // 2
-    wave = np.empty(terms)
+    wave = np.empty(terms, dtype=np.float32)
     for b in range(len(linked)):
         for j in range(first[b], first[b + 1]):
             for a in range(len(linked)):
@@ -190,7 +190,7 @@ def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s
                             continue
                         for n in range(nodes):
                             value = part * (sent[i, n] * turn[i, j, n])
-                            p, q = value.real, value.imag
+                            p, q = np.float32(value.real), np.float32(value.imag)
                             for t in range(terms):
                                 real[j, a, v, n, t] += wave[t] * p
                             for t in range(terms):

@@ -28,6 +28,7 @@ from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
@@ -52,7 +53,7 @@ def searched(tracing: Tracing, fidelity: Fidelity, speed_m_s: float, ledger: Led
     rays = [_not_heard_whole(tracing, each, whole, ledger) for each in rays]
     nodes = 2.0 * np.pi * band.nodes_hz(fidelity.band_points) / speed_m_s
     cells, sums = _integrals(tracing, fidelity, whole, audible, nodes, ledger)
-    chains, gains = _chains(tracing, fidelity, whole, audible, loudest, speed_m_s, ledger)
+    chains, gains = _chains(tracing, fidelity, rays[1], whole, audible, loudest, speed_m_s, ledger)
     chains.cell[:] += len(sums)
     return joined([*rays, *cells, chains]), np.concatenate([sums, gains])
 
@@ -72,8 +73,8 @@ def _integrals(
 
 
 def _chains(
-    tracing: Tracing, fidelity: Fidelity, whole: list[Pairs], audible: Audible, loudest: Floats, speed_m_s: float,
-    ledger: Ledger,
+    tracing: Tracing, fidelity: Fidelity, mirrors: Candidates, whole: list[Pairs], audible: Audible, loudest: Floats,
+    speed_m_s: float, ledger: Ledger,
 ) -> tuple[Candidates, Complexes]:  # fmt: skip
     """Ways over several edges of one panel, but of none that Kirchhoff's integral takes care of."""
     longest = min(fidelity.edge_order, fidelity.max_order)
@@ -84,8 +85,9 @@ def _chains(
     panels, rest = panels_of(tracing.world.wedges), []
     parts = []
     for panel in panels:
-        if fidelity.edge_chains == "integrals" and integrable(tracing.world.wedges[panel], speed_m_s):
-            parts.append(integrated_chains(tracing, panel, longest, *bounds, frequency, speed_m_s, ledger))
+        if fidelity.edge_chains == "integrals" and integrable(tracing.world.wedges[panel]):
+            seen = _mirrored(tracing, mirrors, panel)
+            parts.append(integrated_chains(tracing, panel, seen, longest, *bounds, frequency, speed_m_s, ledger))
         else:
             rest.append(panel)
     strength = Strength(DIFFRACTION[fidelity.diffraction], frequency, speed_m_s)
@@ -98,6 +100,14 @@ def _chains(
         kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, heard))
     found.cell[kept] = np.arange(int(kept.sum()))
     return found[kept], gains[kept]
+
+
+def _mirrored(tracing: Tracing, mirrors: Candidates, panel: Ints) -> Flags:
+    """(N, 2) poses and microphones with a mirror image in a panel, whatever stands before it."""
+    rows = (mirrors.order == 1) & (mirrors.sequence[:, 0] == tracing.world.wedges.patch[panel[0], 0])
+    out = np.zeros((len(tracing.pose), 2), dtype=bool)
+    out[mirrors.pose[rows], mirrors.mic[rows]] = True
+    return out
 
 
 def _not_heard_whole(tracing: Tracing, found: Candidates, whole: list[Pairs], ledger: Ledger) -> Candidates:

@@ -159,3 +159,14 @@ def test_what_the_floor_leaves_out_is_faint():
 def test_panels_too_large_for_integrals_keep_their_apexes():
     paths = _chains([_panel(1.5, 1.5)], _towards(70.0), _towards(72.0))
     assert 0 < len(paths) < 200
+
+
+def test_chains_are_left_out_where_a_mirror_image_drowns_them():
+    ends = _towards(2.0), _towards(3.0)
+    paths = trace_paths(*_traced([_panel(0.45, 0.45)], *ends))
+    assert (paths.kind == "specular").any()
+    assert not (paths.kind == "mixed").any()
+    with_chains = trace_paths(*_traced([_panel(0.45, 0.45)], *ends, edge_chains="apexes"))
+    assert (with_chains.kind == "mixed").any()
+    few, all_of_them = (p[(p.mic == 0) & (p.order > 0)].transfer_function(FREQUENCY)[0] for p in (paths, with_chains))
+    np.testing.assert_allclose(few, all_of_them, atol=5e-3 * np.abs(few).max())  # 0.04 dB at one frequency
