@@ -15,11 +15,12 @@ from collections import deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import complex_at
-from obstaclewatch.echoes import refine_peaks
+from obstaclewatch.echoes import TINY, refine_peaks
 from obstaclewatch.matched_filter import EchoProfile
 
 Array = NDArray[np.float64]
@@ -175,21 +176,59 @@ def common_sinusoid(time_s: Array, values: Array) -> tuple[float, Complexes, Arr
         values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
     """
     turn = STEP_RAD_S[:, None] * time_s
-    design = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)[:, None]
+    cosine, sine = np.cos(turn), np.sin(turn)
     weight = np.ones_like(values)
     for _ in range(ROUNDS):
-        fits, left, share = _fits(design, values, weight)
+        fits, left, share = _fits(cosine, sine, values, weight)
         best = int(np.argmin(np.log(np.maximum(1.0 - share, 0.02)).sum(axis=1)))
         weight = 1.0 / (1.0 + left[best] ** 2)
     return float(STEP_RAD_S[best]), fits[best, :, 0] - 1j * fits[best, :, 1], share[best]
 
 
-def _fits(design: Array, values: Array, weight: Array) -> tuple[Array, Array, Array]:
+@numba.njit(cache=True)
+def _fits(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[Array, Array, Array]:
     """(F, 2, 3) coefficients, (F, 2, K) residuals and (F, 2) explained shares at F frequencies."""
-    weighted = design * weight[:, :, None]
-    normal = np.swapaxes(weighted, -1, -2) @ design
-    fits = np.linalg.solve(normal, np.einsum("fski,sk->fsi", weighted, values)[..., None])[..., 0]
-    left = values - np.einsum("fski,fsi->fsk", np.broadcast_to(design, weighted.shape), fits)
-    mean = (weight * values).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
-    spread = np.maximum((weight * (values - mean) ** 2).sum(axis=1), np.finfo(float).tiny)
-    return fits, left, 1.0 - (weight * left**2).sum(axis=-1) / spread
+    count, series = len(cosine), len(values)
+    fits, share = np.empty((count, series, 3)), np.empty((count, series))
+    left = np.empty((count, series, values.shape[1]))
+    for row in range(series):
+        spread = max(_scatter(values[row], weight[row]), TINY)
+        for which in range(count):
+            fit = weighted_fit(cosine[which], sine[which], values[row], weight[row])
+            unexplained = 0.0
+            for beep in range(values.shape[1]):
+                wave = fit[0] * cosine[which, beep] + fit[1] * sine[which, beep]
+                left[which, row, beep] = values[row, beep] - wave - fit[2]
+                unexplained += weight[row, beep] * left[which, row, beep] ** 2
+            fits[which, row, 0], fits[which, row, 1], fits[which, row, 2] = fit
+            share[which, row] = 1.0 - unexplained / spread
+    return fits, left, share
+
+
+@numba.njit(cache=True)
+def _scatter(values: Array, weight: Array) -> float:
+    """Weighted sum of the squared departures of (K,) values from their weighted mean."""
+    total = moment = scatter = 0.0
+    for beep in range(len(values)):
+        total += weight[beep]
+        moment += weight[beep] * values[beep]
+    for beep in range(len(values)):
+        scatter += weight[beep] * (values[beep] - moment / total) ** 2
+    return scatter
+
+
+@numba.njit(cache=True)
+def weighted_fit(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[float, float, float]:
+    """Coefficients of cosine, sine and 1 that fit (K,) values best: the normal equations, by elimination."""
+    cc = cs = ss = c = s = one = cv = sv = v = 0.0
+    for beep in range(len(values)):
+        heavy_c, heavy_s = weight[beep] * cosine[beep], weight[beep] * sine[beep]
+        cc, cs, ss = cc + heavy_c * cosine[beep], cs + heavy_c * sine[beep], ss + heavy_s * sine[beep]
+        c, s, one = c + heavy_c, s + heavy_s, one + weight[beep]
+        cv, sv = cv + heavy_c * values[beep], sv + heavy_s * values[beep]
+        v += weight[beep] * values[beep]
+    cc, cs, cv = cc - c * c / one, cs - c * s / one, cv - c * v / one
+    ss, sv = ss - s * s / one, sv - s * v / one
+    of_sine = (sv - cs * cv / cc) / (ss - cs * cs / cc)
+    of_cosine = (cv - cs * of_sine) / cc
+    return of_cosine, of_sine, (v - c * of_cosine - s * of_sine) / one

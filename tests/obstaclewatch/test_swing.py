@@ -18,6 +18,7 @@ from obstaclewatch.swing import (
     common_sinusoid,
     ground_echo,
     ground_path_difference_m,
+    weighted_fit,
 )
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, true_range
@@ -135,3 +136,14 @@ def test_steps_tell_the_walking_speed():
     assert 0.646 * 100.0 / 60.0 < slow < usual
     assert slow_spread < spread
     assert walking_speed(2.2)[0] > usual
+
+
+def test_the_weighted_fit_is_the_least_squares_of_lapack():
+    rng = np.random.default_rng(3)
+    for step_rad_s in (8.2, 11.0, 15.3):
+        design = np.stack([np.cos(step_rad_s * TIME_S), np.sin(step_rad_s * TIME_S), np.ones(len(TIME_S))], axis=1)
+        values, weight = rng.standard_normal(len(TIME_S)), rng.uniform(0.05, 1.0, len(TIME_S))
+        root = np.sqrt(weight)
+        expected = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
+        fit = weighted_fit(design[:, 0].copy(), design[:, 1].copy(), values, weight)
+        assert fit == pytest.approx(tuple(expected), rel=1e-11)
