@@ -144,7 +144,7 @@ class Approaches:
         track.update(float(peaks.range_m[best]), variance, self._ahead_s)
         track.remember(time_s, peaks, best)
         track.misses = 0
-        track.score = min(track.score + HIT + float(_power_gain(peaks.power[best])), MOST_SCORE)
+        track.score = min(track.score + HIT + _power_gain(float(peaks.power[best])), MOST_SCORE)
 
     def _gather(self, time_s: float, peaks: MovingPeaks) -> None:
         """Add a beep's evidence; where beeps are missing lines have moved on, and it is gathered anew."""
@@ -176,11 +176,9 @@ class Approaches:
         now_s = self._free[-1][0]
         steps, found = np.full(len(self._free), MISS), np.full(len(self._free), -1)
         for row, (time_s, peaks, free) in enumerate(self._free):
-            offset = (peaks.range_m - read_m - speed_m_s * (now_s - time_s)) / GATE_M
-            gain = np.where(free & (np.abs(offset) <= 1.0), HIT + _power_gain(peaks.power) - offset**2, -np.inf)
-            if len(gain) and gain.max() > -np.inf:
-                found[row] = int(np.argmax(gain))
-                steps[row] = gain[found[row]]
+            best, gain = _on_line(peaks.range_m, peaks.power, free, read_m, speed_m_s * (now_s - time_s))
+            if best >= 0:
+                found[row], steps[row] = best, gain
         gained = np.cumsum(steps[::-1])
         since = len(steps) - 1 - int(np.argmax(gained))
         return float(gained.max()), [(row, int(found[row])) for row in range(since, len(steps)) if found[row] >= 0]
@@ -239,5 +237,21 @@ def _likeliest(
     return best
 
 
-def _power_gain(power: Array) -> Array:
-    return np.minimum(POWER_GAIN * np.maximum(power - THRESHOLD_POWER, 0.0), MOST_GAIN)
+@numba.njit(cache=True)
+def _on_line(
+    range_m: Array, power: Array, free: NDArray[np.bool_], read_m: float, farther_m: float
+) -> tuple[int, float]:
+    """The free peak that gains most for a line farther than `read_m`, and what it gains; -1 if none is near enough."""
+    best, most = -1, -np.inf
+    for peak in range(len(range_m)):
+        offset = (range_m[peak] - read_m - farther_m) / GATE_M
+        gain = HIT + _power_gain(power[peak]) - offset**2
+        if free[peak] and abs(offset) <= 1.0 and gain > most:
+            best, most = peak, gain
+    return best, most
+
+
+@numba.njit(cache=True)
+def _power_gain(power: float) -> float:
+    """What a peak's power adds to a score."""
+    return min(POWER_GAIN * max(power - THRESHOLD_POWER, 0.0), MOST_GAIN)

@@ -51,12 +51,17 @@ def at_path_differences(second: NDArray[np.complex64], u_m: Array) -> NDArray[np
     """(H, K) rows (K, W) of `second_channel` at path differences (H, K), linear between `OFFSETS_M`."""
     value = np.empty(u_m.shape, dtype=np.complex64)
     first, step, last = np.float32(-REACH_M), np.float32(STEP_M), np.float32(second.shape[1] - 1.01)
+    along = np.empty(len(second), dtype=np.float32)
     for course in range(len(u_m)):
+        for beep in range(len(second)):  # apart from the reading, which keeps several from being handled at once
+            position = (np.float32(u_m[course, beep]) - first) / step
+            position = position if position > 0.0 else np.float32(0.0)
+            along[beep] = position if position < last else last
         for beep in range(len(second)):
-            position = min(max((np.float32(u_m[course, beep]) - first) / step, np.float32(0.0)), last)
-            low = int(position)
-            rest, before = position - np.float32(low), second[beep, low]
-            value[course, beep] = before + rest * (second[beep, low + 1] - before)
+            low = int(along[beep])
+            rest, before, after = along[beep] - np.float32(low), second[beep, low], second[beep, low + 1]
+            real = before.real + rest * (after.real - before.real)
+            value[course, beep] = complex(real, before.imag + rest * (after.imag - before.imag))
     return value
 
 
