@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,6 @@ class World:
         follows: (P, P) whether one patch may follow another.
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
-        borders: where each smooth surface ends.
         skins: what the facets of each obstacle are, and its smooth surface, to hear it as a whole.
         blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
     """
@@ -43,9 +43,13 @@ class World:
     follows: NDArray[np.bool_]
     surfaces: tuple[SmoothSurface, ...]
     wedges: Wedges
-    borders: tuple[Border, ...]
     skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
     blockers: tuple[Blocker, ...]
+
+    @cached_property
+    def borders(self) -> tuple[Border, ...]:
+        """Where each smooth surface ends: asked for only where integrals may take over from rays."""
+        return tuple(border_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
 
     @property
     def first_wedge(self) -> int:
@@ -110,7 +114,6 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         wedges = exposed(every, blockers, np.array([o is phone.body for o in obstacles], dtype=bool))
     return World(
         obstacles, origin_m, patches, specular.facing(patches, moves), surfaces, wedges,
-        tuple(border_of(readings[s.obstacle], s) for s in surfaces),
         tuple((reading, surface) for reading, (_, surface) in zip(readings, found, strict=True)), blockers,
     )  # fmt: skip
 
