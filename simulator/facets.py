@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from simulator import nagata
 from simulator.clusters import leaves
+from simulator.creases import Creases, creases_of
 from simulator.reflectors import MeshReading, SmoothSurface
 
 Floats = NDArray[np.float64]
@@ -40,6 +41,7 @@ class Facets:
         lift_m: (F,) how far the rounded surface may stand off the mesh there.
         start: (G + 1,) where each piece begins.
         closed: only the outside scatters.
+        creases: convex ones at which a smooth surface ends.
         center_m, radius_m: bounding sphere.
     """
 
@@ -51,6 +53,7 @@ class Facets:
     lift_m: Floats
     start: Ints
     closed: bool
+    creases: Creases
     center_m: Floats
     radius_m: float
 
@@ -80,18 +83,20 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     middle_m, normal = skin.at(owner, place.mean(axis=1))
     facet, start = leaves(np.concatenate([middle_m, TURN_M * normal], axis=1), PIECE)
     sides = corner_m[:, 1:] - corner_m[:, :1]
+    creases = creases_of(reading, surface, middle_m[facet], normal[facet], 0.5 * size_m)
     center = 0.5 * (corner_m.min(axis=(0, 1)) + corner_m.max(axis=(0, 1)))
     return Facets(
         obstacle=obstacle, corner_m=corner_m[facet], middle_m=middle_m[facet], normal=normal[facet],
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[facet],
         lift_m=2.0 * skin.sag_m[owner[facet]], start=start,
-        closed=reading.closed, center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
+        closed=reading.closed, creases=creases,
+        center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Skin:
-    """All facets of a mesh as Nagata triangles; those of planes are flat."""
+    """All facets of a mesh as Nagata triangles; those of planes are flat, and end where a rounded neighbour does."""
 
     corner_m: Floats
     normal: Floats
@@ -106,6 +111,7 @@ class _Skin:
         bulge, sag = np.zeros_like(corner), np.zeros(len(flat))
         if surface is None:
             return cls(corner, normal, bulge, sag)
+        _share_outline(reading, surface, flat, bulge)
         return cls(
             np.concatenate([corner, surface.corner_m]), np.concatenate([normal, surface.normal]),
             np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]),
@@ -114,6 +120,32 @@ class _Skin:
     def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:
         """(R, 3) points and unit normals at places (R, 2) of facets (R,)."""
         return nagata.rounded(self.corner_m, self.normal, self.bulge_m, facet, np.ascontiguousarray(uv))
+
+
+def _share_outline(reading: MeshReading, surface: SmoothSurface, flat: Ints, bulge_m: Floats) -> None:
+    """Let the edges (T, 3, 3) of flat facets run, within their planes, along those of the curved facets they meet.
+
+    A cap with 32 straight sides has an outline up to 1.2 mm within the rim of the rounded bin below it, which takes
+    0.7 dB off the echo of the rim.
+    """
+    mesh = reading.mesh
+    pair, vertices = np.asarray(mesh.face_adjacency), np.asarray(mesh.face_adjacency_edges)
+    curved = reading.curved[pair]
+    rows = np.flatnonzero(curved[:, 0] != curved[:, 1])
+    facet = np.where(curved[rows, 0], pair[rows, 0], pair[rows, 1])
+    plane = pair[rows].sum(axis=1) - facet
+    position = np.cumsum(reading.curved) - 1
+    edge = [_edge_between(np.asarray(mesh.faces)[each], vertices[rows]) for each in (facet, plane)]
+    shape = surface.bulge_m[position[facet], edge[0]]
+    across = np.asarray(mesh.face_normals)[plane]
+    row = np.searchsorted(flat, plane)
+    bulge_m[row, edge[1]] = shape - np.sum(shape * across, axis=1)[:, None] * across
+
+
+def _edge_between(corners: Ints, vertices: Ints) -> Ints:
+    """(E,) which of a facet's edges 01, 12, 02 lies between two vertices."""
+    missing = np.argmin((corners[:, :, None] == vertices[:, None, :]).any(axis=2), axis=1)
+    return (missing + 1) % 3
 
 
 def _bisected(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:

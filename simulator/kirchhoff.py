@@ -12,6 +12,8 @@ degree-two rule of quadrature on triangles). Where the surface is not rigid each
 factor, at the geometric mean of both cosines, which both ends agree on: over a clothed person it runs from 0.56 where
 sound falls square-on through 0 to -1 at grazing, and cells cancel by a factor of three.
 
+Where a smooth surface ends at a rim, `fringe_waves` adds what the integral leaves out.
+
 Contributions are gathered in cells of path length that overlap smoothly and add up to one: a cell between two echoes
 cancels in itself and can be left out, the others have one delay each.
 """
@@ -25,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.facets import Facets
+from simulator.fringe_waves import add_fringe_waves
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -74,6 +77,9 @@ def scattered(
     shortest, total, weight, moment = _sums(
         *_arrays(facets), source_m, receiver_m, seen, wavenumber_rad_m, reflection, count
     )  # type: ignore[call-arg]  # fmt: skip
+    add_fringe_waves(
+        facets.creases, source_m, receiver_m, seen, wavenumber_rad_m, reflection, shortest, CELL_M, weight, total
+    )
     pair, slot = np.nonzero(np.abs(total).max(axis=2) > 0.0)
     gain = total[pair, slot]
     centre = shortest[pair] + CELL_M * slot

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from obstaclewatch import BeepDesign
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, trace_paths
+from simulator.creases import no_creases
 from simulator.facets import facets_of
 from simulator.kirchhoff import scattered
 from simulator.reflectors import read_mesh, reflectors_in
@@ -51,7 +53,7 @@ def _echo(obstacles, source, receiver, fidelity):
     return paths[(paths.order > 0) & (paths.mic == 0)]
 
 
-@pytest.mark.parametrize("sections", [32, pytest.param(48, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sections", [24, 32, pytest.param(48, marks=pytest.mark.slow)])
 def test_dustbin_against_full_wave(sections):
     stored = _stored()
     middle = 0.5 * (stored["S"] + stored["R"])
@@ -63,10 +65,10 @@ def test_dustbin_against_full_wave(sections):
         paths = every[(every.order > 0) & (every.mic == 0) & (every.pose == i)]
         assert len(paths)
         ours = damped(paths, stored["f"], float(stored["sigma"]))
-        above = source[2] > 0.45 + 1e-9
+        above = source[2] > 0.45 + 1e-9  # its echo is the rim's alone, 36 dB below a wall's
         level, samples = matched_peak(ours, stored["H"][i, 0], stored["f"], _rim_path(source, receiver) / C)
-        assert abs(level) < (1.5 if above else 0.1), (i, level)
-        assert above or abs(samples) < 0.25, (i, samples)
+        assert abs(level) < (0.2 if above else 0.1), (i, level)
+        assert abs(samples) < (0.7 if above else 0.25), (i, samples)
 
 
 @pytest.mark.parametrize(
@@ -130,6 +132,7 @@ def test_cells_add_up_to_the_integral(name):
     material = Material.named(name)
     reading = read_mesh(Obstacle(_bin(64), Material.rigid(), "bin"))
     facets = facets_of(reading, reflectors_in(reading, 0)[1], 0, 0.012)
+    facets = replace(facets, creases=no_creases())  # whose fringe waves are no part of the integral
     source, receiver = np.array([[1.4, 0.3, 0.7]]), np.array([[1.35, 0.2, 0.75]])
     frequency = np.array([18_000.0, 20_500.0, 23_000.0])
     k, table = 2.0 * np.pi * frequency / C, material.reflection(frequency, np.linspace(0.0, 1.0, 257)[:, None])
