@@ -58,8 +58,9 @@ class Fidelity:
         edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 3. First order is
             right to 0.1 dB until a panel is turned away by 10 degrees, to 1 dB by 45, and 5 dB off at 75.
         edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.4 dB off at
-            most on plates of 0.2 and 0.45 m at any yaw where the echo is above -40 dB re a wall; 0.2-0.6 s a panel
-            and pose), or "apexes", their stationary points and single ends alone (1.9 dB, 5 ms).
+            most on plates of 0.2-0.9 m at any yaw where the echo is above -40 dB re a wall; 0.3 s a pose for a panel
+            of 0.3 m, 3 s for one of 0.9 m), or "apexes", their stationary points and single ends alone (2.1 dB,
+            0.03 s).
         diffraction: "btm", the line integral over the edge with its ends, or "utd", the uniform theory without them
             (1.3-2 dB off on plates, about half the cost).
         facet_m: longest edge of the facets of Kirchhoff's integral.

@@ -6,7 +6,8 @@ x: as many operations as triples of points, and nothing left out but by the quad
 transform, no windows; single precision.
 
 Against the boundary elements of `thin_plate` (plates of 0.2 x 0.3 m and 0.45 m, from square-on to edge-on, down to -60
-dB re a wall): 0.1 dB and 0.2 samples of 192 kHz at the matched filter's peak, with six orders.
+dB re a wall): 0.1 dB and 0.2 samples of 192 kHz at the matched filter's peak, with six orders. A plate of 0.9 m at 75
+degrees and 20 kHz: 0.05 dB.
 """
 
 from __future__ import annotations

@@ -164,7 +164,7 @@ def test_loud_echoes_have_the_shape_of_the_stored_ones(stored):
 
 @pytest.mark.slow
 def test_plate_of_90_cm_against_all_orders_of_edge_diffraction():
-    # too wide for boundary elements at hand; those of plates of 0.2 and 0.45 m confirm the reference
+    # boundary elements of that width take minutes for one frequency: one of them confirms the reference, below
     with np.load(make_wide_plate_values.STORED) as values:
         wide = {name: values[name] for name in values.files}
     assert len(wide["yaw_deg"]) >= 3
@@ -172,8 +172,19 @@ def test_plate_of_90_cm_against_all_orders_of_edge_diffraction():
         for receiver in range(3):
             below_wall_db, level_db, samples = _compared(wide, row, receiver, 2.5e-3)
             assert below_wall_db < -20.0
-            assert abs(level_db) <= (0.5 if below_wall_db > -30.0 else 3.0)
-            assert abs(samples) <= 2.5
+            assert abs(level_db) <= (0.3 if below_wall_db > HEARD_DB else 3.0)
+            assert abs(samples) <= (1.2 if below_wall_db > HEARD_DB else 16.0)
+
+
+@pytest.mark.slow
+def test_boundary_elements_of_the_plate_of_90_cm_agree_at_one_frequency():
+    with np.load(make_wide_plate_values.STORED) as values:
+        row, n = int(np.flatnonzero(values["yaw_deg"] == 75.0)[0]), 10
+        k = 2.0 * np.pi * float(values["frequency_hz"][n]) / SPEED_M_S
+        ends, ours = (values["source_m"][row], values["receiver_m"][row]), values["transfer"][row, :, n]
+    exact = thin_plate.echo((0.9, 0.9), k, *ends, (600, 300))
+    assert (np.abs(ours / exact - 1.0) < 0.03).all()
+    assert np.abs(20.0 * np.log10(np.abs(ours / exact))).max() < 0.1
 
 
 def test_all_orders_of_edge_diffraction_are_the_whole_echo(stored):
