@@ -88,3 +88,36 @@ def path_differences(range_m: Array, cosine: Array, separation_m: float) -> Arra
             far2 = near * (near + 2.0 * separation_m * cosine[course, beep]) + separation_m**2
             difference[course, beep] = np.sqrt(far2) - near
     return difference
+
+
+@numba.njit(cache=True, error_model="numpy")
+def mirrors_off(
+    ahead_m: Array,
+    range_m: Array,
+    cosine: Array,
+    pitch_rad: Array,
+    miss_m: Array,
+    cos_angle: Array,
+    along_m2: Array,
+    up_m2: Array,
+) -> Array:
+    """(H, K) what mirrors take off path differences, whose images are twice as far as points would be.
+
+    Args:
+        ahead_m: (H, K) distance ahead of the obstacle's middle.
+        range_m, cosine: (H, K) as seen.
+        pitch_rad: (K,) lift of the phone's top edge.
+        along_m2, up_m2: (H,) times sin^2 / range of the phone's axis in the level plane, and in the upright one.
+    """
+    off = np.empty(range_m.shape)
+    cos2_pitch = np.cos(pitch_rad) ** 2
+    for course in range(len(range_m)):
+        miss2, turned2 = miss_m[course] ** 2, 1.0 - cos_angle[course] ** 2
+        along, up = along_m2[course], up_m2[course]
+        for beep in range(range_m.shape[1]):
+            aside2 = turned2 + miss2 / (ahead_m[course, beep] ** 2 + miss2) if miss2 > 0.0 else turned2
+            level2 = cos2_pitch[beep] * aside2
+            upright2 = 1.0 - cosine[course, beep] ** 2 - level2
+            upright2 = upright2 if upright2 > 0.0 else 0.0
+            off[course, beep] = (along * level2 + up * upright2) / range_m[course, beep]
+    return off

@@ -31,7 +31,14 @@ from obstaclewatch.carrier_phase import (
     log_agreement,
     with_deviation,
 )
-from obstaclewatch.course_geometry import NEAREST_M, as_seen, distances_ahead, path_differences, steady_ranges
+from obstaclewatch.course_geometry import (
+    NEAREST_M,
+    as_seen,
+    distances_ahead,
+    mirrors_off,
+    path_differences,
+    steady_ranges,
+)
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
 from obstaclewatch.swing import STEADY, Swing
@@ -96,6 +103,7 @@ class CourseGrid:
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
         mic_phase_rad: what microphone 1's channel adds to the carrier's phase, compared with microphone 0's; None if it
             is not known.
+        baseline_m: from microphone 0 back to the speaker.
     """
 
     def __init__(
@@ -106,6 +114,7 @@ class CourseGrid:
         half_width_m: float,
         ahead_s: float,
         mic_phase_rad: float | None = 0.0,
+        baseline_m: float = 0.0,
     ) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self._pitch_rad = np.array([pitch_rad])
@@ -114,6 +123,7 @@ class CourseGrid:
         self._mic_phase_rad = mic_phase_rad
         self._upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
         self._stays = (self._all.height_m > 0.0).astype(np.float64)
+        self._flat_m2 = _flatness(self._all, separation_m, baseline_m)
 
     def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
         """The posterior after K >= 3 beeps.
@@ -139,10 +149,10 @@ class CourseGrid:
         speed = closing[:, 0] / self._cos_angle
         heard = np.isfinite(samples.second[:, 0])
         if heard.any():
-            u_m = path_differences(range_m, cosine, self._separation_m)
+            u_m = self._path_differences(line, range_m, cosine, self._pitch_rad + turn_rad)
             turn_rad, lift_m, _ = swing.at(hit_s)
-            then = self._seen(line + closing * self._ahead_s, self._pitch_rad + turn_rad, lift_m, height)
-            now_m = path_differences(*then, self._separation_m)
+            then, pitch_rad = line + closing * self._ahead_s, self._pitch_rad + turn_rad
+            now_m = self._path_differences(then, *self._seen(then, pitch_rad, lift_m, height), pitch_rad)
             u_m, now_m = np.compress(heard, u_m, axis=1), np.compress(heard, now_m, axis=1)
             log += self._log_heard(samples.second[heard], u_m, now_m)
         log += np.log(speed_density(speed, swing.step_hz))
@@ -153,6 +163,12 @@ class CourseGrid:
         """(H, K) ranges and cosines of the cone, the obstacle that far ahead and the phone pitched and lifted so."""
         radius_m, miss_m = self._all.radius_m, self._all.miss_m
         return as_seen(ahead_m, pitch_rad, lift_m, height_m, radius_m, miss_m, self._cos_angle, self._stays)
+
+    def _path_differences(self, ahead_m: Array, range_m: Array, cosine: Array, pitch_rad: Array) -> Array:
+        """(H, K) as from points, less what mirrors take off."""
+        off_m = mirrors_off(ahead_m, range_m, cosine, pitch_rad, self._all.miss_m, self._cos_angle, *self._flat_m2)
+        difference: Array = path_differences(range_m, cosine, self._separation_m) - off_m
+        return difference
 
     def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
         """(H,) log likelihood ratio of microphone 1: what adds up in phase over beeps, and that sum's own phase.
@@ -184,6 +200,19 @@ class CourseGrid:
             cosine=float(share @ self._seen(ahead_m, self._pitch_rad, np.zeros(1), height_m)[1][:, 0]),
             miss_m=float(share @ self._all.miss_m),
         )
+
+
+def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[Array, Array]:
+    """(H,) m^2 by which a mirror shortens the path difference, times sin^2 / range: in the level plane, and upright.
+
+    With speaker and microphone s and m off the ray, a point's path is longer by (s^2 + m^2) / 2R than the ray's, a
+    mirror's by (s - m)^2 / 4R, and that of its corner with the ground, which turns s over, by (s + m)^2 / 4R. Upright
+    things mirror in the upright plane, walls in the level one as well; what lies between phone and ground is rounded.
+    """
+    mirror = 0.25 * length_m * (length_m + 2.0 * baseline_m)
+    corner = 0.25 * length_m * (length_m - 2.0 * baseline_m)
+    up = np.where(courses.height_m == 0.0, mirror, np.where(np.isinf(courses.height_m), corner, 0.0))
+    return np.where(courses.is_wall, mirror, 0.0), up
 
 
 def _straight(time_s: Array, ahead_m: Array, precision: Array) -> tuple[Array, Array]:

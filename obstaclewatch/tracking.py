@@ -77,6 +77,7 @@ class TrackingDetector(EchoDetector):
             self.settings.walker_half_width_m,
             beep.range_doppler_s,
             mic_phase_rad,
+            float(phone.speaker_to_mic_m[0]),
         )
         self._steps = StepListener(
             phone.mic_separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s

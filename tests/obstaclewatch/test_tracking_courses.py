@@ -17,6 +17,7 @@ from .synthetic import BEEP, PHONE, C
 LENGTH = PHONE.mic_separation_m
 WAVELENGTH = C / BEEP.center_hz
 AHEAD_S = BEEP.range_doppler_s
+BASELINE_M = float(PHONE.speaker_to_mic_m[0])
 PITCH = np.deg2rad(30.0)
 GROUND_M = 1.33
 
@@ -34,18 +35,30 @@ def _path_difference(place):
     return np.linalg.norm(place - behind, axis=-1) - np.linalg.norm(place, axis=-1)
 
 
+def _upright_path_difference(place):
+    """(K,) the same of an upright line, or of its corner with level ground: the image is upside down there, or not."""
+    axis = np.array([np.cos(PITCH), 0.0, np.sin(PITCH)])
+    speaker, mics = -BASELINE_M * axis, np.stack([0.0 * axis, -LENGTH * axis])
+    plan = [np.linalg.norm(place[:, :2] - at[:2], axis=-1) for at in (speaker, *mics)]
+    corner = place[0, 2] != 0.0
+    heights = [at[2] - place[:, 2] if corner else at[2] for at in (speaker, *mics)]
+    up = [(heights[0] + other) if corner else (heights[0] - other) for other in heights[1:]]
+    near, far = (np.hypot(plan[0] + leg, rise) for leg, rise in zip(plan[1:], up, strict=True))
+    return far - near
+
+
 def _samples(speed=1.25, miss=0.0, height=0.0, radius=0.0, level=4.0, beeps=16, last_m=1.35):
     """Exact readings of a walk that is `last_m` short of the obstacle's middle when the last beep meets it."""
     time = 0.09 * np.arange(1 - beeps, 1)
     now = _place(last_m - speed * time, miss, height, radius)
     read = _place(last_m - speed * (time + AHEAD_S), miss, height, radius)
-    shape = np.exp(-(((OFFSETS_M - _path_difference(read)[:, None]) / 0.1) ** 2))
-    second = level * shape * np.exp(-2j * np.pi * _path_difference(now) / WAVELENGTH)[:, None]
+    shape = np.exp(-(((OFFSETS_M - _upright_path_difference(read)[:, None]) / 0.1) ** 2))
+    second = level * shape * np.exp(-2j * np.pi * _upright_path_difference(now) / WAVELENGTH)[:, None]
     return Samples(time + AHEAD_S, np.linalg.norm(read, axis=1), np.full(beeps, 0.004), second.astype("c8"))
 
 
 def _judge(samples, now_s=0.0) -> Course:
-    return CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S).judge(samples, now_s, GROUND_M)
+    return CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M).judge(samples, now_s, GROUND_M)
 
 
 @pytest.mark.parametrize("height", [0.0, GROUND_M])
@@ -74,6 +87,40 @@ def test_the_phase_itself_tells_a_walls_direction(angle):
     )
     assert known.bearing_rad == pytest.approx(angle, abs=0.08)
     assert known.bearing_std_rad < 0.95 * unknown.bearing_std_rad
+
+
+def _row_and_difference(wanted, ahead_m):
+    """The course nearest to (miss, height, angle), and its path difference with the middle that far ahead."""
+    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    miss, height, angle, is_wall = wanted
+    other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall)
+    row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
+    object.__setattr__(grid._all, "radius_m", np.zeros_like(grid._all.radius_m))
+    height_m, pitch = np.minimum(grid._all.height_m, GROUND_M), np.array([PITCH])
+    ahead = np.full((len(height_m), 1), ahead_m)
+    seen = grid._seen(ahead, pitch, np.zeros(1), height_m)
+    return grid._all, row, grid._path_differences(ahead, *seen, pitch)[row, 0]
+
+
+@pytest.mark.parametrize("height", [0.0, np.inf])
+@pytest.mark.parametrize("miss", [0.0, 0.6])
+def test_path_difference_of_upright_things_is_that_of_their_image(height, miss):
+    """Regression: taken for points, things straight ahead seemed 1.5 mm, 9 degrees, off their course."""
+    courses, row, found = _row_and_difference((miss, height, 0.0, False), 1.4)
+    place = _place(np.array([1.4]), courses.miss_m[row], min(height, GROUND_M), 0.0)
+    assert found == pytest.approx(_upright_path_difference(place)[0], abs=2e-4)
+    assert abs(_path_difference(place)[0] - found) > 6e-4
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_path_difference_of_walls_is_that_of_their_image(angle):
+    courses, row, found = _row_and_difference((0.0, 0.0, angle, True), 1.5)
+    turned = courses.angle_rad[row]
+    axis, normal = np.array([np.cos(PITCH), 0.0, np.sin(PITCH)]), np.array([np.cos(turned), np.sin(turned), 0.0])
+    speaker = -BASELINE_M * axis
+    image = speaker + 2.0 * (1.5 - speaker @ normal) * normal
+    expected = np.linalg.norm(image + LENGTH * axis) - np.linalg.norm(image)
+    assert found == pytest.approx(expected, abs=2e-4)
 
 
 def test_distance_and_speed_of_a_collision():
