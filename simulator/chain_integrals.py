@@ -33,7 +33,7 @@ Ints = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 
 LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
-ROUNDS = 8  # over the middles of a way, each put where its neighbours make the way shortest
+ROUNDS = 32  # over the middles of a way, each put where its neighbours make the way shortest
 PARTS = (APEX, START, END)
 
 
@@ -82,7 +82,7 @@ def integrated_chains(
     wedges, wavenumber = tracing.world.wedges[panel], 2.0 * np.pi * frequency_hz / speed_m_s
     table = _table(wedges, longest)
     heard = _heard(tracing, panel, audible.limit_m) & ~mirrored
-    pose, mic, entry = [], [], []
+    pose, mic, entry = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
     pressure = [np.zeros((0, len(wavenumber)), dtype=np.complex128)]
     if heard.any():
         face = face_of(nodes_of(wedges, speed_m_s), linked_edges(wedges), wavenumber)
@@ -99,8 +99,6 @@ def integrated_chains(
             mic.append(np.full(len(loud), m))
             entry.append(loud)
             pressure.append(spectra[loud])
-    if len(pressure) == 1:
-        pose = mic = entry = [np.zeros(0, dtype=np.int64)]
     ways = _placed(tracing, panel, table[np.concatenate(entry)], np.concatenate(pose), np.concatenate(mic))
     return _kept(tracing, ways, np.concatenate(pressure), wavenumber, frequency_hz, audible.limit_m, width, ledger)
 

@@ -7,10 +7,23 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths, trace_rejected
+from obstaclewatch.beep import BeepDesign
+from simulator import (
+    Air,
+    Fidelity,
+    Material,
+    Obstacle,
+    Phone,
+    Pose,
+    Scene,
+    StraightWalk,
+    trace_paths,
+    trace_rejected,
+)
 from simulator.edge_integrals import face_of, half_way, over_three, over_two
 from simulator.edge_nodes import nodes_of
 from simulator.panels import linked_edges, panels_of
+from simulator.render import trace_walk
 from simulator.trace import still_tracing
 
 C = 343.0
@@ -56,7 +69,7 @@ def _plain(nodes, wavenumber, source, receiver):
         angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)
         return np.linalg.norm(off), np.hypot(across, rise), off @ nodes.along[at], angle
 
-    def beta(at, a, b):
+    def beta(a, b):
         (m, r, z, s), (l, q, y, t) = a, b
         cosh = (m * l + z * y) / (r * q)
         angles = (np.pi + s + t, np.pi + s - t, np.pi - s + t, np.pi - s - t)
@@ -68,7 +81,7 @@ def _plain(nodes, wavenumber, source, receiver):
     far = np.linalg.norm(point[:, None] - point[None], axis=2)
     run = np.where(linked, np.exp(-1j * wavenumber * far) / np.where(linked, far, 1.0), 0.0)
     sent, heard = (
-        np.array([[beta(i, end[i], leg[i][j]) if linked[i, j] else 0.0 for j in range(n)] for i in range(n)])
+        np.array([[beta(end[i], leg[i][j]) if linked[i, j] else 0.0 for j in range(n)] for i in range(n)])
         * (weight * np.array([np.exp(-1j * wavenumber * e[0]) / e[0] for e in end]))[:, None]
         for end in ends
     )
@@ -76,7 +89,8 @@ def _plain(nodes, wavenumber, source, receiver):
     three = 0.0
     for j in range(n):
         i = np.flatnonzero(linked[j])
-        bent = np.array([[beta(j, leg[j][a], leg[j][b]) for b in i] for a in i])
+        seen = np.array([leg[j][a] for a in i]).T
+        bent = beta(seen[:, :, None], seen[:, None])
         three -= weight[j] * (sent[i, j] * run[i, j]) @ bent @ (heard[i, j] * run[j, i])
     return two, three
 
@@ -170,3 +184,35 @@ def test_chains_are_left_out_where_a_mirror_image_drowns_them():
     assert (with_chains.kind == "mixed").any()
     few, all_of_them = (p[(p.mic == 0) & (p.order > 0)].transfer_function(FREQUENCY)[0] for p in (paths, with_chains))
     np.testing.assert_allclose(few, all_of_them, atol=5e-3 * np.abs(few).max())  # 0.04 dB at one frequency
+
+
+def test_both_faces_of_a_plate_with_thickness_are_alike():
+    mesh = trimesh.creation.box((0.002, 0.2, 0.3))
+    mesh.apply_translation([-0.001, 0.0, 0.0])
+    ends = _towards(70.0), _towards(74.0)
+    plates = Obstacle(mesh, Material.rigid(), "panel"), _panel()
+    thick, thin = (_chains([plate], *ends).transfer_function(FREQUENCY)[0] for plate in plates)
+    np.testing.assert_allclose(thick, thin, atol=1e-6 * np.abs(thin).max())
+
+
+def test_chains_are_followed_through_a_beep():
+    # their points are held where they are in the middle of it, where the way is the shortest
+    beep = BeepDesign()
+    walk = StraightWalk([0.0, 0.1, 1.3], 0.2, 1.4, 2 * beep.period_s, pitch_rad=0.5)
+    mesh = _panel().mesh.copy()
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.deg2rad(250.0), (0.0, 0.0, 1.0)))
+    mesh.apply_translation([2.0, 0.0, 1.4])
+    panel = Obstacle(mesh, Material.rigid(), "panel")
+    phone = Phone.ideal([0.0, 0.07, 0.0], [[0.02, 0.07, 0.0], [0.0, -0.07, 0.0]])
+    fidelity = Fidelity(level="reference")
+    paths, motion, _ = trace_walk(Scene([panel], Air.lossless(C)), phone, walk, beep, fidelity)
+    rows = np.flatnonzero((paths.kind == "mixed") & (paths.pose == 1) & (paths.mic == 1))
+    assert len(rows) > 20
+    for row in rows[np.argsort(-np.abs(paths.gain[rows]))[:4]]:
+        reception = motion.middle_s[row] + 0.9 * motion.half_width_s
+        delay = np.polynomial.chebyshev.chebval(0.9, motion.delay_s[row])
+        source = walk.pose([reception - delay]).to_world(phone.geometry.speaker_m)[0]
+        receiver = walk.pose([reception]).to_world(phone.geometry.mics_m[1])[0]
+        still = _chains([panel], source, receiver)
+        same = (still.sequence == paths.sequence[row]).all(axis=1)
+        assert np.abs(still.delay_s[same] - delay).min() < 4e-9  # 5e-4 rad of phase at 20 kHz
