@@ -2,7 +2,7 @@
 
 That echo stays while everything else closes in, and it is loud at both microphones. Its range is the phone's height;
 its phase between the microphones is the phone's lift: the path difference to the ground's mirror image is
-    u = sqrt(h^2 - 2 h L sin(pitch) + L^2) - h,    du/dpitch = -h L cos(pitch) / (h + u).
+    u = sqrt(4 h^2 - 4 h L sin(pitch) + L^2) - 2 h,    du/dpitch = -2 h L cos(pitch) / (2 h + u).
 Both follow the step, so that a sinusoid of one frequency is fitted to both; what the chirp reads ahead of its time is
 taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad rms, is left with 2 mrad, the height with
 2 mm of 13. The surge follows: a walking trunk is fastest when it is lowest (Cavagna, Thys and Zamboni 1976, J. Physiol.
@@ -93,8 +93,9 @@ STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
 
 
 def ground_path_difference_m(height_m: float, separation_m: float, sin_pitch: float) -> float:
-    """From microphone 1 to the speaker's image in the ground, less that from microphone 0, at that height."""
-    return float(np.sqrt(height_m**2 - 2.0 * height_m * separation_m * sin_pitch + separation_m**2)) - height_m
+    """From microphone 1 to microphone 0's image in the ground, less that from microphone 0, at that height."""
+    image_m = 2.0 * height_m
+    return float(np.sqrt(image_m**2 - 2.0 * image_m * separation_m * sin_pitch + separation_m**2)) - image_m
 
 
 def ground_echo(
@@ -164,7 +165,7 @@ class StepListener:
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
         u_m = ground_path_difference_m(height_m, self._separation_m, self._sin_pitch)
-        slope = -height_m * self._separation_m * self._cos_pitch / (height_m + u_m)
+        slope = -2.0 * height_m * self._separation_m * self._cos_pitch / (2.0 * height_m + u_m)
         return -self._wavelength_m / (2.0 * np.pi) / slope
 
 

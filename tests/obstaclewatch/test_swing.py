@@ -40,8 +40,8 @@ def _listener(swing=TRUE, noise=0.0, crossed=()):
     pitch = PITCH + swing.at(TIME_S)[0]
     height = HEIGHT_M + swing.at(TIME_S)[1]
     axis = np.stack([np.cos(pitch), np.sin(pitch)])
-    down = np.stack([np.zeros_like(height), -height]) + LENGTH * axis
-    phase = -2.0 * np.pi / WAVELENGTH * (np.linalg.norm(down, axis=0) - height) + 0.4
+    down = np.stack([np.zeros_like(height), -2.0 * height]) + LENGTH * axis
+    phase = -2.0 * np.pi / WAVELENGTH * (np.linalg.norm(down, axis=0) - 2.0 * height) + 0.4
     read = HEIGHT_M + swing.as_read(TIME_S, AHEAD_S)[1]
     for k, time in enumerate(TIME_S):
         other = (0.09, 2.0) if k in crossed else (0.0, 0.0)
@@ -58,7 +58,7 @@ def _left(found, true):
 
 def test_path_difference_to_the_ground_is_that_of_the_image():
     axis = np.array([np.cos(PITCH), np.sin(PITCH)])
-    image = np.array([0.0, -HEIGHT_M])
+    image = np.array([0.0, -2.0 * HEIGHT_M])
     expected = np.linalg.norm(image + LENGTH * axis) - np.linalg.norm(image)
     assert ground_path_difference_m(HEIGHT_M, LENGTH, np.sin(PITCH)) == pytest.approx(expected, abs=1e-12)
 
