@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import complex_at
-from obstaclewatch.echoes import TINY, refine_peaks
+from obstaclewatch.echoes import refine_peaks
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.sinusoid import common_sinusoid
 
 Array = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -33,8 +34,6 @@ REACH_M = 0.13
 MEMORY_BEEPS = 24
 LEAST_BEEPS = 12
 """A second: two steps."""
-ROUNDS = 3
-"""Of the fit, whose weights fall where echoes of obstacles cross the ground's."""
 READ_SCALE_M, PHASE_SCALE = 0.012, 0.35
 """Residuals, m and rad, at which a beep's weight has halved."""
 LEAST_SHARE = 0.6
@@ -132,7 +131,7 @@ class StepListener:
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
-        self._heard: deque[tuple[float, GroundEcho]] = deque(maxlen=MEMORY_BEEPS)
+        self._heard: deque[tuple[float, float, float]] = deque(maxlen=MEMORY_BEEPS)
 
     def clear(self) -> None:
         """Forget everything."""
@@ -140,7 +139,7 @@ class StepListener:
 
     def add(self, time_s: float, echo: GroundEcho) -> None:
         """One beep's ground, at the time at which the beep's centre met it."""
-        self._heard.append((time_s, echo))
+        self._heard.append((time_s, echo.read_m, echo.phase_rad))
 
     def swing(self, height_m: float) -> Swing:
         """The swing over the beeps remembered; what no step explains is left out.
@@ -150,14 +149,13 @@ class StepListener:
         """
         if len(self._heard) < LEAST_BEEPS:
             return STEADY
-        time_s = np.array([time for time, _ in self._heard])
-        read_m, phase = np.array([echo for _, echo in self._heard]).T
-        turned = np.exp(1j * phase)
-        values = np.stack([(read_m - np.median(read_m)) / READ_SCALE_M, np.angle(turned / turned.sum()) / PHASE_SCALE])
-        step_rad_s, (read, turn), shares = common_sinusoid(time_s, values)
+        time_s, read_m, phase = np.array(self._heard).T.copy()
+        step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase), STEP_RAD_S)
         if max(shares) < LEAST_SHARE:
             return STEADY
-        read, turn = np.where(shares >= LEAST_SHARE, (read, turn), 0.0)
+        read, turn = (
+            complex(phasor) if share >= LEAST_SHARE else 0.0j for phasor, share in zip(phasors, shares, strict=True)
+        )
         height = READ_SCALE_M * read / (1.0 + 1j * step_rad_s * self._ahead_s)
         surge = 1j * SURGE_M * height / abs(height) if height else 0.0j
         return Swing(step_rad_s, PHASE_SCALE * turn * self._pitch_per_phase(height_m), height, surge)
@@ -169,67 +167,11 @@ class StepListener:
         return -self._wavelength_m / (2.0 * np.pi) / slope
 
 
-def common_sinusoid(time_s: Array, values: Array) -> tuple[float, Complexes, Array]:
-    """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
-
-    Args:
-        time_s: (K,).
-        values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
-    """
-    turn = STEP_RAD_S[:, None] * time_s
-    cosine, sine = np.cos(turn), np.sin(turn)
-    weight = np.ones_like(values)
-    for _ in range(ROUNDS):
-        fits, left, share = _fits(cosine, sine, values, weight)
-        best = int(np.argmin(np.log(np.maximum(1.0 - share, 0.02)).sum(axis=1)))
-        weight = 1.0 / (1.0 + left[best] ** 2)
-    return float(STEP_RAD_S[best]), fits[best, :, 0] - 1j * fits[best, :, 1], share[best]
-
-
 @numba.njit(cache=True)
-def _fits(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[Array, Array, Array]:
-    """(F, 2, 3) coefficients, (F, 2, K) residuals and (F, 2) explained shares at F frequencies."""
-    count, series = len(cosine), len(values)
-    fits, share = np.empty((count, series, 3)), np.empty((count, series))
-    left = np.empty((count, series, values.shape[1]))
-    for row in range(series):
-        spread = max(_scatter(values[row], weight[row]), TINY)
-        for which in range(count):
-            fit = weighted_fit(cosine[which], sine[which], values[row], weight[row])
-            unexplained = 0.0
-            for beep in range(values.shape[1]):
-                wave = fit[0] * cosine[which, beep] + fit[1] * sine[which, beep]
-                left[which, row, beep] = values[row, beep] - wave - fit[2]
-                unexplained += weight[row, beep] * left[which, row, beep] ** 2
-            fits[which, row, 0], fits[which, row, 1], fits[which, row, 2] = fit
-            share[which, row] = 1.0 - unexplained / spread
-    return fits, left, share
-
-
-@numba.njit(cache=True)
-def _scatter(values: Array, weight: Array) -> float:
-    """Weighted sum of the squared departures of (K,) values from their weighted mean."""
-    total = moment = scatter = 0.0
-    for beep in range(len(values)):
-        total += weight[beep]
-        moment += weight[beep] * values[beep]
-    for beep in range(len(values)):
-        scatter += weight[beep] * (values[beep] - moment / total) ** 2
-    return scatter
-
-
-@numba.njit(cache=True)
-def weighted_fit(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[float, float, float]:
-    """Coefficients of cosine, sine and 1 that fit (K,) values best: the normal equations, by elimination."""
-    cc = cs = ss = c = s = one = cv = sv = v = 0.0
-    for beep in range(len(values)):
-        heavy_c, heavy_s = weight[beep] * cosine[beep], weight[beep] * sine[beep]
-        cc, cs, ss = cc + heavy_c * cosine[beep], cs + heavy_c * sine[beep], ss + heavy_s * sine[beep]
-        c, s, one = c + heavy_c, s + heavy_s, one + weight[beep]
-        cv, sv = cv + heavy_c * values[beep], sv + heavy_s * values[beep]
-        v += weight[beep] * values[beep]
-    cc, cs, cv = cc - c * c / one, cs - c * s / one, cv - c * v / one
-    ss, sv = ss - s * s / one, sv - s * v / one
-    of_sine = (sv - cs * cv / cc) / (ss - cs * cs / cc)
-    of_cosine = (cv - cs * of_sine) / cc
-    return of_cosine, of_sine, (v - c * of_cosine - s * of_sine) / one
+def _departures(read_m: Array, phase_rad: Array) -> Array:
+    """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
+    departures = np.empty((2, len(read_m)))
+    turned = np.exp(1j * phase_rad)
+    departures[0] = (read_m - np.median(read_m)) / READ_SCALE_M
+    departures[1] = np.angle(turned * np.conj(turned.sum())) / PHASE_SCALE
+    return departures

@@ -7,6 +7,7 @@ import pytest
 
 from obstaclewatch.course_prior import walking_speed
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.sinusoid import common_sinusoid, weighted_fits
 from obstaclewatch.swing import (
     LEAST_BEEPS,
     LEAST_SHARE,
@@ -15,11 +16,10 @@ from obstaclewatch.swing import (
     GroundEcho,
     StepListener,
     Swing,
-    common_sinusoid,
     ground_echo,
     ground_path_difference_m,
-    weighted_fit,
 )
+from obstaclewatch.swing import STEP_RAD_S as STEPS_RAD_S
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, true_range
 
@@ -111,7 +111,8 @@ def test_no_step_no_swing():
 
 def test_random_numbers_hardly_pass_for_a_step():
     rng = np.random.default_rng(8)
-    shares = np.array([common_sinusoid(TIME_S, rng.standard_normal((2, len(TIME_S))))[2] for _ in range(200)])
+    noise = rng.standard_normal((200, 2, len(TIME_S)))
+    shares = np.array([common_sinusoid(TIME_S, values, STEPS_RAD_S)[2] for values in noise])
     assert 0.15 < np.median(shares) < 0.35
     assert np.mean(shares > LEAST_SHARE) < 0.03
     assert np.mean(shares.min(axis=1) > LEAST_SHARE) == 0.0
@@ -138,12 +139,23 @@ def test_steps_tell_the_walking_speed():
     assert walking_speed(2.2)[0] > usual
 
 
-def test_the_weighted_fit_is_the_least_squares_of_lapack():
+def test_the_weighted_fits_are_the_least_squares_of_lapack():
     rng = np.random.default_rng(3)
-    for step_rad_s in (8.2, 11.0, 15.3):
-        design = np.stack([np.cos(step_rad_s * TIME_S), np.sin(step_rad_s * TIME_S), np.ones(len(TIME_S))], axis=1)
-        values, weight = rng.standard_normal(len(TIME_S)), rng.uniform(0.05, 1.0, len(TIME_S))
-        root = np.sqrt(weight)
-        expected = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
-        fit = weighted_fit(design[:, 0].copy(), design[:, 1].copy(), values, weight)
-        assert fit == pytest.approx(tuple(expected), rel=1e-11)
+    rates = np.array([8.2, 11.0, 15.3])
+    values, weight = rng.standard_normal(len(TIME_S)), rng.uniform(0.05, 1.0, len(TIME_S))
+    turn = TIME_S[:, None] * rates
+    fits, shares = weighted_fits(np.cos(turn), np.sin(turn), values, weight)
+    scatter = np.sum(weight * (values - np.average(values, weights=weight)) ** 2)
+    for rate, fit, share in zip(rates, fits.T, shares, strict=True):
+        design = np.stack([np.cos(rate * TIME_S), np.sin(rate * TIME_S), np.ones(len(TIME_S))], axis=1)
+        expected = np.linalg.lstsq(design * np.sqrt(weight)[:, None], values * np.sqrt(weight), rcond=None)[0]
+        assert fit == pytest.approx(expected, rel=1e-11)
+        left = np.sum(weight * (values - design @ expected) ** 2)
+        assert share == pytest.approx(1.0 - left / scatter, abs=1e-12)
+
+
+def test_a_series_that_never_changes_has_no_step():
+    time = TIME_S[:, None] * STEPS_RAD_S
+    fits, shares = weighted_fits(np.cos(time), np.sin(time), np.zeros(len(TIME_S)), np.ones(len(TIME_S)))
+    assert np.all(fits == 0.0)
+    assert np.all(shares == 0.0)

@@ -1,0 +1,111 @@
+"""The sinusoid that two series share: least squares at every frequency at once, with weights that outliers lose.
+
+Of a fit only its normal equations are formed; residuals are those of the likeliest frequency alone.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.echoes import TINY
+
+Array = NDArray[np.float64]
+
+ROUNDS = 3
+"""Of the fit, whose weights fall where something else crosses."""
+LEAST_LEFT = 0.02
+"""Share of the variance below which a better fit no longer counts for a frequency."""
+
+
+def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[float, NDArray[np.complex128], Array]:
+    """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
+
+    Args:
+        time_s: (K,).
+        values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
+        rates_rad_s: (F,) angular frequencies that are tried.
+    """
+    turn = time_s[:, None] * rates_rad_s
+    best, phasor, share = _robust_fit(np.cos(turn), np.sin(turn), values)
+    return float(rates_rad_s[best]), phasor, share
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _robust_fit(cosine: Array, sine: Array, values: Array) -> tuple[int, NDArray[np.complex128], Array]:
+    """The best of F frequencies, (2,) phasors, and (2,) shares explained, from (K, F) cosines and sines."""
+    best, phasor, share = 0, np.empty(2, dtype=np.complex128), np.empty(2)
+    weight = np.ones(values.shape)
+    for _ in range(ROUNDS):
+        first, of_first = weighted_fits(cosine, sine, values[0], weight[0])
+        second, of_second = weighted_fits(cosine, sine, values[1], weight[1])
+        best = _likeliest(of_first, of_second)
+        share[0], share[1] = of_first[best], of_second[best]
+        for row, fit in enumerate((first, second)):
+            phasor[row] = complex(fit[0, best], -fit[1, best])
+            for beep in range(len(cosine)):
+                wave = fit[0, best] * cosine[beep, best] + fit[1, best] * sine[beep, best]
+                weight[row, beep] = 1.0 / (1.0 + (values[row, beep] - wave - fit[2, best]) ** 2)
+    return best, phasor, share
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _likeliest(first: Array, second: Array) -> int:
+    """Which frequency leaves the least of both series, from the (F,) shares that it explains."""
+    best, least = 0, np.inf
+    for which in range(len(first)):
+        left = max(1.0 - first[which], LEAST_LEFT) * max(1.0 - second[which], LEAST_LEFT)
+        if left < least:
+            best, least = which, left
+    return best
+
+
+@numba.njit(cache=True, error_model="numpy")
+def weighted_fits(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[Array, Array]:
+    """(3, F) coefficients of cosine, sine and 1 that fit (K,) values best, and (F,) the shares that they explain.
+
+    The normal equations of values about their weighted mean, by elimination.
+    """
+    total, mean, scatter = _moments(values, weight)
+    c, s, cc, cs, cv, sv = _products(cosine, sine, values - mean, weight)
+    fit, share = np.empty((3, len(c))), np.empty(len(c))
+    for which in range(len(c)):
+        ss = total - cc[which] - s[which] * s[which] / total
+        of_both = cs[which] - c[which] * s[which] / total
+        own = cc[which] - c[which] * c[which] / total
+        of_sine = (sv[which] - of_both * cv[which] / own) / (ss - of_both * of_both / own)
+        of_cosine = (cv[which] - of_both * of_sine) / own
+        fit[0, which], fit[1, which] = of_cosine, of_sine
+        fit[2, which] = mean - (c[which] * of_cosine + s[which] * of_sine) / total
+        share[which] = (of_cosine * cv[which] + of_sine * sv[which]) / scatter
+    return fit, share
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _moments(values: Array, weight: Array) -> tuple[float, float, float]:
+    """Sum of the weights, weighted mean of (K,) values, and weighted sum of their squared departures from it."""
+    total = moment = scatter = 0.0
+    for beep in range(len(values)):
+        total += weight[beep]
+        moment += weight[beep] * values[beep]
+    for beep in range(len(values)):
+        scatter += weight[beep] * (values[beep] - moment / total) ** 2
+    return total, moment / total, max(scatter, TINY)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _products(cosine: Array, sine: Array, values: Array, weight: Array) -> Array:
+    """(6, F) weighted sums over beeps: cosine, sine, cosine squared, cosine times sine, and both times the values."""
+    products = np.zeros((6, cosine.shape[1]))
+    for beep in range(len(cosine)):
+        own, heavy = weight[beep], weight[beep] * values[beep]
+        for which in range(cosine.shape[1]):
+            c, s = cosine[beep, which], sine[beep, which]
+            products[0, which] += own * c
+            products[1, which] += own * s
+            products[2, which] += own * c * c
+            products[3, which] += own * c * s
+            products[4, which] += heavy * c
+            products[5, which] += heavy * s
+    return products
