@@ -31,12 +31,13 @@ the two-way response to a far obstacle is inferred. Below 16 kHz and above 23.5 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.recording import PhoneGeometry
-from simulator.phone import Phone, StructureBorne, Transducer
+from simulator.transducers import StructureBorne, Transducer
 
 SPEAKER_TO_TOP_MIC_M = 0.03
 CASE_SOUND_SPEED_M_S = 1500.0
@@ -74,8 +75,20 @@ N6P_NOISE_SPL_DB = LEVEL_SPL_DB - 22.5
 FORWARDS, BACKWARDS = np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0])
 
 
-def preset(name: str) -> Phone:
-    """The phone of that name, or of one of its short forms ("s5", "note5", "s8+").
+@dataclass(frozen=True)
+class PhonePreset:
+    """What a name stands for: the attributes of a `Phone` of these names."""
+
+    geometry: PhoneGeometry
+    speaker: Transducer
+    mics: tuple[Transducer, Transducer]
+    structure_borne: StructureBorne | None
+    level_spl_db: float
+    noise_spl_db: float
+
+
+def preset(name: str) -> PhonePreset:
+    """What makes the phone of that name, or of one of its short forms ("s5", "note5", "s8+").
 
     Raises:
         ValueError: an unknown name; the message lists those there are.
@@ -133,8 +146,8 @@ def _phone(
     speaker_db: NDArray[np.float64],
     top_db: NDArray[np.float64],
     bottom_db: NDArray[np.float64],
-) -> Phone:
-    return Phone(
+) -> PhonePreset:
+    return PhonePreset(
         geometry,
         Transducer(frequency_hz, speaker_db, FORWARDS, SPEAKER_REAR_LOSS_DB),
         (
@@ -147,33 +160,34 @@ def _phone(
     )
 
 
-def _ideal() -> Phone:
-    geometry = _geometry("ideal", 0.15)
-    return Phone.ideal(geometry.speaker_m, geometry.mics_m)
+def _ideal() -> PhonePreset:
+    """What `Phone.ideal` is, 15 cm long."""
+    flat = Transducer()
+    return PhonePreset(_geometry("ideal", 0.15), flat, (flat, flat), None, LEVEL_SPL_DB, -np.inf)
 
 
-def _galaxy_s5() -> Phone:
+def _galaxy_s5() -> PhonePreset:
     return _phone(_geometry("galaxy-s5", 0.141), TABLE_HZ, *two_way_split(TABLE_HZ, S5_TOP_DB, S5_BOTTOM_DB))
 
 
-def _galaxy_note5() -> Phone:
+def _galaxy_note5() -> PhonePreset:
     frequency = np.array([15.0, 21.0, 21.5, 22.0, 22.5, 23.0, 23.5, 24.0, 25.0]) * 1e3
     level = np.array([0.0, 0.0, -1.0, -3.0, -7.0, -13.0, -22.0, -33.0, -50.0])
     return _phone(_geometry("galaxy-note5", 0.153), frequency, level, np.zeros(9), np.zeros(9))
 
 
-def _galaxy_s8_plus() -> Phone:
+def _galaxy_s8_plus() -> PhonePreset:
     frequency = np.array([15.0, 21.5, 22.0, 22.5, 23.0, 23.5, 24.0, 25.0]) * 1e3
     level = np.array([0.0, 0.0, -1.0, -3.0, -7.0, -13.0, -22.0, -40.0])
     return _phone(_geometry("galaxy-s8-plus", 0.160), frequency, level, np.zeros(8), np.zeros(8))
 
 
-def _nexus_6p() -> Phone:
+def _nexus_6p() -> PhonePreset:
     half = 0.5 * N6P_SEPARATION_M
     mics = np.array([[0.0, half, 0.0], [0.0, -half, 0.0]])
     speaker = np.array([0.0, N6P_SPEAKER_TO_BOTTOM_MIC_M - half, 0.0])
     shared, top, bottom = two_way_split(TABLE_HZ, N6P_TOP_DB, N6P_BOTTOM_DB)
-    return Phone(
+    return PhonePreset(
         PhoneGeometry("nexus-6p", speaker, mics),
         Transducer(TABLE_HZ, shared, FORWARDS),
         (
@@ -196,7 +210,7 @@ def _shadow_of_the_case(distance_m: NDArray[np.float64]) -> StructureBorne:
     return StructureBorne(distance_m / AIR_M_S, (kept - 1.0) / distance_m)
 
 
-_PRESETS: dict[str, Callable[[], Phone]] = {
+_PRESETS: dict[str, Callable[[], PhonePreset]] = {
     "ideal": _ideal,
     "galaxy-s5": _galaxy_s5,
     "galaxy-note5": _galaxy_note5,

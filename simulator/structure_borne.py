@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.paths import Paths
-from simulator.phone import StructureBorne
+from simulator.transducers import StructureBorne
 
 
 def through_case(paths: Paths, sound: StructureBorne) -> Paths:
