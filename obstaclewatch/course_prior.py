@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
@@ -92,6 +93,7 @@ def hypotheses(half_width_m: float) -> Hypotheses:
     )
 
 
+@numba.njit(cache=True, error_model="numpy")
 def walking_speed(step_hz: float) -> tuple[float, float]:
     """Expected walking speed and its deviation, m/s: of all walkers, and given their steps a second if they are known.
 
@@ -104,13 +106,17 @@ def walking_speed(step_hz: float) -> tuple[float, float]:
     return (usual * WALKER_M_S + heard * told) / (usual + heard), (usual + heard) ** -0.5
 
 
-def speed_density(speed_m_s: Array, step_hz: float = 0.0) -> Array:
-    """Density of the speed of approach, s/m: walkers', and one in eight that something comes the other way."""
+@numba.njit(cache=True, error_model="numpy")
+def speed_density(speed_m_s: Array, step_hz: float) -> Array:
+    """Density of speeds of approach (H,), s/m: walkers', and one in eight that something comes the other way."""
     own, std = walking_speed(step_hz)
-    walking = np.exp(-0.5 * ((speed_m_s - own) / std) ** 2) / (np.sqrt(2.0 * np.pi) * std)
     slowest, fastest = ONCOMING_M_S
-    oncoming = ((speed_m_s > own + slowest) & (speed_m_s < own + fastest)) / (fastest - slowest)
-    density: Array = (1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming + ANY_SPEED
+    density = np.empty(len(speed_m_s))
+    for course in range(len(speed_m_s)):
+        faster = speed_m_s[course] - own
+        walking = np.exp(-0.5 * (faster / std) ** 2) / (np.sqrt(2.0 * np.pi) * std)
+        oncoming = 1.0 / (fastest - slowest) if slowest < faster < fastest else 0.0
+        density[course] = (1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming + ANY_SPEED
     return density
 
 

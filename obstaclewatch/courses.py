@@ -24,31 +24,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import (
-    WOBBLE,
-    at_path_differences,
-    coherent_sum,
-    log_agreement,
-    with_deviation,
-)
-from obstaclewatch.course_geometry import (
-    NEAREST_M,
-    as_seen,
-    distances_ahead,
-    mirrors_off,
-    path_differences,
+from obstaclewatch.course_evidence import (
+    Moments,
+    cone_cosines,
+    gathered,
+    misfits,
     steady_ranges,
+    straight_lines,
 )
+from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles
+from obstaclewatch.course_posterior import posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
-from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
+from obstaclewatch.gait import READING_M, SWING_KNOWN_M, line_weights, reading_covariance, whitening
 from obstaclewatch.swing import STEADY, Swing
 
 Array = NDArray[np.float64]
 
-SHARE_HEARD = 0.4
-"""Share of microphone 1's power that counts: beeps within a step share their deviations."""
-MOST_MISFIT = 40.0
-"""Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
 
@@ -117,13 +108,16 @@ class CourseGrid:
         baseline_m: float = 0.0,
     ) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
-        self._pitch_rad = np.array([pitch_rad])
+        self._pitch_rad = pitch_rad
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
-        self._mic_phase_rad = mic_phase_rad
-        self._upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
-        self._stays = (self._all.height_m > 0.0).astype(np.float64)
-        self._flat_m2 = _flatness(self._all, separation_m, baseline_m)
+        upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
+        self._tells_phase = upright & (mic_phase_rad is not None)
+        self._mic_phase_rad = mic_phase_rad or 0.0
+        along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
+        stays = self._all.height_m > 0.0
+        body = (self._all.height_m, self._all.radius_m, self._all.miss_m, self._cos_angle, stays, along_m2, up_m2)
+        self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
 
     def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
         """The posterior after K >= 3 beeps.
@@ -134,70 +128,42 @@ class CourseGrid:
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
-        height = np.minimum(self._all.height_m, ground_m)
-        time_s, hit_s = samples.time_s - now_s, samples.time_s - self._ahead_s
-        step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
-        covariance = reading_covariance(time_s, samples.range_std_m, step_std_m)
-        precision: Array = np.linalg.inv(covariance).astype(np.float64, copy=False)
+        bodies = self._at_height(ground_m)
+        hit_s, time_s = samples.time_s - self._ahead_s, samples.time_s - now_s
         turn_rad, lift_m, surge_m = swing.as_read(hit_s, self._ahead_s)
-        steady_m = steady_ranges(samples.range_m, lift_m, surge_m, height, self._cos_angle, self._stays)
-        read_at = distances_ahead(steady_m, height, self._all.radius_m, self._all.miss_m)
-        ahead, closing = _straight(time_s, read_at, precision)
-        line = np.maximum(ahead - closing * time_s, NEAREST_M)
-        range_m, cosine = self._seen(line, self._pitch_rad + turn_rad, np.zeros(len(time_s)), height)
-        log = self._all.log_prior + _log_fit(steady_m - range_m, precision)
-        speed = closing[:, 0] / self._cos_angle
-        heard = np.isfinite(samples.second[:, 0])
-        if heard.any():
-            u_m = self._path_differences(line, range_m, cosine, self._pitch_rad + turn_rad)
-            turn_rad, lift_m, _ = swing.at(hit_s)
-            then, pitch_rad = line + closing * self._ahead_s, self._pitch_rad + turn_rad
-            now_m = self._path_differences(then, *self._seen(then, pitch_rad, lift_m, height), pitch_rad)
-            u_m, now_m = np.compress(heard, u_m, axis=1), np.compress(heard, now_m, axis=1)
-            log += self._log_heard(samples.second[heard], u_m, now_m)
-        log += np.log(speed_density(speed, swing.step_hz))
-        share = np.exp(log - log.max())
-        return self._summary(share / share.sum(), np.maximum(ahead, NEAREST_M), speed, height)
+        steady_m = steady_ranges(bodies, samples.range_m, lift_m, surge_m)
+        step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
+        white = whitening(reading_covariance(time_s, samples.range_std_m, step_std_m))
+        ahead, closing = straight_lines(bodies, steady_m, *line_weights(time_s, white))
+        misfit = misfits(bodies, steady_m, ahead, closing, time_s, white)
+        read = Moments(time_s, self._pitch_rad + turn_rad, np.zeros(len(time_s)))
+        turn_rad, lift_m, _ = swing.at(hit_s)
+        hit = Moments(hit_s - now_s, self._pitch_rad + turn_rad, lift_m)
+        cycles_m = 1.0 / self._wavelength_m
+        total = gathered(bodies, ahead, closing, samples.second, read, hit, self._separation_m, cycles_m)
+        speed = closing / self._cos_angle
+        density = speed_density(speed, swing.step_hz)
+        share = posterior(self._all.log_prior, misfit, total, self._tells_phase, self._mic_phase_rad, density)
+        return self._summary(share, np.maximum(ahead, NEAREST_M), speed, bodies)
 
-    def _seen(self, ahead_m: Array, pitch_rad: Array, lift_m: Array, height_m: Array) -> tuple[Array, Array]:
-        """(H, K) ranges and cosines of the cone, the obstacle that far ahead and the phone pitched and lifted so."""
-        radius_m, miss_m = self._all.radius_m, self._all.miss_m
-        return as_seen(ahead_m, pitch_rad, lift_m, height_m, radius_m, miss_m, self._cos_angle, self._stays)
+    def _at_height(self, ground_m: float) -> Bodies:
+        return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))
 
-    def _path_differences(self, ahead_m: Array, range_m: Array, cosine: Array, pitch_rad: Array) -> Array:
-        """(H, K) as from points, less what mirrors take off."""
-        off_m = mirrors_off(ahead_m, range_m, cosine, pitch_rad, self._all.miss_m, self._cos_angle, *self._flat_m2)
-        difference: Array = path_differences(range_m, cosine, self._separation_m) - off_m
-        return difference
-
-    def _log_heard(self, second: NDArray[np.complex64], u_m: Array, now_m: Array) -> Array:
-        """(H,) log likelihood ratio of microphone 1: what adds up in phase over beeps, and that sum's own phase.
-
-        The phase itself counts for upright things and walls alone, whose height is known: 10 cm of another height turn
-        it by a quarter of a cycle.
-        """
-        value = at_path_differences(second, u_m) * with_deviation(second, WOBBLE)
-        total = coherent_sum(value, now_m, self._wavelength_m)
-        log: Array = SHARE_HEARD * np.abs(total) ** 2
-        if self._mic_phase_rad is None:
-            return log
-        return log + np.where(self._upright, log_agreement(total, self._mic_phase_rad), 0.0)
-
-    def _summary(self, share: Array, ahead_m: Array, speed: Array, height_m: Array) -> Course:
+    def _summary(self, share: Array, ahead_m: Singles, speed: Array, bodies: Bodies) -> Course:
         meeting = share * self._all.collision
         collision = float(meeting.sum())
         likely = meeting / collision if collision > 1e-6 else share
         own = np.minimum(1.0, WALKING_M_S / np.maximum(speed, WALKING_M_S))
-        angle = np.arctan2(self._all.miss_m, ahead_m[:, 0])
+        angle = np.arctan2(self._all.miss_m, ahead_m)
         bearing = np.where(self._all.is_wall, self._all.angle_rad, angle)
         mean = float(share @ bearing)
         return Course(
             collision=collision,
-            ahead_m=float(likely @ (ahead_m[:, 0] * own)),
+            ahead_m=float(likely @ (ahead_m * own)),
             speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            cosine=float(share @ self._seen(ahead_m, self._pitch_rad, np.zeros(1), height_m)[1][:, 0]),
+            cosine=float(share @ cone_cosines(bodies, ahead_m, self._pitch_rad)),
             miss_m=float(share @ self._all.miss_m),
         )
 
@@ -213,18 +179,3 @@ def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[
     corner = 0.25 * length_m * (length_m - 2.0 * baseline_m)
     up = np.where(courses.height_m == 0.0, mirror, np.where(np.isinf(courses.height_m), corner, 0.0))
     return np.where(courses.is_wall, mirror, 0.0), up
-
-
-def _straight(time_s: Array, ahead_m: Array, precision: Array) -> tuple[Array, Array]:
-    """(H, 1) distance ahead at time 0 and closing speed, from (H, K) distances by generalised least squares."""
-    total, first = precision.sum(axis=1), precision @ time_s
-    moments = np.array([[total.sum(), -first.sum()], [-first.sum(), time_s @ first]])
-    fit = ahead_m @ np.stack([total, -first], axis=1) @ np.linalg.inv(moments)
-    return fit[:, :1], fit[:, 1:]
-
-
-def _log_fit(error_m: Array, precision: Array) -> Array:
-    """(H,) log likelihood of range errors (H, K), which saturates."""
-    misfit = np.einsum("hk,hk->h", error_m @ precision, error_m)
-    fit: Array = -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
-    return fit

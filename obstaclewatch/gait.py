@@ -8,6 +8,7 @@ through as many independent readings.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +24,8 @@ OTHER_M = 0.012
 """What is neither step nor noise: reflecting points that wander, echoes that overlap."""
 
 
-def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float = READING_M) -> Array:
+@numba.njit(cache=True, error_model="numpy")
+def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> Array:
     """(K, K) covariance, m^2, of K readings about a straight course.
 
     A sinusoid of random phase and of a frequency N(STEP_HZ, STEP_STD_HZ^2), and white noise.
@@ -33,7 +35,46 @@ def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float = RE
         noise_std_m: (K,) their deviations by noise.
         step_std_m: standard deviation over a step.
     """
-    lag = 2.0 * np.pi * (time_s[:, None] - time_s)
-    step = step_std_m**2 * np.cos(STEP_HZ * lag) * np.exp(-0.5 * (STEP_STD_HZ * lag) ** 2)
-    covariance: Array = step + np.diag(OTHER_M**2 + noise_std_m**2)
+    covariance = np.empty((len(time_s), len(time_s)))
+    for row in range(len(time_s)):
+        for column in range(row):
+            lag = 2.0 * np.pi * (time_s[row] - time_s[column])
+            covariance[row, column] = step_std_m**2 * np.cos(STEP_HZ * lag) * np.exp(-0.5 * (STEP_STD_HZ * lag) ** 2)
+            covariance[column, row] = covariance[row, column]
+        covariance[row, row] = step_std_m**2 + OTHER_M**2 + noise_std_m[row] ** 2
     return covariance
+
+
+@numba.njit(cache=True, error_model="numpy")
+def whitening(covariance: Array) -> Array:
+    """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated together."""
+    count = len(covariance)
+    rows = np.concatenate((covariance, np.eye(count)), axis=1)
+    for pivot in range(count):
+        for row in range(pivot + 1, count):
+            share = rows[row, pivot] / rows[pivot, pivot]
+            for column in range(pivot, count + row):
+                rows[row, column] -= share * rows[pivot, column]
+    white = np.empty((count, count))
+    for row in range(count):
+        for column in range(count):
+            white[row, column] = rows[row, count + column] / np.sqrt(rows[row, row])
+    return white
+
+
+@numba.njit(cache=True, error_model="numpy")
+def line_weights(time_s: Array, white: Array) -> tuple[Array, Array]:
+    """(K,) weights whose sums over readings are a straight line's value at time 0, and its fall a second.
+
+    Generalised least squares: in whitened readings (K, K) the line is `level - fall time`.
+    """
+    level, fall = white.sum(axis=1), np.empty(len(time_s))
+    for row in range(len(time_s)):
+        fall[row] = -np.sum(white[row] * time_s)
+    own, both, other = np.sum(level * level), np.sum(level * fall), np.sum(fall * fall)
+    of_level, of_fall = np.empty(len(time_s)), np.empty(len(time_s))
+    for beep in range(len(time_s)):
+        on_level, on_fall = np.sum(level * white[:, beep]), np.sum(fall * white[:, beep])
+        of_level[beep] = (other * on_level - both * on_fall) / (own * other - both * both)
+        of_fall[beep] = (own * on_fall - both * on_level) / (own * other - both * both)
+    return of_level, of_fall

@@ -68,23 +68,17 @@ class Swing:
 
     def at(self, time_s: Array) -> Array:
         """(3, K) pitch, height and surge at that time."""
-        return np.real(self._phasors()[:, None] * self._turn(time_s)).copy()
+        return _waves(self.step_rad_s, (self.pitch_rad, self.height_m, self.surge_m), time_s)
 
     def as_read(self, time_s: Array, ahead_s: float) -> Array:
         """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
-        return np.real((self._phasors() * (1.0 + 1j * self.step_rad_s * ahead_s))[:, None] * self._turn(time_s)).copy()
+        ahead = 1.0 + 1j * self.step_rad_s * ahead_s
+        return _waves(self.step_rad_s, (self.pitch_rad * ahead, self.height_m * ahead, self.surge_m * ahead), time_s)
 
     @property
     def step_hz(self) -> float:
         """Steps per second; 0 if nothing is known."""
         return self.step_rad_s / (2.0 * np.pi)
-
-    def _phasors(self) -> Complexes:
-        return np.array([self.pitch_rad, self.height_m, self.surge_m])
-
-    def _turn(self, time_s: Array) -> Complexes:
-        turn: Complexes = np.exp(1j * self.step_rad_s * time_s)
-        return turn
 
 
 STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
@@ -175,3 +169,14 @@ def _departures(read_m: Array, phase_rad: Array) -> Array:
     departures[0] = (read_m - np.median(read_m)) / READ_SCALE_M
     departures[1] = np.angle(turned * np.conj(turned.sum())) / PHASE_SCALE
     return departures
+
+
+@numba.njit(cache=True)
+def _waves(step_rad_s: float, phasors: tuple[complex, complex, complex], time_s: Array) -> Array:
+    """(3, K) real parts of phasors that turn."""
+    waves = np.empty((3, len(time_s)))
+    for beep in range(len(time_s)):
+        cosine, sine = np.cos(step_rad_s * time_s[beep]), np.sin(step_rad_s * time_s[beep])
+        for which in range(3):
+            waves[which, beep] = phasors[which].real * cosine - phasors[which].imag * sine
+    return waves

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch.carrier_phase import OFFSETS_M
+from obstaclewatch.course_evidence import path_differences
 from obstaclewatch.course_prior import hypotheses, speed_density
 from obstaclewatch.courses import Course, CourseGrid, Samples
-from obstaclewatch.gait import OTHER_M, reading_covariance
+from obstaclewatch.gait import OTHER_M, READING_M, reading_covariance
 
 from .synthetic import BEEP, PHONE, C
 
@@ -95,11 +96,10 @@ def _row_and_difference(wanted, ahead_m):
     miss, height, angle, is_wall = wanted
     other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall)
     row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
-    object.__setattr__(grid._all, "radius_m", np.zeros_like(grid._all.radius_m))
-    height_m, pitch = np.minimum(grid._all.height_m, GROUND_M), np.array([PITCH])
-    ahead = np.full((len(height_m), 1), ahead_m)
-    seen = grid._seen(ahead, pitch, np.zeros(1), height_m)
-    return grid._all, row, grid._path_differences(ahead, *seen, pitch)[row, 0]
+    bodies = grid._at_height(GROUND_M)
+    bodies = bodies._replace(radius_m=np.zeros_like(bodies.radius_m))
+    ahead = np.full(len(bodies.miss_m), ahead_m, dtype=np.float32)
+    return grid._all, row, path_differences(bodies, ahead, PITCH, 0.0, LENGTH)[row]
 
 
 @pytest.mark.parametrize("height", [0.0, np.inf])
@@ -179,7 +179,7 @@ def test_prior_is_half_collisions_and_a_density_of_speeds():
     assert share.sum() == pytest.approx(1.0)
     assert share @ prior.collision == pytest.approx(0.5)
     speed = np.linspace(0.0, 4.0, 4001)
-    assert np.trapezoid(speed_density(speed), speed) == pytest.approx(1.0, abs=0.01)
+    assert np.trapezoid(speed_density(speed, 0.0), speed) == pytest.approx(1.0, abs=0.01)
 
 
 def test_gait_covariance_is_that_of_many_random_steps():
@@ -188,5 +188,5 @@ def test_gait_covariance_is_that_of_many_random_steps():
     time = 0.09 * np.arange(8)
     frequency, phase = rng.normal(1.85, 0.15, (20_000, 1)), rng.uniform(0.0, 2.0 * np.pi, (20_000, 1))
     surge = 0.020 * np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time + phase)
-    expected = reading_covariance(time, np.zeros(8)) - OTHER_M**2 * np.eye(8)
+    expected = reading_covariance(time, np.zeros(8), READING_M) - OTHER_M**2 * np.eye(8)
     assert surge.T @ surge / len(surge) == pytest.approx(expected, abs=2e-5)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import i0
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.carrier_phase import (
     OFFSETS_M,
-    at_path_differences,
-    coherent_sum,
+    PHASE_STD,
+    add_turned,
+    bessel_i0,
+    cycle,
+    deviation_factor,
+    heard_at,
     log_agreement,
     second_channel,
-    with_deviation,
 )
 from obstaclewatch.echoes import echoes_at
 from obstaclewatch.matched_filter import MatchedFilter
@@ -64,10 +68,10 @@ def test_coherent_power_peaks_at_the_true_path_difference(aside_m):
     phase = np.angle(np.interp(u_m, OFFSETS_M, row[0].real) + 1j * np.interp(u_m, OFFSETS_M, row[0].imag))
     off = (phase + 2.0 * np.pi * u_m * profile.reference_hz / C + np.pi) % (2.0 * np.pi) - np.pi
     assert abs(off) < 0.15
-    asked_m = np.array([[u_m], [u_m - 0.12], [u_m + 0.12]])
-    value = at_path_differences(row, asked_m)
-    power = np.abs(coherent_sum(value, asked_m, WAVELENGTH)) ** 2
-    assert np.abs(value[:, 0]) ** 2 == pytest.approx(power, rel=1e-3)  # one beep has no phase to compare
+    asked_m = np.array([u_m, u_m - 0.12, u_m + 0.12], dtype=np.float32)
+    value = heard_at(row[0], asked_m)
+    power = np.abs(_sum(row, asked_m[None], asked_m[None])) ** 2
+    assert np.sum(value**2, axis=0) == pytest.approx(power, rel=1e-3)  # one beep has no phase to compare
     assert power[0] == pytest.approx((point.gain / 0.01) ** 2, rel=0.05)
     assert power[0] > 1.4 * power[1:].max()
 
@@ -93,23 +97,44 @@ def test_phase_reads_the_moment_while_the_envelope_reads_ahead(speed):
     assert abs(off[0]) < 0.3 * abs(off[1])
 
 
+def _sum(second, read_m, hit_m):
+    """(H,) what (K, W) rows add up to at path differences (K, H), as read and as hit."""
+    total = np.zeros((2, read_m.shape[1]), dtype=np.float32)
+    for row, read, hit in zip(second, read_m, hit_m, strict=True):
+        add_turned(total, heard_at(row, read), hit, np.float32(1.0 / WAVELENGTH), np.float32(1.0))
+    return total[0] + 1j * total[1]
+
+
 def test_coherent_sum_against_a_slow_one():
     rng = np.random.default_rng(3)
     second = (rng.standard_normal((5, len(OFFSETS_M))) + 1j * rng.standard_normal((5, len(OFFSETS_M)))).astype("c8")
-    u, now = rng.uniform(-0.15, 0.15, (2, 7, 5))
-    for row, phase, found in zip(u, now, coherent_sum(at_path_differences(second, u), now, WAVELENGTH), strict=True):
-        total = 0j
-        for k, one in enumerate(row):
-            value = np.interp(one, OFFSETS_M, second[k].real) + 1j * np.interp(one, OFFSETS_M, second[k].imag)
-            total += value * np.exp(2j * np.pi * phase[k] / WAVELENGTH)
-        assert found == pytest.approx(total / np.sqrt(5), rel=1e-3, abs=1e-2)
+    u, now = rng.uniform(-0.15, 0.15, (2, 5, 7)).astype(np.float32)
+    expected = np.zeros(7, dtype=complex)
+    for k, row in enumerate(second):
+        value = np.interp(u[k], OFFSETS_M, row.real) + 1j * np.interp(u[k], OFFSETS_M, row.imag)
+        expected += value * np.exp(2j * np.pi * now[k].astype(float) / WAVELENGTH)
+    assert np.abs(expected).min() > 0.1
+    assert _sum(second, u, now) == pytest.approx(expected, abs=1e-4)
 
 
-@pytest.mark.parametrize(("power", "most"), [(0.5, 1.0), (3.0, 2.69), (400.0, 3.64)])
+def test_cycles_and_bessel_are_those_of_the_library():
+    turns = np.linspace(-20.0, 20.0, 4001).astype(np.float32)
+    found = np.array([cycle(turn) for turn in turns]).T
+    angle = 2.0 * np.pi * turns.astype(float)
+    assert found == pytest.approx(np.stack([np.cos(angle), np.sin(angle)]), abs=2e-6)
+    argument = np.linspace(0.0, PHASE_STD**-2, 50)
+    assert [bessel_i0(x) for x in argument] == pytest.approx(list(i0(argument)), rel=1e-12)
+
+
+def test_a_sum_that_is_not_above_noise_says_nothing():
+    assert log_agreement(0.0, 0.0, 0.7) == log_agreement(0.3, -0.9, 0.7) == 0.0
+
+
+@pytest.mark.parametrize(("power", "most"), [(1.001, 1.0), (3.0, 2.69), (400.0, 3.64)])
 def test_agreement_of_phases_is_a_density_over_the_circle(power, most):
     """The mean over all phases is that of any phase, 1; a loud echo tells what a normal density of 0.6 rad does."""
     phase = np.linspace(-np.pi, np.pi, 2001)[:-1]
-    ratio = np.exp(log_agreement(np.sqrt(power) * np.exp(1j * phase), 0.7))
+    ratio = np.exp([log_agreement(*(np.sqrt(power) * np.array([np.cos(p), np.sin(p)])), 0.7) for p in phase])
     assert ratio.mean() == pytest.approx(1.0, rel=1e-6)
     assert phase[np.argmax(ratio)] == pytest.approx(0.7, abs=0.01)
     assert ratio.max() == pytest.approx(most, rel=0.03)
@@ -130,7 +155,7 @@ def test_a_direct_sound_that_drifts_keeps_the_window_of_the_clutter_map():
 
 def test_a_deviation_limits_what_one_beep_says():
     second = np.array([[0.1, 0.0], [3.0, 100.0], [0.0, 1e4]], dtype=np.complex64)
-    limited = np.abs(second).max(axis=1) * with_deviation(second, 0.5)
+    limited = [np.abs(row).max() * deviation_factor(row) for row in second]
     assert limited == pytest.approx([0.1, 2.0, 2.0], rel=2e-3)
 
 

@@ -1,0 +1,167 @@
+"""How well H courses agree with what K beeps read: the line along which each is walked, its ranges, its phases.
+
+Compiled, a beep at a time over all courses, in single precision; `course_geometry` holds the formulas.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.carrier_phase import add_turned, deviation_factor, heard_at
+from obstaclewatch.course_geometry import (
+    NEAREST_M,
+    Bodies,
+    Singles,
+    cone_cosine,
+    distance_ahead,
+    mirror_off,
+    path_difference,
+    sight,
+    steady_range,
+)
+
+Array = NDArray[np.float64]
+
+
+class Moments(NamedTuple):
+    """The phone at K moments, (K,) each.
+
+    Attributes:
+        time_s: from the asked time on.
+        pitch_rad: lift of the phone's top edge.
+        lift_m: of the phone above its mean height.
+    """
+
+    time_s: Array
+    pitch_rad: Array
+    lift_m: Array
+
+
+@numba.njit(cache=True, error_model="numpy")
+def steady_ranges(bodies: Bodies, read_m: Array, lift_m: Array, surge_m: Array) -> Singles:
+    """(K, H) ranges as a phone would read them that neither bobs nor surges, from (K,) readings and departures."""
+    steady = np.empty((len(read_m), len(bodies.miss_m)), dtype=np.float32)
+    for beep in range(len(read_m)):
+        read, lift, surge = np.float32(read_m[beep]), np.float32(lift_m[beep]), np.float32(surge_m[beep])
+        for course in range(len(bodies.miss_m)):
+            own = bodies.stays[course] * lift
+            steady[beep, course] = steady_range(read, own, surge, bodies.height_m[course], bodies.cos_angle[course])
+    return steady
+
+
+@numba.njit(cache=True, error_model="numpy")
+def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Array, of_closing: Array) -> tuple[Singles, Singles]:
+    """(H,) distances ahead at time 0 and closing speeds: sums, by (K,) weights, of the distances that ranges say."""
+    ahead, closing = np.zeros_like(bodies.miss_m), np.zeros_like(bodies.miss_m)
+    for beep in range(len(steady_m)):
+        to_ahead, to_closing = np.float32(of_ahead[beep]), np.float32(of_closing[beep])
+        for course in range(len(ahead)):
+            radius, miss = bodies.radius_m[course], bodies.miss_m[course]
+            distance = distance_ahead(steady_m[beep, course], bodies.height_m[course], radius, miss)
+            ahead[course] += to_ahead * distance
+            closing[course] += to_closing * distance
+    return ahead, closing
+
+
+@numba.njit(cache=True, error_model="numpy")
+def misfits(
+    bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Array, white: Array
+) -> Singles:
+    """(H,) squared deviations of ranges (K, H) from straight lines, once a triangle (K, K) has whitened them."""
+    error, misfit = np.empty_like(steady_m), np.zeros_like(ahead_m)
+    for beep in range(len(steady_m)):
+        time = np.float32(time_s[beep])
+        for course in range(len(ahead_m)):
+            line = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M)
+            radius, miss = bodies.radius_m[course], bodies.miss_m[course]
+            seen, _, _ = sight(line, bodies.height_m[course], radius, miss, bodies.cos_angle[course])
+            error[beep, course] = steady_m[beep, course] - seen
+        add_square(misfit, error, white[beep], beep + 1)
+    return misfit
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_square(total: Singles, rows: Singles, weight: Array, count: int) -> None:
+    """Add to (H,) totals the square of the weighted sum of the first rows (count, H)."""
+    weighted = np.zeros_like(total)
+    for row in range(count):
+        own = np.float32(weight[row])
+        for course in range(len(total)):
+            weighted[course] += own * rows[row, course]
+    for course in range(len(total)):
+        total[course] += weighted[course] * weighted[course]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def path_differences(bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: float, separation_m: float) -> Singles:
+    """(H,) between the microphones, with obstacles (H,) ahead of a phone pitched and lifted so, less what mirrors."""
+    difference = np.empty_like(line_m)
+    cos_pitch, sin_pitch = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
+    lift, separation = np.float32(lift_m), np.float32(separation_m)
+    for course in range(len(line_m)):
+        height = bodies.height_m[course] + bodies.stays[course] * lift
+        radius, miss = bodies.radius_m[course], bodies.miss_m[course]
+        seen, plan, toward = sight(line_m[course], height, radius, miss, bodies.cos_angle[course])
+        cosine = cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
+        off = mirror_off(seen, cosine, toward, cos_pitch, bodies.along_m2[course], bodies.up_m2[course])
+        difference[course] = path_difference(seen, cosine, separation) - off
+    return difference
+
+
+@numba.njit(cache=True, error_model="numpy")
+def cone_cosines(bodies: Bodies, ahead_m: Singles, pitch_rad: float) -> Singles:
+    """(H,) cosines of the cone about the phone's long axis at which obstacles (H,) ahead are seen."""
+    cosine = np.empty_like(ahead_m)
+    cos_pitch, sin_pitch = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
+    for course in range(len(ahead_m)):
+        height, radius, miss = bodies.height_m[course], bodies.radius_m[course], bodies.miss_m[course]
+        seen, plan, toward = sight(ahead_m[course], height, radius, miss, bodies.cos_angle[course])
+        cosine[course] = cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
+    return cosine
+
+
+@numba.njit(cache=True, error_model="numpy")
+def lines_ahead(ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> Singles:
+    """(H,) distances ahead some time before one at which none is less than the least."""
+    line, time, earlier = np.empty_like(ahead_m), np.float32(time_s), np.float32(earlier_s)
+    for course in range(len(line)):
+        line[course] = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M) + closing_m_s[course] * earlier
+    return line
+
+
+@numba.njit(cache=True, error_model="numpy")
+def gathered(
+    bodies: Bodies,
+    ahead_m: Singles,
+    closing_m_s: Singles,
+    second: NDArray[np.complex64],
+    read: Moments,
+    hit: Moments,
+    separation_m: float,
+    per_m: float,
+) -> Singles:
+    """(2, H) real and imaginary part of what courses gather in phase at microphone 1; its squared size is 1 for noise.
+
+    Args:
+        bodies, ahead_m, closing_m_s: (H,) the courses.
+        second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
+        read, hit: the phone as the chirp reads it, and as the beep met the obstacle.
+        separation_m: between the microphones.
+        per_m: cycles of the carrier per metre.
+    """
+    total, count = np.zeros((2, len(ahead_m)), dtype=np.float32), 0
+    for beep in range(len(second)):
+        if np.isnan(second[beep, 0].real):
+            continue
+        count += 1
+        line = lines_ahead(ahead_m, closing_m_s, read.time_s[beep], 0.0)
+        u_m = path_differences(bodies, line, read.pitch_rad[beep], read.lift_m[beep], separation_m)
+        heard = heard_at(second[beep], u_m)
+        line = lines_ahead(ahead_m, closing_m_s, read.time_s[beep], read.time_s[beep] - hit.time_s[beep])
+        u_m = path_differences(bodies, line, hit.pitch_rad[beep], hit.lift_m[beep], separation_m)
+        add_turned(total, heard, u_m, np.float32(per_m), deviation_factor(second[beep]))
+    return total / np.float32(np.sqrt(max(count, 1)))
