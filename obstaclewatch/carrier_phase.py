@@ -18,6 +18,7 @@ from obstaclewatch.matched_filter import EchoProfile
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Complexes = NDArray[np.complex128]
 
 REACH_M = 0.19
 """Path differences that are kept, on either side: the longest phone's 16 cm and 3 cm more."""
@@ -49,10 +50,22 @@ def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_spe
     The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u turns the row by
     -2 pi reference_hz u / c.
     """
-    peak = complex_at(profile, 0, delay_s)
-    around = complex_at(profile, 1, delay_s[:, None] + OFFSETS_M / sound_speed_m_s)
-    turned: NDArray[np.complex128] = around * (peak.conj() / np.abs(peak) / noise)[:, None]
-    return turned.astype(np.complex64)
+    position, offset = (delay_s - profile.start_s) * profile.rate_hz, OFFSETS_M / sound_speed_m_s * profile.rate_hz
+    return _turned_rows(profile.envelope[0], profile.envelope[1], position, offset, noise)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _turned_rows(
+    first: Complexes, second: Complexes, position: Array, offset: Array, noise: float
+) -> NDArray[np.complex64]:
+    """(n, W) second envelope (M,) at offsets (W,) after positions (n,), turned by the phase of the first one there."""
+    rows = np.empty((len(position), len(offset)), dtype=np.complex64)
+    for peak in range(len(position)):
+        own = complex_at(first, position[peak])
+        turn = own.conjugate() / abs(own) / noise
+        for column in range(len(offset)):
+            rows[peak, column] = complex_at(second, position[peak] + offset[column]) * turn
+    return rows
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -131,10 +144,9 @@ def bessel_i0(argument: float) -> float:
     return total
 
 
-def complex_at(profile: EchoProfile, channel: int, delay_s: Array) -> NDArray[np.complex128]:
-    """Envelope of a channel at any delays within the profile (any shape), linear between samples."""
-    position = (delay_s - profile.start_s) * profile.rate_hz
-    low = np.minimum(np.maximum(np.floor(position).astype(np.intp), 0), profile.envelope.shape[1] - 2)
+@numba.njit(cache=True, error_model="numpy")
+def complex_at(envelope: Complexes, position: float) -> complex:
+    """An envelope (M,) at any position within it, linear between samples."""
+    low = min(max(int(np.floor(position)), 0), len(envelope) - 2)
     rest = position - low
-    value: NDArray[np.complex128] = (1.0 - rest) * profile.envelope[channel, low]
-    return value + rest * profile.envelope[channel, low + 1]
+    return (1.0 - rest) * envelope[low] + rest * envelope[low + 1]

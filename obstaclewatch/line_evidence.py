@@ -22,6 +22,7 @@ NEARLY = 4.0
 """Evidence by which lines of neighbouring speeds may differ: they share most of their cells."""
 BIAS = 0.4
 """Of the largest among the three or four independent samples that a cell stands for."""
+LOSS = float(np.log1p(EXPECTED_POWER)) + BIAS
 RATIO_LIMITS = (-1.2, 4.0)
 
 
@@ -30,9 +31,16 @@ def log_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
 
     A cell stands for two samples and, because gait moves a reading by 2.8 cm, takes the highest of its neighbours.
     """
-    highest = highest_nearby(_of_pairs(power), 1)
-    ratio = highest * (EXPECTED_POWER / (1.0 + EXPECTED_POWER)) - np.log1p(EXPECTED_POWER) - BIAS
-    return np.minimum(np.maximum(ratio, RATIO_LIMITS[0]), RATIO_LIMITS[1]).astype(np.float32)
+    return _limited_ratio(highest_nearby(_of_pairs(power), 1))
+
+
+@numba.njit(cache=True)
+def _limited_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(n,) log likelihood ratios of fluctuating echoes against noise, within limits."""
+    ratio, gain = np.empty(len(power), dtype=np.float32), EXPECTED_POWER / (1.0 + EXPECTED_POWER)
+    for cell in range(len(power)):
+        ratio[cell] = min(max(power[cell] * gain - LOSS, RATIO_LIMITS[0]), RATIO_LIMITS[1])
+    return ratio
 
 
 @numba.njit(cache=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ from obstaclewatch.line_evidence import log_ratio
 from obstaclewatch.local_noise import local_noise
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.pulse import rms_bandwidth_hz
-from obstaclewatch.ranging import direct_sound, one_way_range
+from obstaclewatch.ranging import direct_sound, distance_of
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.swing import GroundEcho, ground_echo, ground_path_difference_m
@@ -199,12 +200,10 @@ class PeakFinder:
         if clutter is None:
             return
         low, high = (round((2.0 * height / self._c - first_s) * self._filter.rate_hz) for height in GROUND_M)
-        window = clutter[low:high]
-        strongest = float(window.max())
-        if strongest > GROUND_CONTRAST * clutter.mean():
-            middle = low + float(np.flatnonzero(window > 0.8 * strongest).mean())  # the map's peaks are widened
+        middle = _middle_that_stands_out(clutter, low, high)
+        if middle >= 0.0:
             self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
-            self.ground_m = float(one_way_range(self._ground_path_m, self._baseline_m, self._sin_pitch))
+            self.ground_m = distance_of(self._ground_path_m, self._baseline_m, self._sin_pitch)
 
     def _ground_now(self, profile: EchoProfile, start_s: float) -> GroundEcho | None:
         """The ground in this beep; None before its place is known."""
@@ -230,21 +229,61 @@ class PeakFinder:
         direct: float,
         identical: bool,
     ) -> MovingPeaks:
-        power = (echoes.amplitude / noise[echoes.sample - window.first]) ** 2
+        first_m = self._c * (window.first_s + 0.5 / self._filter.rate_hz)
+        path_m = self._c * (echoes.delay_s - window.start_s)
         one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
+        power, range_m, range_std_m, level_db, snr_db = _readings(
+            path_m, echoes.amplitude, noise[echoes.sample - window.first], self._baseline_m, one_m, direct
+        )
         return MovingPeaks(
-            range_m=self._range_m(echoes.delay_s - window.start_s),
+            range_m=range_m,
             power=power,
-            range_std_m=0.5 * one_m / np.sqrt(2.0 * power),
+            range_std_m=range_std_m,
             second=second,
-            level_db=20.0 * np.log10(echoes.amplitude / direct),
-            snr_db=10.0 * np.log10(2.0 * power),
+            level_db=level_db,
+            snr_db=snr_db,
             log_ratio=log_ratio((heard / noise) ** 2),
-            first_m=float(self._range_m(np.array([window.first_s + 0.5 / self._filter.rate_hz]))[0]),
+            first_m=distance_of(first_m, self._baseline_m, -1.0),
             cell_m=self.cell_m,
             identical=identical,
         )
 
-    def _range_m(self, delay_s: Array) -> Array:
-        """Ranges from microphone 0, as if from straight ahead."""
-        return one_way_range(self._c * delay_s, self._baseline_m, -1.0)
+
+@numba.njit(cache=True, error_model="numpy")
+def _readings(path_m: Array, height: Array, noise: Array, baseline_m: float, one_m: float, direct: float) -> Array:
+    """(5, n) power over noise, range as if from straight ahead, its deviation, level in dB and 2E/N0 in dB, of n peaks.
+
+    Args:
+        path_m: (n,) from speaker to microphone 0.
+        height: (n,) of the peaks.
+        noise: (n,) rms around them.
+        baseline_m: from microphone 0 to the speaker.
+        one_m: deviation of the path at 2E/N0 = 1.
+        direct: height of the direct sound.
+    """
+    readings = np.empty((5, len(path_m)))
+    for peak in range(len(path_m)):
+        power = (height[peak] / noise[peak]) ** 2
+        readings[0, peak] = power
+        readings[1, peak] = distance_of(path_m[peak], baseline_m, -1.0) if path_m[peak] > baseline_m else np.nan
+        readings[2, peak] = 0.5 * one_m / np.sqrt(2.0 * power)
+        readings[3, peak] = 20.0 * np.log10(height[peak] / direct)
+        readings[4, peak] = 10.0 * np.log10(2.0 * power)
+    return readings
+
+
+@numba.njit(cache=True)
+def _middle_that_stands_out(clutter: Array, low: int, high: int) -> float:
+    """Middle of the samples from low to high that are nearly the highest of them; -1 if there are none that stand out.
+
+    The map's peaks are widened.
+    """
+    low, high = max(low, 0), min(high, len(clutter))
+    if high <= low or not clutter[low:high].max() > GROUND_CONTRAST * clutter.mean():
+        return -1.0
+    strongest = clutter[low:high].max()
+    moment, count = 0, 0
+    for sample in range(low, high):
+        if clutter[sample] > 0.8 * strongest:
+            moment, count = moment + sample, count + 1
+    return moment / count

@@ -91,11 +91,11 @@ def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0)
     """
     path = np.asarray(path_m, dtype=np.float64)
     path = np.where(path > baseline_m, path, np.nan)
-    return np.asarray(_distance.py_func(path, baseline_m, np.asarray(cosine, dtype=np.float64)))
+    return np.asarray(distance_of.py_func(path, baseline_m, np.asarray(cosine, dtype=np.float64)))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _distance(path_m: Any, baseline_m: float, cosine: Any) -> Any:
+def distance_of(path_m: Any, baseline_m: float, cosine: Any) -> Any:
     """`one_way_range` of paths that are longer than the baseline; compiled loops hand it floats."""
     return (path_m**2 - baseline_m**2) / (2.0 * (path_m - baseline_m * cosine))
 
@@ -125,7 +125,7 @@ def ranges_of_pairs(
         for _ in range(2):
             toward = law_of_cosines(distance, distance + u_m[row], separation_m)
             toward = 1.0 if np.isnan(toward) else min(max(toward, -1.0), 1.0)
-            distance = _distance(path, baseline_m, speaker_cosine * toward) if path > baseline_m else np.nan
+            distance = distance_of(path, baseline_m, speaker_cosine * toward) if path > baseline_m else np.nan
         range_m[row] = distance
     return range_m
 

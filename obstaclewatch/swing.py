@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import complex_at
-from obstaclewatch.echoes import refine_peaks
+from obstaclewatch.echoes import refined_peak
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.sinusoid import common_sinusoid
 
@@ -104,12 +104,18 @@ def ground_echo(
         sound_speed_m_s: speed of sound.
     """
     first, last = (profile.position(start_s + (path_m + side * 2.0 * REACH_M) / sound_speed_m_s) for side in (-1, 1))
-    peak = first + int(np.argmax(profile.magnitude[0, first : last + 1]))
-    position, _ = refine_peaks(profile.magnitude[0], np.array([peak]))
-    delay = profile.start_s + position / profile.rate_hz
-    top = complex_at(profile, 0, delay)
-    bottom = complex_at(profile, 1, delay + difference_m / sound_speed_m_s)
-    return GroundEcho(0.5 * sound_speed_m_s * float(delay[0] - start_s), float(np.angle(bottom * top.conj())[0]))
+    offset = difference_m / sound_speed_m_s * profile.rate_hz
+    position, phase_rad = _strongest(profile.magnitude[0], profile.envelope, first, last, offset)
+    delay_s = profile.start_s + position / profile.rate_hz
+    return GroundEcho(0.5 * sound_speed_m_s * (delay_s - start_s), phase_rad)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _strongest(magnitude: Array, envelope: Complexes, first: int, last: int, offset: float) -> tuple[float, float]:
+    """Position of the highest sample from first to last, and the phase of microphone 1 that much later against it."""
+    position, _ = refined_peak(magnitude, first + int(np.argmax(magnitude[first : last + 1])))
+    top, bottom = complex_at(envelope[0], position), complex_at(envelope[1], position + offset)
+    return position, float(np.angle(bottom * top.conjugate()))
 
 
 class StepListener:

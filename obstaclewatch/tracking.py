@@ -7,6 +7,8 @@ each course, by ranges and microphone 1 (`courses`) -> an alert if that is sure 
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +37,17 @@ ALERT_M = (1.1, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
+COLUMNS = (
+    "range2_m",
+    "bearing_rad",
+    "bearing_std_rad",
+    "range_m",
+    "range_std_m",
+    "closing_speed_m_s",
+    "level_db",
+    "snr_db",
+)
+"""Of a `Detection`; the first three need two different channels."""
 MOST_MISSES = 3
 """Beeps without a peak after which a track no longer raises an alert."""
 
@@ -69,18 +82,19 @@ class TrackingDetector(EchoDetector):
         super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
+        self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, evidence)
         self._grid = CourseGrid(
-            phone.mic_separation_m,
+            self._separation_m,
             self._finder.wavelength_m,
             pitch_rad or 0.0,
             self.settings.walker_half_width_m,
             beep.range_doppler_s,
             mic_phase_rad,
-            float(phone.speaker_to_mic_m[0]),
+            self._baseline_m,
         )
         self._steps = StepListener(
-            phone.mic_separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
+            self._separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
         )
 
     def reset(self) -> None:
@@ -126,35 +140,30 @@ class TrackingDetector(EchoDetector):
         return self.settings.danger_m
 
     def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
-        def column(values: list[float]) -> NDArray[np.float64]:
-            return np.array(values, dtype=np.float64)
-
-        cosine = column([course.cosine for course in courses])
-        bearing = column([course.bearing_rad for course in courses])
+        rows = [self._row(track, course) for track, course in zip(tracks, courses, strict=True)]
+        columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(COLUMNS)).T.copy()
         if Flag.IDENTICAL_CHANNELS in flag:
-            bearing = np.full(len(tracks), np.nan)
-        # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
-        nearer_m = 0.5 * float(self.phone.speaker_to_mic_m[0])
-        range_m = column([float(track.state[0]) for track in tracks]) + nearer_m * (1.0 - cosine)
-        length = self.phone.mic_separation_m
-        range2_m = np.sqrt(range_m**2 + length**2 + 2.0 * length * range_m * cosine)
+            columns[:3] = np.nan
         return Detection(
             index=index,
             time_s=time_s,
-            range_m=range_m,
-            range2_m=np.where(np.isnan(bearing), np.nan, range2_m),
-            bearing_rad=bearing,
-            radius_m=np.full(len(tracks), np.nan),
-            level_db=column([track.level_db for track in tracks]),
-            snr_db=column([track.snr_db for track in tracks]),
-            closing_speed_m_s=column([float(track.state[1]) for track in tracks]),
-            range_std_m=column([float(np.sqrt(track.covariance[0, 0])) for track in tracks]),
-            bearing_std_rad=np.where(np.isnan(bearing), np.nan, column([course.bearing_std_rad for course in courses])),
+            **dict(zip(COLUMNS, columns, strict=True)),
+            radius_m=np.full(len(rows), np.nan),
             collides=np.array([course.collision >= 0.5 for course in courses], dtype=bool),
-            flags=np.full(len(tracks), int(flag)),
+            flags=np.full(len(rows), int(flag)),
             beep_flags=flag,
             decision=self._decide(time_s, tracks, courses),
         )
+
+    def _row(self, track: Track, course: Course) -> tuple[float, ...]:
+        """One candidate's `COLUMNS`."""
+        read_m, speed = track.state.tolist()
+        # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
+        range_m, length = read_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
+        range2_m = sqrt(range_m**2 + length**2 + 2.0 * length * range_m * course.cosine)
+        range_std_m = sqrt(float(track.covariance[0, 0]))
+        direction = range2_m, course.bearing_rad, course.bearing_std_rad
+        return *direction, range_m, range_std_m, speed, track.level_db, track.snr_db
 
     def _decide(self, time_s: float, tracks: list[Track], courses: list[Course]) -> Decision:
         """Alert if any course collides surely enough at the distance at which that must be decided."""
