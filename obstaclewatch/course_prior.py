@@ -33,6 +33,8 @@ WALL_HIT_RAD = np.deg2rad(20.0)
 """Deviation of the angle at which walls are met. A wall that is hit lies across the way, but so does one whose end is
 passed: of 40 walls of the development walks, 14 of the 21 hit and 6 of the 19 missed lay within 25 degrees."""
 WALL_MISS_RAD, WALL_MISS_STD_RAD = np.deg2rad(25.0), np.deg2rad(8.0)
+FRONT_M = 0.10
+"""How far hands and phone reach ahead of the phone's middle."""
 BODY_M = 0.07
 """Deviation of half an obstacle's breadth, by which collisions spread beyond the walker's half width: the reflecting
 point of a collision has a deviation of 0.25 + 0.07 m, and a miss begins at 0.25 + 5 x 0.07 m, give or take 0.12 m."""
@@ -62,6 +64,7 @@ class Hypotheses:
         is_wall: (H,) whether it mirrors.
         log_prior: (H,) up to a constant.
         collision: (H,) share of the prior that is a collision.
+        contact_m: (H,) distance ahead of the phone's middle at which the walker's body meets it.
     """
 
     miss_m: Array
@@ -71,6 +74,7 @@ class Hypotheses:
     is_wall: NDArray[np.bool_]
     log_prior: Array
     collision: Array
+    contact_m: Array
 
 
 def hypotheses(half_width_m: float) -> Hypotheses:
@@ -90,6 +94,7 @@ def hypotheses(half_width_m: float) -> Hypotheses:
         is_wall=is_wall,
         log_prior=np.log(0.5 * (hit + passed)),
         collision=hit / (hit + passed),
+        contact_m=_contacts(half_width_m),
     )
 
 
@@ -131,6 +136,18 @@ def _of_misses(half_width_m: float) -> Array:
     edge = ndtr((MISS_M - half_width_m - 5.0 * BODY_M) / EDGE_STD_M)
     share = edge * np.exp(-np.maximum(MISS_M - FAR_M, 0.0) / FAR_DECAY_M) * np.gradient(MISS_M)
     return share / share.sum()
+
+
+def _contacts(half_width_m: float) -> Array:
+    """(H,) distances ahead at which a body with a round front, `FRONT_M` before the phone's middle, is touched.
+
+    A round thing lies between the front and abreast of it; what a miss distance beyond its reach says to be a collision
+    is broader than the reflecting point tells, and is taken to be met abreast. A wall is met where its normal touches.
+    """
+    round_m = np.sqrt(np.maximum((RADIUS_M + half_width_m) ** 2 - MISS_M**2, 0.0))
+    wall_m = half_width_m / np.cos(WALL_ANGLES_RAD)
+    touched = [np.tile(round_m, len(HEIGHTS_M)), np.tile(wall_m, len(WALL_HEIGHTS_M))]
+    return np.concatenate(touched) + FRONT_M - half_width_m
 
 
 def _both(things: Array, walls: Array) -> Array:

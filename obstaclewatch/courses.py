@@ -66,8 +66,7 @@ class Course:
 
     Attributes:
         collision: probability that walker and obstacle meet.
-        ahead_m: expected distance that the walker still walks until abreast of the obstacle's middle, on courses that
-            collide if there are any.
+        left_m: expected distance that the walker still walks until they meet, on courses that collide if there are any.
         speed_m_s: expected speed of approach.
         bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
         cosine: of the cone about the phone's long axis at which the echo arrives.
@@ -75,12 +74,17 @@ class Course:
     """
 
     collision: float
-    ahead_m: float
+    left_m: float
     speed_m_s: float
     bearing_rad: float
     bearing_std_rad: float
     cosine: float
     miss_m: float
+
+    @property
+    def contact_s(self) -> float:
+        """Time until they meet, s: of the speed of approach, the walker's own share covers what is left."""
+        return self.left_m / min(self.speed_m_s, WALKING_M_S)
 
 
 class CourseGrid:
@@ -118,6 +122,7 @@ class CourseGrid:
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, self._cos_angle, stays, along_m2, up_m2)
         self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
+        self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
     def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
         """The posterior after K >= 3 beeps.
@@ -149,6 +154,11 @@ class CourseGrid:
     def _at_height(self, ground_m: float) -> Bodies:
         return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))
 
+    def _left(self, ahead_m: Singles) -> Array:
+        """(H,) the way to the first touch, from (H,) distances ahead of microphone 0; a wall's are along its normal."""
+        left: Array = ahead_m / self._cos_angle + self._mic_ahead_m - self._all.contact_m
+        return left
+
     def _summary(self, share: Array, ahead_m: Singles, speed: Array, bodies: Bodies) -> Course:
         meeting = share * self._all.collision
         collision = float(meeting.sum())
@@ -159,7 +169,7 @@ class CourseGrid:
         mean = float(share @ bearing)
         return Course(
             collision=collision,
-            ahead_m=float(likely @ (ahead_m * own)),
+            left_m=float(likely @ (self._left(ahead_m) * own)),
             speed_m_s=float(share @ speed),
             bearing_rad=mean,
             bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.course_evidence import path_differences
-from obstaclewatch.course_prior import hypotheses, speed_density
+from obstaclewatch.course_prior import RADIUS_M, hypotheses, speed_density
 from obstaclewatch.courses import Course, CourseGrid, Samples
 from obstaclewatch.gait import OTHER_M, READING_M, reading_covariance
 
@@ -123,13 +123,46 @@ def test_path_difference_of_walls_is_that_of_their_image(angle):
     assert found == pytest.approx(expected, abs=2e-4)
 
 
+MIC_AHEAD_M = 0.5 * LENGTH * np.cos(PITCH)
+
+
 def test_distance_and_speed_of_a_collision():
     course = _judge(_samples(speed=1.3, last_m=1.6))
-    assert course.ahead_m == pytest.approx(1.6, abs=0.15)  # a point is taken for a body of 12 cm
+    assert course.left_m == pytest.approx(1.6 + MIC_AHEAD_M - 0.1, abs=0.1)  # a point is taken for a body of 15 cm
     assert course.speed_m_s == pytest.approx(1.3, abs=0.05)
+    assert course.contact_s == pytest.approx(course.left_m / course.speed_m_s)
     oncoming = _judge(_samples(speed=2.5, last_m=2.0))
     assert oncoming.speed_m_s == pytest.approx(2.5, abs=0.1)
-    assert oncoming.ahead_m == pytest.approx(2.0 * 1.4 / 2.5, abs=0.12)
+    assert oncoming.left_m == pytest.approx((1.9 + MIC_AHEAD_M) * 1.4 / 2.5, abs=0.1)
+    assert oncoming.contact_s == pytest.approx((1.9 + MIC_AHEAD_M) / 2.5, abs=0.05)
+
+
+def _walk_to_contact(outline):
+    """Distance that a body of 0.25 m half breadth walks along x until its round front, 0.1 m ahead, meets points."""
+    walked = np.linspace(0.0, 3.0, 30001)
+    gap = np.hypot(outline[:, :1] - (walked + 0.1 - 0.25), outline[:, 1:])
+    return walked[np.argmax(gap.min(axis=0) <= 0.25)]
+
+
+@pytest.mark.parametrize("miss", [0.0, 0.15, 0.3])
+def test_way_left_is_that_to_the_first_touch_of_a_round_body(miss):
+    courses = hypotheses(0.25)
+    row = int(np.argmin(np.abs(courses.miss_m - miss) + courses.is_wall))
+    turn = np.linspace(0.0, 2.0 * np.pi, 721)
+    outline = np.array([1.5, courses.miss_m[row]]) + RADIUS_M * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    assert 1.5 - courses.contact_m[row] == pytest.approx(_walk_to_contact(outline), abs=5e-4)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 0.9])
+def test_way_left_is_that_to_the_first_touch_of_a_wall(angle):
+    """Regression: left was the way along the wall's normal, 40 cm too little where it met the walk at 50 degrees."""
+    courses = hypotheses(0.25)
+    row = int(np.argmin(np.abs(courses.angle_rad - angle) + ~courses.is_wall))
+    turned = courses.angle_rad[row]
+    normal, along = np.array([np.cos(turned), np.sin(turned)]), np.array([-np.sin(turned), np.cos(turned)])
+    outline = 1.2 * normal + np.linspace(-3.0, 3.0, 6001)[:, None] * along
+    left = 1.2 / np.cos(turned) - courses.contact_m[row]
+    assert left == pytest.approx(_walk_to_contact(outline), abs=5e-4)
 
 
 @pytest.mark.parametrize(("angle", "collides"), [(0.0, True), (0.35, True), (1.3, False)])
@@ -163,14 +196,14 @@ def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, he
     assert 0.0 <= course.collision <= 1.0 + 1e-9
     assert 0.0 <= course.bearing_rad <= np.pi / 2
     assert later.collision == pytest.approx(course.collision, abs=1e-6)
-    assert later.ahead_m == pytest.approx(course.ahead_m, abs=1e-6)
+    assert later.left_m == pytest.approx(course.left_m, abs=1e-6)
 
 
 def test_channels_that_say_nothing_leave_the_ranges():
     samples = _samples()
     silent = Samples(samples.time_s, samples.range_m, samples.range_std_m, np.full_like(samples.second, np.nan))
     assert np.isfinite(_judge(silent).collision)
-    assert _judge(silent).ahead_m == pytest.approx(1.35, abs=0.15)
+    assert _judge(silent).left_m == pytest.approx(1.25 + MIC_AHEAD_M, abs=0.15)
 
 
 def test_prior_is_half_collisions_and_a_density_of_speeds():
