@@ -16,6 +16,7 @@ from obstaclewatch.bearing import (
     walking_angle,
 )
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.carrier_cycle import OVERLAP_STD_M, PHASE_STD_RAD, phase_between, within_cycle
 from obstaclewatch.clutter import Motion, PeakHistory, judge_motion
 from obstaclewatch.detection import Flag
 from obstaclewatch.echoes import (
@@ -119,10 +120,10 @@ class EchoPipeline:
             difference = _unheard(len(echoes))
         else:
             difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
-        range_m, range2_m = self._ranges(path1_m, difference.u_m)
+        u_m, u_std_m = self._u(profile, echoes, snr, path1_m, difference)
+        range_m, range2_m = self._ranges(path1_m, u_m)
         bearing_rad, clamped = self._bearing(range_m, range2_m)
         size = self._size(profile, echoes, start_s[0], range_m, speed)
-        u_std_m = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
         return Measurement(
             start_s=float(start_s[0]),
             range_m=range_m,
@@ -133,7 +134,7 @@ class EchoPipeline:
             level_db=20.0 * np.log10(echoes.amplitude / direct.amplitude[0]),
             snr_db=10.0 * np.log10(snr),
             closing_speed_m_s=speed,
-            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), difference.u_m),
+            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), u_m),
             bearing_std_rad=bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch),
             may_vote=motion.closing[nearest] | (not self.settings.reject_static),
             flags=_flags(clamped, difference, size.merged, motion.judged or not self.settings.reject_static, identical),
@@ -219,6 +220,32 @@ class EchoPipeline:
             cos_pitch=self._cos_pitch,
             gated=settings.errata.gated_second_mic,
             whole_detour=settings.errata.whole_detour,
+        )
+
+    def _u(
+        self,
+        profile: EchoProfile,
+        echoes: Echoes,
+        snr: NDArray[np.float64],
+        path1_m: NDArray[np.float64],
+        difference: PathDifference,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """u by the envelopes, and within its cycle by the carrier where microphone 1's phase is known; deviations."""
+        by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+        if self.settings.mic_phase_rad is None:
+            return difference.u_m, by_envelopes
+        straight_m = np.where(difference.body_deducted, np.nan, difference.u_m)
+        phase = phase_between(profile, echoes.delay_s, straight_m / self.sound_speed_m_s)
+        snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
+        delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
+        half_m, length = 0.5 * path1_m, self._separation_m
+        return within_cycle(
+            phase - self.settings.mic_phase_rad,
+            difference.u_m,
+            np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M),
+            np.sqrt(1.0 / snr + 1.0 / snr2 + PHASE_STD_RAD**2),
+            longest_m=np.sqrt(half_m**2 + length**2 + 2.0 * half_m * length * self._cos_pitch) - half_m,
+            cycle_m=self.sound_speed_m_s / profile.reference_hz,
         )
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:

@@ -46,6 +46,8 @@ class PaperSettings:
             speaker_to_mic_m[0] / c. Where sound through the case dominates, measure it (`measured_direct_delay_s`).
         held_beeps: beeps of a phone held still whose responses are averaged before peaks are looked for. 1 listens to
             every beep alone, as the paper does.
+        mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, for path differences by the
+            carrier; None takes the envelopes alone, as the paper does.
         errata: which formulas to correct.
 
     Raises:
@@ -77,6 +79,7 @@ class PaperSettings:
     second_mic_level_db: float = -30.0
     direct_delay_s: float | None = None
     held_beeps: int = 1
+    mic_phase_rad: float | None = None
     errata: Errata = field(default_factory=Errata)
 
     def __post_init__(self) -> None:
@@ -86,6 +89,8 @@ class PaperSettings:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
         if self.held_beeps < 1:
             raise ValueError(f"held_beeps must be at least 1, got {self.held_beeps}")
+        if self.mic_phase_rad is not None and not np.isfinite(self.mic_phase_rad):
+            raise ValueError(f"mic_phase_rad must be finite or None, got {self.mic_phase_rad}")
         if self.max_candidates < 1:
             raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:

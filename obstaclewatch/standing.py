@@ -28,9 +28,9 @@ DIFFERENCE_TO_RANGE = 3.0
 """Deviation of the path difference over that of the range by noise: two whole paths against half of one."""
 
 
-def standing_settings(settings: PaperSettings) -> PaperSettings:
-    """The settings with beeps averaged and more candidates measured."""
-    return replace(settings, held_beeps=HELD_BEEPS, max_candidates=CANDIDATES)
+def standing_settings(settings: PaperSettings, mic_phase_rad: float | None) -> PaperSettings:
+    """The settings with beeps averaged, more candidates measured, and the carrier used if its phase is known."""
+    return replace(settings, held_beeps=HELD_BEEPS, max_candidates=CANDIDATES, mic_phase_rad=mic_phase_rad)
 
 
 def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:

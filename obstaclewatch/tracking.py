@@ -77,7 +77,7 @@ class TrackingDetector(EchoDetector):
             raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
         asked = PaperSettings() if settings is None else settings
         self._most_standing = asked.max_candidates
-        listening = asked if asked.reject_static else standing_settings(asked)
+        listening = asked if asked.reject_static else standing_settings(asked, mic_phase_rad)
         super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
