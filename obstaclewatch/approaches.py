@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.approach_filter import expected_reading, predicted, updated
-from obstaclewatch.courses import Samples
+from obstaclewatch.courses import Posterior, Samples
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
 
@@ -60,6 +60,7 @@ class Track:
         score: log likelihood ratio of being real.
         level_db, snr_db: of its last peak.
         misses: beeps since that peak.
+        judged: the courses that it was last thought to take; None before the first judgement.
         past: the last beeps' peaks: time, range, its deviation, and microphone 1 around it.
     """
 
@@ -70,6 +71,7 @@ class Track:
     level_db: float = np.nan
     snr_db: float = np.nan
     misses: int = 0
+    judged: Posterior | None = None
     past: deque[Heard] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
 
     def predict(self, time_s: float) -> None:

@@ -113,18 +113,6 @@ def path_differences(bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def cone_cosines(bodies: Bodies, ahead_m: Singles, pitch_rad: float) -> Singles:
-    """(H,) cosines of the cone about the phone's long axis at which obstacles (H,) ahead are seen."""
-    cosine = np.empty_like(ahead_m)
-    cos_pitch, sin_pitch = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
-    for course in range(len(ahead_m)):
-        height, radius, miss = bodies.height_m[course], bodies.radius_m[course], bodies.miss_m[course]
-        seen, plan, toward = sight(ahead_m[course], height, radius, miss, bodies.cos_angle[course])
-        cosine[course] = cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
-    return cosine
-
-
-@numba.njit(cache=True, error_model="numpy")
 def lines_ahead(ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> Singles:
     """(H,) distances ahead some time before one at which none is less than the least."""
     line, time, earlier = np.empty_like(ahead_m), np.float32(time_s), np.float32(earlier_s)

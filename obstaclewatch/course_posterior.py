@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import log_agreement
-from obstaclewatch.course_geometry import Singles
+from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
 
 Array = NDArray[np.float64]
 
@@ -15,6 +17,10 @@ SHARE_HEARD = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
+WALKING_M_S = 1.4
+"""Of a faster approach, the obstacle's own speed makes up the rest."""
+NEGLIGIBLE = 1e-10
+"""Probability of a course that no expectation needs."""
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -47,3 +53,92 @@ def posterior(
 def log_fit(misfit: float) -> float:
     """Log likelihood of squared deviations, which saturates."""
     return -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
+
+
+class Meeting(NamedTuple):
+    """What H courses come to, (H,) each.
+
+    Attributes:
+        collision: probability that they are collisions.
+        contact_m: distance ahead of the phone's middle at which the walker's body meets the obstacle.
+        angle_rad: at which walls stay; 0 for other things.
+    """
+
+    collision: Array
+    contact_m: Array
+    angle_rad: Array
+
+
+class Course(NamedTuple):
+    """The posterior in a few numbers.
+
+    Attributes:
+        collision: probability that walker and obstacle meet.
+        left_m: expected distance that the walker still walks until they meet, on courses that collide if there are any.
+        speed_m_s: expected speed of approach.
+        bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
+        cosine: of the cone about the phone's long axis at which the echo arrives.
+        miss_m: expected miss distance; walls count with 0.
+    """
+
+    collision: float
+    left_m: float
+    speed_m_s: float
+    bearing_rad: float
+    bearing_std_rad: float
+    cosine: float
+    miss_m: float
+
+    @property
+    def contact_s(self) -> float:
+        """Time until they meet, s: of the speed of approach, the walker's own share covers what is left."""
+        return self.left_m / min(self.speed_m_s, WALKING_M_S)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def expectations(
+    share: Array,
+    bodies: Bodies,
+    meeting: Meeting,
+    ahead_m: Singles,
+    closing_m_s: Singles,
+    later_s: float,
+    pitch_rad: float,
+    mic_m: float,
+) -> Course:
+    """What to expect of courses.
+
+    Args:
+        share: (H,) probabilities; those below `NEGLIGIBLE` are left out.
+        bodies, meeting: (H,) what the courses lead to.
+        ahead_m, closing_m_s: (H,) distances ahead of microphone 0, a wall's along its normal, and how they fall.
+        later_s: how much later the asked time is.
+        pitch_rad: lift of the phone's top edge.
+        mic_m: how far microphone 0 is ahead of the phone's middle.
+    """
+    bearing, cos_pitch, sin_pitch = np.zeros(len(share)), np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
+    hit = left = left_of_hits = speed = mean = cosine = miss = variance = 0.0
+    for course in range(len(share)):
+        own = share[course]
+        if own < NEGLIGIBLE:
+            continue
+        ahead = max(ahead_m[course] - closing_m_s[course] * np.float32(later_s), NEAREST_M)
+        height, aside, forwards = bodies.height_m[course], bodies.miss_m[course], bodies.cos_angle[course]
+        seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, forwards)
+        cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
+        closing = float(closing_m_s[course] / forwards)
+        way = (float(ahead / forwards) + mic_m - meeting.contact_m[course]) * walked_share(closing)
+        hit, left_of_hits = hit + own * meeting.collision[course], left_of_hits + own * meeting.collision[course] * way
+        left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
+        bearing[course] = meeting.angle_rad[course] + np.arctan2(float(aside), float(ahead))
+        mean += own * bearing[course]
+    for course in range(len(share)):
+        variance += share[course] * (bearing[course] - mean) ** 2 if share[course] >= NEGLIGIBLE else 0.0
+    left = left_of_hits / hit if hit > 1e-6 else left
+    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def walked_share(closing_m_s: float) -> float:
+    """Of an approach, what the walker walks; of a faster one the obstacle's own speed makes up the rest."""
+    return min(1.0, WALKING_M_S / max(closing_m_s, WALKING_M_S))

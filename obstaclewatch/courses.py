@@ -26,22 +26,18 @@ from numpy.typing import NDArray
 
 from obstaclewatch.course_evidence import (
     Moments,
-    cone_cosines,
     gathered,
     misfits,
     steady_ranges,
     straight_lines,
 )
-from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles
-from obstaclewatch.course_posterior import posterior
+from obstaclewatch.course_geometry import Bodies, Singles
+from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, line_weights, reading_covariance, whitening
 from obstaclewatch.swing import STEADY, Swing
 
 Array = NDArray[np.float64]
-
-WALKING_M_S = 1.4
-"""Of a faster approach, the obstacle's own speed makes up the rest."""
 
 
 @dataclass(frozen=True)
@@ -61,30 +57,22 @@ class Samples:
 
 
 @dataclass(frozen=True)
-class Course:
-    """The posterior in a few numbers.
+class Posterior:
+    """Probabilities of H courses, and where they are at a time.
 
     Attributes:
-        collision: probability that walker and obstacle meet.
-        left_m: expected distance that the walker still walks until they meet, on courses that collide if there are any.
-        speed_m_s: expected speed of approach.
-        bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
-        cosine: of the cone about the phone's long axis at which the echo arrives.
-        miss_m: expected miss distance; walls count with 0.
+        time_s: from which the courses run.
+        share: (H,) probabilities.
+        ahead_m: (H,) distances ahead then.
+        closing_m_s: (H,) speeds at which these fall.
+        bodies: what the courses lead to.
     """
 
-    collision: float
-    left_m: float
-    speed_m_s: float
-    bearing_rad: float
-    bearing_std_rad: float
-    cosine: float
-    miss_m: float
-
-    @property
-    def contact_s(self) -> float:
-        """Time until they meet, s: of the speed of approach, the walker's own share covers what is left."""
-        return self.left_m / min(self.speed_m_s, WALKING_M_S)
+    time_s: float
+    share: Array
+    ahead_m: Singles
+    closing_m_s: Singles
+    bodies: Bodies
 
 
 class CourseGrid:
@@ -122,14 +110,15 @@ class CourseGrid:
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, self._cos_angle, stays, along_m2, up_m2)
         self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
+        self._meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad)
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
-    def judge(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Course:
+    def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
         """The posterior after K >= 3 beeps.
 
         Args:
             samples: the track's readings.
-            now_s: time of the asked state.
+            now_s: time from which the courses run.
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
@@ -146,35 +135,24 @@ class CourseGrid:
         hit = Moments(hit_s - now_s, self._pitch_rad + turn_rad, lift_m)
         cycles_m = 1.0 / self._wavelength_m
         total = gathered(bodies, ahead, closing, samples.second, read, hit, self._separation_m, cycles_m)
-        speed = closing / self._cos_angle
-        density = speed_density(speed, swing.step_hz)
+        density = speed_density(closing / self._cos_angle, swing.step_hz)
         share = posterior(self._all.log_prior, misfit, total, self._tells_phase, self._mic_phase_rad, density)
-        return self._summary(share, np.maximum(ahead, NEAREST_M), speed, bodies)
+        return Posterior(now_s, share, ahead, closing, bodies)
 
     def _at_height(self, ground_m: float) -> Bodies:
         return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))
 
-    def _left(self, ahead_m: Singles) -> Array:
-        """(H,) the way to the first touch, from (H,) distances ahead of microphone 0; a wall's are along its normal."""
-        left: Array = ahead_m / self._cos_angle + self._mic_ahead_m - self._all.contact_m
-        return left
-
-    def _summary(self, share: Array, ahead_m: Singles, speed: Array, bodies: Bodies) -> Course:
-        meeting = share * self._all.collision
-        collision = float(meeting.sum())
-        likely = meeting / collision if collision > 1e-6 else share
-        own = np.minimum(1.0, WALKING_M_S / np.maximum(speed, WALKING_M_S))
-        angle = np.arctan2(self._all.miss_m, ahead_m)
-        bearing = np.where(self._all.is_wall, self._all.angle_rad, angle)
-        mean = float(share @ bearing)
-        return Course(
-            collision=collision,
-            left_m=float(likely @ (self._left(ahead_m) * own)),
-            speed_m_s=float(share @ speed),
-            bearing_rad=mean,
-            bearing_std_rad=float(np.sqrt(share @ (bearing - mean) ** 2)),
-            cosine=float(share @ cone_cosines(bodies, ahead_m, self._pitch_rad)),
-            miss_m=float(share @ self._all.miss_m),
+    def course(self, judged: Posterior, now_s: float) -> Course:
+        """What to expect at a time: the posterior carried along its courses."""
+        return expectations(
+            judged.share,
+            judged.bodies,
+            self._meeting,
+            judged.ahead_m,
+            judged.closing_m_s,
+            now_s - judged.time_s,
+            self._pitch_rad,
+            self._mic_ahead_m,
         )
 
 

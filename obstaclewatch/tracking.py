@@ -55,9 +55,10 @@ class TrackingDetector(EchoDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
-    over courses; range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
-    standing, where nothing closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments
-    and errors as for `PaperDetector`, and
+    over courses. Of several tracks one is judged anew in a beep, and the others' posteriors are carried along their
+    courses; a track that begins is shown once it has been judged. range2_m and bearing_rad are NaN for identical
+    channels. With `reject_static=False` (measuring while standing, where nothing closes in) they hold what `standing`
+    hears ahead, and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once. 0 stands for equal channels, as simulated phones have; None for not
@@ -121,16 +122,17 @@ class TrackingDetector(EchoDetector):
             self._steps.add(hit_s, self._finder.ground)
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
-        courses = self._courses(tracks, hit_s)
+        self._judge(tracks, hit_s)
+        judged = [(track, self._grid.course(track.judged, hit_s)) for track in tracks if track.judged is not None]
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
-        return self._report(index, emitted_s, tracks, courses, flag)
+        return self._report(index, emitted_s, [track for track, _ in judged], [course for _, course in judged], flag)
 
-    def _courses(self, tracks: list[Track], hit_s: float) -> list[Course]:
-        if not tracks:
-            return []
-        ahead_s, ground_m = self.beep.range_doppler_s, self._finder.ground_m
-        swing = self._steps.swing(ground_m)
-        return [self._grid.judge(track.samples(ahead_s), hit_s, ground_m, swing) for track in tracks]
+    def _judge(self, tracks: list[Track], hit_s: float) -> None:
+        """Judge one track anew: judging all in every beep told no more, and would cost more than all the rest."""
+        track = due(tracks, hit_s) if tracks else None
+        if track is not None:
+            ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._steps.swing(ground_m))
 
     def _collides(self, found: Measurement) -> NDArray[np.bool_]:
         return np.zeros(len(found.range_m), dtype=bool)
@@ -183,3 +185,16 @@ def has_approached(track: Track) -> bool:
     """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
     travel_m = track.past[0][1] - track.past[-1][1]
     return track.misses <= MOST_MISSES and len(track.past) >= LEAST_BEEPS and travel_m >= LEAST_TRAVEL_M
+
+
+def due(tracks: list[Track], now_s: float) -> Track | None:
+    """Whose course is to be judged in this beep: of those heard since, which has waited longest for how near it is."""
+
+    def urgency(track: Track) -> float:
+        if track.judged is None:
+            return np.inf
+        waited_s = now_s - track.judged.time_s if track.past[-1][0] > track.judged.time_s else 0.0
+        return waited_s / float(track.state[0])
+
+    most = max(tracks, key=urgency)
+    return most if urgency(most) > 0.0 else None

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.course_evidence import Bodies, add_square, cone_cosines, path_differences, straight_lines
-from obstaclewatch.course_geometry import distance_ahead, sight, steady_range
+from obstaclewatch.course_evidence import Bodies, add_square, path_differences, straight_lines
+from obstaclewatch.course_geometry import cone_cosine, distance_ahead, sight, steady_range
 from obstaclewatch.gait import READING_M, line_weights, reading_covariance, whitening
 
 L = 0.141
@@ -36,13 +36,12 @@ def _bodies(height=0.0, radius=0.0, miss=0.0, cos_angle=1.0, stays=1.0, along=0.
 def test_a_point_is_seen_where_it_is(ahead, miss, height, lift, pitch):
     """Range, cosine and path difference from coordinates: a body without radius, microphone 1 behind along the axis."""
     point, axis = np.array([ahead, miss, -height - lift]), np.array([np.cos(pitch), 0.0, np.sin(pitch)])
-    range_m = sight(*_single(ahead, height + lift, 0.0, miss, 1.0))[0]
+    seen = sight(*_single(ahead, height + lift, 0.0, miss, 1.0))
     near, far = np.linalg.norm(point), np.linalg.norm(point + L * axis)
-    assert range_m == pytest.approx(near, abs=EXACT)
+    assert seen[0] == pytest.approx(near, abs=EXACT)
+    cosine = cone_cosine(*seen, *_single(height + lift, np.cos(pitch), np.sin(pitch)))
+    assert cosine == pytest.approx(point @ axis / near, abs=1e-6)
     line = np.array([ahead], dtype=np.float32)
-    assert cone_cosines(_bodies(height + lift, miss=miss), line, pitch)[0] == pytest.approx(
-        point @ axis / near, abs=1e-6
-    )
     assert path_differences(_bodies(height, miss=miss), line, pitch, lift, L)[0] == pytest.approx(far - near, abs=EXACT)
 
 

@@ -59,7 +59,8 @@ def _samples(speed=1.25, miss=0.0, height=0.0, radius=0.0, level=4.0, beeps=16, 
 
 
 def _judge(samples, now_s=0.0) -> Course:
-    return CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M).judge(samples, now_s, GROUND_M)
+    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    return grid.course(grid.posterior(samples, now_s, GROUND_M), now_s)
 
 
 @pytest.mark.parametrize("height", [0.0, GROUND_M])
@@ -82,10 +83,8 @@ def test_the_phase_itself_tells_a_walls_direction(angle):
     shape = np.exp(-(((OFFSETS_M - u_m[:, None]) / 0.1) ** 2))
     second = (12.0 * shape * np.exp(-2j * np.pi * u_m[:, None] / WAVELENGTH + 1.0j)).astype("c8")
     samples = Samples(time + AHEAD_S, 2.0 - closing * (time + AHEAD_S), np.full(12, 0.004), second)
-    known, unknown = (
-        CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, phase).judge(samples, 0.0, GROUND_M)
-        for phase in (1.0, None)
-    )
+    grids = [CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, phase) for phase in (1.0, None)]
+    known, unknown = (grid.course(grid.posterior(samples, 0.0, GROUND_M), 0.0) for grid in grids)
     assert known.bearing_rad == pytest.approx(angle, abs=0.08)
     assert known.bearing_std_rad < 0.95 * unknown.bearing_std_rad
 
@@ -197,6 +196,17 @@ def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, he
     assert 0.0 <= course.bearing_rad <= np.pi / 2
     assert later.collision == pytest.approx(course.collision, abs=1e-6)
     assert later.left_m == pytest.approx(course.left_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.0, GROUND_M])
+def test_a_posterior_is_carried_along_its_courses(height):
+    """Two beeps later it says what the same readings say if they are asked for that time."""
+    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    samples = _samples(miss=0.3, height=height, last_m=1.8)
+    before = grid.posterior(samples, 0.0, GROUND_M)
+    carried, asked = grid.course(before, 0.18), grid.course(grid.posterior(samples, 0.18, GROUND_M), 0.18)
+    assert carried == pytest.approx(asked, abs=2e-3)
+    assert carried.left_m == pytest.approx(grid.course(before, 0.0).left_m - 0.18 * carried.speed_m_s, abs=0.02)
 
 
 def test_channels_that_say_nothing_leave_the_ranges():

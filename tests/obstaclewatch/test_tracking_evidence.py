@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 import pytest
 
+from obstaclewatch.approaches import Track
+from obstaclewatch.courses import Posterior
 from obstaclewatch.line_evidence import CHANGE, LineEvidence, log_ratio
 from obstaclewatch.local_noise import local_noise
+from obstaclewatch.tracking import due
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 
@@ -82,3 +87,31 @@ def test_local_noise_of_rayleigh_heights():
     assert noise[21_000:].mean() == pytest.approx(3.0, rel=0.02)
     height[5_000:5_040] += 100.0
     assert local_noise(height, 192)[5_020] < 1.6
+
+
+def _track(range_m, judged_s, heard_s):
+    """A track whose course was judged once and that was heard last at a time."""
+    judged = None if judged_s is None else Posterior(judged_s, *(np.ones(1) for _ in range(3)), None)
+    return Track(
+        np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, past=deque([(heard_s, range_m, 0.01, None)]), judged=judged
+    )
+
+
+def test_one_course_is_judged_at_a_time_the_nearest_most_often():
+    tracks = [_track(1.5, 0.0, 0.0), _track(3.5, 0.0, 0.0), _track(7.0, None, 0.0)]
+    turns = []
+    for beep in range(1, 41):
+        now_s = PERIOD_S * beep
+        for track in tracks:
+            track.past.append((now_s, 1.0, 0.01, None))
+        which = due(tracks, now_s)
+        which.judged = Posterior(now_s, *(np.ones(1) for _ in range(3)), None)
+        turns.append(next(number for number, track in enumerate(tracks) if track is which))
+    assert turns[0] == 2  # what never was judged comes first
+    assert turns.count(0) > turns.count(1) > turns.count(2) >= 4
+
+
+def test_what_was_not_heard_since_is_not_judged_again():
+    silent = _track(1.5, 0.9, 0.9)
+    assert due([silent], 1.8) is None
+    assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).state[0] == 5.0
