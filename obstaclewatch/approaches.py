@@ -166,24 +166,22 @@ class Approaches:
             if score < START_SCORE:
                 return
             read_m = peaks.first_m + cell * peaks.cell_m
-            chains = [self._chain(read_m, speed) for speed in self._evidence.speeds_to(cell)]
-            _, chain = max(chains, key=lambda found: found[0])
+            chain = self._chain(read_m, self._evidence.speeds_to(cell))
             begun = len(chain) >= LEAST_PEAKS
             if begun:
                 self._begin(chain, min(score, MOST_SCORE))
             self._fade(read_m, peaks, 0.0 if begun else 0.5)
 
-    def _chain(self, read_m: float, speed_m_s: float) -> tuple[float, list[tuple[int, int]]]:
-        """What a line has gained that has come to a range, and the (beep, peak) on it since it gained."""
+    def _chain(self, read_m: float, speeds_m_s: Array) -> list[tuple[int, int]]:
+        """The (beep, peak) on that of the lines to a range that has gained most, since when it gained."""
         now_s = self._free[-1][0]
-        steps, found = np.full(len(self._free), MISS), np.full(len(self._free), -1)
-        for row, (time_s, peaks, free) in enumerate(self._free):
-            best, gain = _on_line(peaks.range_m, peaks.power, free, read_m, speed_m_s * (now_s - time_s))
-            if best >= 0:
-                found[row], steps[row] = best, gain
-        gained = np.cumsum(steps[::-1])
-        since = len(steps) - 1 - int(np.argmax(gained))
-        return float(gained.max()), [(row, int(found[row])) for row in range(since, len(steps)) if found[row] >= 0]
+        ages_s = np.array([now_s - time_s for time_s, _, _ in self._free])
+        ends = np.cumsum([len(peaks) for _, peaks, _ in self._free])
+        range_m = np.concatenate([peaks.range_m for _, peaks, _ in self._free])
+        power = np.concatenate([peaks.power for _, peaks, _ in self._free])
+        free = np.concatenate([free for _, _, free in self._free])
+        found = _best_chain(range_m, power, free, ends, ages_s, read_m, speeds_m_s)
+        return [(row, int(peak)) for row, peak in enumerate(found) if peak >= 0]
 
     def _begin(self, chain: list[tuple[int, int]], score: float) -> None:
         """A track along a line: least squares through the peaks on it, then remembered as if followed."""
@@ -236,6 +234,39 @@ def _likeliest(
         merit = np.log(power[peak]) - 0.5 * distance2
         if not taken[peak] and distance2 <= GATE_DEVIATIONS**2 and merit > most:
             best, most = peak, merit
+    return best
+
+
+@numba.njit(cache=True)
+def _best_chain(
+    range_m: Array,
+    power: Array,
+    free: NDArray[np.bool_],
+    ends: NDArray[np.int_],
+    ages_s: Array,
+    read_m: float,
+    speeds_m_s: Array,
+) -> NDArray[np.int_]:
+    """(B,) which peak of each beep lies on the line that gained most, -1 where none does or before it gained.
+
+    Args:
+        range_m, power, free: (n,) of all beeps' peaks.
+        ends: (B,) number of peaks up to each beep's last.
+        ages_s: (B,) of the beeps.
+        read_m: range to which the lines have come.
+        speeds_m_s: (S,) of the lines.
+    """
+    most, best = -np.inf, np.full(len(ends), -1)
+    for speed in speeds_m_s:
+        gained, found = 0.0, np.full(len(ends), -1)
+        for row in range(len(ends) - 1, -1, -1):
+            first, end = ends[row - 1] if row > 0 else 0, ends[row]
+            which, gain = _on_line(range_m[first:end], power[first:end], free[first:end], read_m, speed * ages_s[row])
+            found[row] = which
+            gained += gain if which >= 0 else MISS
+            if gained > most:
+                most = gained
+                best[:row], best[row:] = -1, found[row:]
     return best
 
 
