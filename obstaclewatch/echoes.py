@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.order_statistic import order_statistic
 
 TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = np.sqrt(-np.log(0.75))
@@ -138,10 +139,7 @@ def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
 
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
     """
-    quarter = len(magnitude) // 4
-    ordered = magnitude.copy()
-    ordered.partition(quarter)
-    return float(ordered[quarter] / QUARTILE_TO_RMS)
+    return float(order_statistic(magnitude, len(magnitude) // 4) / QUARTILE_TO_RMS)
 
 
 @numba.njit(cache=True)

@@ -80,7 +80,7 @@ class LineEvidence:
 
     def fade(self, first: int, last: int, share: float = 0.0) -> None:
         """Keep only a share of the evidence of the cells from `first` on and before `last`."""
-        self._sum[:, max(first, 0) : max(last, 0)] *= np.float32(share)
+        _fade(self._sum, max(first, 0), min(max(last, 0), self._width), np.float32(share))
 
     def best(self) -> tuple[float, int]:
         """The most that any line has gathered, and the cell that it has reached."""
@@ -110,3 +110,11 @@ def _gathered(evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: 
             best = faster[cell] - change if faster[cell] - change > best else best
             gathered[row, cell] = best + ratio[cell]
     return gathered
+
+
+@numba.njit(cache=True)
+def _fade(evidence: NDArray[np.float32], first: int, last: int, share: np.float32) -> None:
+    """Scale (S, width) evidence in place from a cell on and before another."""
+    for row in range(len(evidence)):
+        for cell in range(first, last):
+            evidence[row, cell] *= share

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from obstaclewatch.order_statistic import order_statistic
 
 QUANTILE = 0.6
 QUANTILE_TO_RMS = float(np.sqrt(-np.log(1.0 - QUANTILE)))
 """A Rayleigh envelope's 60 % quantile as a share of its rms; an echo fills less than the rest of a window."""
 
 
+@numba.njit(cache=True)
 def local_noise(magnitude: NDArray[np.float64], window: int) -> NDArray[np.float64]:
     """(M,) rms of the noise around each sample of an envelope, from quantiles of windows that overlap by half.
 
@@ -17,11 +21,13 @@ def local_noise(magnitude: NDArray[np.float64], window: int) -> NDArray[np.float
         magnitude: (M,) envelope, at least one window long.
         window: samples over which noise is taken to be the same, even.
     """
-    hop = window // 2
-    halves = magnitude[: len(magnitude) // hop * hop].reshape(-1, hop)
-    windows = np.concatenate([halves[:-1], halves[1:]], axis=1)
-    rank = int(QUANTILE * window)
-    windows.partition(rank, axis=1)
-    quantile = windows[:, rank]
-    middle = hop * np.arange(1, len(windows) + 1)
-    return np.interp(np.arange(len(magnitude)), middle, quantile / QUANTILE_TO_RMS)
+    hop, rank = window // 2, int(QUANTILE * window)
+    level, noise = np.empty(len(magnitude) // hop - 1), np.empty(len(magnitude))
+    for row in range(len(level)):
+        level[row] = order_statistic(magnitude[row * hop : (row + 2) * hop], rank) / QUANTILE_TO_RMS
+    for sample in range(len(noise)):
+        past = sample - hop  # the first window's middle
+        row = min(max(past // hop, 0), len(level) - 1)
+        slope = (level[row + 1] - level[row]) / hop if past > 0 and row + 1 < len(level) else 0.0
+        noise[sample] = slope * (past - row * hop) + level[row]
+    return noise

@@ -25,11 +25,24 @@ def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[f
     Args:
         time_s: (K,).
         values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
-        rates_rad_s: (F,) angular frequencies that are tried.
+        rates_rad_s: (F,) angular frequencies that are tried, evenly spaced.
     """
-    turn = time_s[:, None] * rates_rad_s
-    best, phasor, share = _robust_fit(np.cos(turn), np.sin(turn), values)
+    best, phasor, share = _robust_fit(*waves(time_s, rates_rad_s), values)
     return float(rates_rad_s[best]), phasor, share
+
+
+@numba.njit(cache=True, error_model="numpy")
+def waves(time_s: Array, rates_rad_s: Array) -> tuple[Array, Array]:
+    """(K, F) cosines and sines at evenly spaced rates, each turned on from the one before."""
+    cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
+    for beep in range(len(time_s)):
+        step = (rates_rad_s[1] - rates_rad_s[0]) * time_s[beep]
+        turn = complex(np.cos(step), np.sin(step))
+        wave = complex(np.cos(rates_rad_s[0] * time_s[beep]), np.sin(rates_rad_s[0] * time_s[beep]))
+        for which in range(len(rates_rad_s)):
+            cosine[beep, which], sine[beep, which] = wave.real, wave.imag
+            wave *= turn
+    return cosine, sine
 
 
 @numba.njit(cache=True, error_model="numpy")

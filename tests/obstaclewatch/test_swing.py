@@ -7,7 +7,7 @@ import pytest
 
 from obstaclewatch.course_prior import walking_speed
 from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.sinusoid import common_sinusoid, weighted_fits
+from obstaclewatch.sinusoid import common_sinusoid, waves, weighted_fits
 from obstaclewatch.swing import (
     LEAST_BEEPS,
     LEAST_SHARE,
@@ -137,6 +137,13 @@ def test_steps_tell_the_walking_speed():
     assert 0.646 * 100.0 / 60.0 < slow < usual
     assert slow_spread < spread
     assert walking_speed(2.2)[0] > usual
+
+
+def test_waves_turn_on_without_drifting():
+    """An hour after the start, whose phase a step of the rates knows to 1e-12."""
+    time = TIME_S + 3600.0
+    turn = time[:, None] * STEPS_RAD_S
+    assert np.stack(waves(time, STEPS_RAD_S)) == pytest.approx(np.stack([np.cos(turn), np.sin(turn)]), abs=1e-8)
 
 
 def test_the_weighted_fits_are_the_least_squares_of_lapack():
