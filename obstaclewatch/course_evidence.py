@@ -23,8 +23,25 @@ from obstaclewatch.course_geometry import (
     sight,
     steady_range,
 )
+from obstaclewatch.gait import line_weights, whitening
 
 Array = NDArray[np.float64]
+
+
+class Ears(NamedTuple):
+    """What of the phone is the same in every beep.
+
+    Attributes:
+        separation_m: between the microphones.
+        cycles_m: of the carrier per metre.
+        pitch_rad: mean lift of the top edge.
+        ahead_s: how far ahead the chirp reads.
+    """
+
+    separation_m: float
+    cycles_m: float
+    pitch_rad: float
+    ahead_s: float
 
 
 class Moments(NamedTuple):
@@ -39,6 +56,54 @@ class Moments(NamedTuple):
     time_s: Array
     pitch_rad: Array
     lift_m: Array
+
+
+class Agreement(NamedTuple):
+    """How H courses agree with what was read.
+
+    Attributes:
+        ahead_m, closing_m_s: (H,) distances ahead at time 0 that explain the ranges best, and how fast they fall.
+        misfit: (H,) squared deviations of the ranges that are left.
+        gathered: (2, H) real and imaginary part of what microphone 1 adds up to.
+    """
+
+    ahead_m: Singles
+    closing_m_s: Singles
+    misfit: Singles
+    gathered: Singles
+
+
+@numba.njit(cache=True, error_model="numpy")
+def agreement(
+    bodies: Bodies,
+    ears: Ears,
+    time_s: Array,
+    read_m: Array,
+    covariance: Array,
+    second: NDArray[np.complex64],
+    swing_read: Array,
+    swing_hit: Array,
+) -> Agreement:
+    """Lines through the ranges of K beeps, and how well ranges and phases agree with them.
+
+    Args:
+        bodies: (H,) what courses lead to.
+        ears: the phone.
+        time_s: (K,) that the readings stand for, from the asked time on.
+        read_m: (K,) ranges.
+        covariance: (K, K) of the ranges about a straight line.
+        second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
+        swing_read, swing_hit: (3, K) lift of the top edge, height and surge, as the chirp reads them, and as they are.
+    """
+    steady_m = steady_ranges(bodies, read_m, swing_read[1], swing_read[2])
+    white = whitening(covariance)
+    of_ahead, of_closing = line_weights(time_s, white)
+    ahead_m, closing_m_s = straight_lines(bodies, steady_m, of_ahead, of_closing)
+    misfit = misfits(bodies, steady_m, ahead_m, closing_m_s, time_s, white)
+    read = Moments(time_s, ears.pitch_rad + swing_read[0], np.zeros(len(time_s)))
+    hit = Moments(time_s - ears.ahead_s, ears.pitch_rad + swing_hit[0], swing_hit[1])
+    total = gathered(bodies, ahead_m, closing_m_s, second, read, hit, ears.separation_m, ears.cycles_m)
+    return Agreement(ahead_m, closing_m_s, misfit, total)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -130,7 +195,7 @@ def gathered(
     read: Moments,
     hit: Moments,
     separation_m: float,
-    per_m: float,
+    cycles_m: float,
 ) -> Singles:
     """(2, H) real and imaginary part of what courses gather in phase at microphone 1; its squared size is 1 for noise.
 
@@ -139,7 +204,7 @@ def gathered(
         second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
         read, hit: the phone as the chirp reads it, and as the beep met the obstacle.
         separation_m: between the microphones.
-        per_m: cycles of the carrier per metre.
+        cycles_m: of the carrier per metre.
     """
     total, count = np.zeros((2, len(ahead_m)), dtype=np.float32), 0
     for beep in range(len(second)):
@@ -151,5 +216,5 @@ def gathered(
         heard = heard_at(second[beep], u_m)
         line = lines_ahead(ahead_m, closing_m_s, read.time_s[beep], read.time_s[beep] - hit.time_s[beep])
         u_m = path_differences(bodies, line, hit.pitch_rad[beep], hit.lift_m[beep], separation_m)
-        add_turned(total, heard, u_m, np.float32(per_m), deviation_factor(second[beep]))
+        add_turned(total, heard, u_m, np.float32(cycles_m), deviation_factor(second[beep]))
     return total / np.float32(np.sqrt(max(count, 1)))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import log_agreement
+from obstaclewatch.course_evidence import Agreement
 from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
 
 Array = NDArray[np.float64]
@@ -25,26 +26,25 @@ NEGLIGIBLE = 1e-10
 
 @numba.njit(cache=True, error_model="numpy")
 def posterior(
-    log_prior: Array, misfit: Singles, total: Singles, tells_phase: NDArray[np.bool_], phase_rad: float, density: Array
+    log_prior: Array, found: Agreement, density: Array, tells_phase: NDArray[np.bool_], phase_rad: float
 ) -> Array:
     """(H,) probabilities, 1 together.
 
     Args:
         log_prior: (H,).
-        misfit: (H,) squared deviations of the ranges.
-        total: (2, H) real and imaginary part of what adds up in phase at microphone 1.
-        tells_phase: (H,) whether that sum's own phase is known: of upright things and walls alone, whose height is
+        found: how the courses agree with what was read.
+        density: (H,) of the speed of approach.
+        tells_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
             known, as 10 cm of another height turn it by a quarter of a cycle; and not of phones that were not measured.
         phase_rad: what microphone 1 adds to it.
-        density: (H,) of the speed of approach.
     """
     log = np.empty(len(log_prior))
     for course in range(len(log)):
-        real, imaginary = float(total[0, course]), float(total[1, course])
+        real, imaginary = float(found.gathered[0, course]), float(found.gathered[1, course])
         heard = SHARE_HEARD * (real * real + imaginary * imaginary)
         if tells_phase[course]:
             heard += log_agreement(real, imaginary, phase_rad)
-        log[course] = log_prior[course] + log_fit(float(misfit[course])) + heard + np.log(density[course])
+        log[course] = log_prior[course] + log_fit(float(found.misfit[course])) + heard + np.log(density[course])
     share = np.exp(log - log.max())
     return share / share.sum()
 

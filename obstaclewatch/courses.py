@@ -24,17 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.course_evidence import (
-    Moments,
-    gathered,
-    misfits,
-    steady_ranges,
-    straight_lines,
-)
+from obstaclewatch.course_evidence import Ears, agreement
 from obstaclewatch.course_geometry import Bodies, Singles
 from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
-from obstaclewatch.gait import READING_M, SWING_KNOWN_M, line_weights, reading_covariance, whitening
+from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
 from obstaclewatch.swing import STEADY, Swing
 
 Array = NDArray[np.float64]
@@ -99,8 +93,7 @@ class CourseGrid:
         mic_phase_rad: float | None = 0.0,
         baseline_m: float = 0.0,
     ) -> None:
-        self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
-        self._pitch_rad = pitch_rad
+        self._ears = Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s)
         self._all: Hypotheses = hypotheses(half_width_m)
         self._cos_angle = np.cos(self._all.angle_rad)
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
@@ -122,22 +115,15 @@ class CourseGrid:
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
-        bodies = self._at_height(ground_m)
-        hit_s, time_s = samples.time_s - self._ahead_s, samples.time_s - now_s
-        turn_rad, lift_m, surge_m = swing.as_read(hit_s, self._ahead_s)
-        steady_m = steady_ranges(bodies, samples.range_m, lift_m, surge_m)
-        step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
-        white = whitening(reading_covariance(time_s, samples.range_std_m, step_std_m))
-        ahead, closing = straight_lines(bodies, steady_m, *line_weights(time_s, white))
-        misfit = misfits(bodies, steady_m, ahead, closing, time_s, white)
-        read = Moments(time_s, self._pitch_rad + turn_rad, np.zeros(len(time_s)))
-        turn_rad, lift_m, _ = swing.at(hit_s)
-        hit = Moments(hit_s - now_s, self._pitch_rad + turn_rad, lift_m)
-        cycles_m = 1.0 / self._wavelength_m
-        total = gathered(bodies, ahead, closing, samples.second, read, hit, self._separation_m, cycles_m)
-        density = speed_density(closing / self._cos_angle, swing.step_hz)
-        share = posterior(self._all.log_prior, misfit, total, self._tells_phase, self._mic_phase_rad, density)
-        return Posterior(now_s, share, ahead, closing, bodies)
+        bodies, hit_s, time_s = self._at_height(ground_m), samples.time_s - self._ears.ahead_s, samples.time_s - now_s
+        swing_read, swing_hit = swing.as_read(hit_s, self._ears.ahead_s), swing.at(hit_s)
+        covariance = reading_covariance(time_s, samples.range_std_m, SWING_KNOWN_M if swing.surge_m else READING_M)
+        found = agreement(
+            bodies, self._ears, time_s, samples.range_m, covariance, samples.second, swing_read, swing_hit
+        )
+        density = speed_density(found.closing_m_s / self._cos_angle, swing.step_hz)
+        share = posterior(self._all.log_prior, found, density, self._tells_phase, self._mic_phase_rad)
+        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies)
 
     def _at_height(self, ground_m: float) -> Bodies:
         return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))
@@ -151,7 +137,7 @@ class CourseGrid:
             judged.ahead_m,
             judged.closing_m_s,
             now_s - judged.time_s,
-            self._pitch_rad,
+            self._ears.pitch_rad,
             self._mic_ahead_m,
         )
 

@@ -36,11 +36,13 @@ def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> 
         step_std_m: standard deviation over a step.
     """
     covariance = np.empty((len(time_s), len(time_s)))
+    turn = 2.0 * np.pi * time_s
+    cosine, sine = np.cos(STEP_HZ * turn), np.sin(STEP_HZ * turn)
     for row in range(len(time_s)):
         for column in range(row):
-            lag = 2.0 * np.pi * (time_s[row] - time_s[column])
-            covariance[row, column] = step_std_m**2 * np.cos(STEP_HZ * lag) * np.exp(-0.5 * (STEP_STD_HZ * lag) ** 2)
-            covariance[column, row] = covariance[row, column]
+            of_lag = cosine[row] * cosine[column] + sine[row] * sine[column]
+            spread = STEP_STD_HZ * (turn[row] - turn[column])
+            covariance[row, column] = covariance[column, row] = step_std_m**2 * of_lag * np.exp(-0.5 * spread * spread)
         covariance[row, row] = step_std_m**2 + OTHER_M**2 + noise_std_m[row] ** 2
     return covariance
 
@@ -68,13 +70,9 @@ def line_weights(time_s: Array, white: Array) -> tuple[Array, Array]:
 
     Generalised least squares: in whitened readings (K, K) the line is `level - fall time`.
     """
-    level, fall = white.sum(axis=1), np.empty(len(time_s))
-    for row in range(len(time_s)):
-        fall[row] = -np.sum(white[row] * time_s)
+    level, fall = white.sum(axis=1), -(white * time_s).sum(axis=1)
     own, both, other = np.sum(level * level), np.sum(level * fall), np.sum(fall * fall)
-    of_level, of_fall = np.empty(len(time_s)), np.empty(len(time_s))
-    for beep in range(len(time_s)):
-        on_level, on_fall = np.sum(level * white[:, beep]), np.sum(fall * white[:, beep])
-        of_level[beep] = (other * on_level - both * on_fall) / (own * other - both * both)
-        of_fall[beep] = (own * on_fall - both * on_level) / (own * other - both * both)
+    on_level, on_fall = (white.T * level).sum(axis=1), (white.T * fall).sum(axis=1)
+    of_level = (other * on_level - both * on_fall) / (own * other - both * both)
+    of_fall = (own * on_fall - both * on_level) / (own * other - both * both)
     return of_level, of_fall
