@@ -13,6 +13,20 @@ Array = NDArray[np.float64]
 
 
 @numba.njit(cache=True)
+def begun(age_s: Array, read_m: Array, variance: float, ahead_s: float) -> tuple[Array, Array]:
+    """State (2,) and covariance (2, 2) at the last of K readings of equal variance: least squares through them."""
+    total, first, second = float(len(age_s)), age_s.sum(), np.sum(age_s * age_s)
+    read, moment, spread = read_m.sum(), np.sum(age_s * read_m), total * second - first * first
+    level, speed = (second * read - first * moment) / spread, (total * moment - first * read) / spread
+    state, covariance = np.empty(2), np.empty((2, 2))
+    state[0], state[1] = level + speed * ahead_s, speed
+    covariance[0, 0] = variance / spread * (second - 2.0 * ahead_s * first + ahead_s**2 * total)
+    covariance[0, 1] = covariance[1, 0] = variance / spread * (ahead_s * total - first)
+    covariance[1, 1] = variance / spread * total
+    return state, covariance
+
+
+@numba.njit(cache=True)
 def predicted(state: Array, covariance: Array, step_s: float, acceleration_m_s2: float) -> tuple[Array, Array]:
     """State (2,), range, m, and closing speed, m/s, and covariance (2, 2) a time later, under white acceleration."""
     moved, spread = np.empty(2), np.empty((2, 2))

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.approach_filter import expected_reading, predicted, updated
+from obstaclewatch.approach_filter import begun, expected_reading, predicted, updated
 from obstaclewatch.courses import Posterior, Samples
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
@@ -176,11 +176,11 @@ class Approaches:
         """The (beep, peak) on that of the lines to a range that has gained most, since when it gained."""
         now_s = self._free[-1][0]
         ages_s = np.array([now_s - time_s for time_s, _, _ in self._free])
-        ends = np.cumsum([len(peaks) for _, peaks, _ in self._free])
+        counts = np.array([len(peaks) for _, peaks, _ in self._free])
         range_m = np.concatenate([peaks.range_m for _, peaks, _ in self._free])
         power = np.concatenate([peaks.power for _, peaks, _ in self._free])
         free = np.concatenate([free for _, _, free in self._free])
-        found = _best_chain(range_m, power, free, ends, ages_s, read_m, speeds_m_s)
+        found = _best_chain(range_m, power, free, counts, ages_s, read_m, speeds_m_s)
         return [(row, int(peak)) for row, peak in enumerate(found) if peak >= 0]
 
     def _begin(self, chain: list[tuple[int, int]], score: float) -> None:
@@ -188,14 +188,10 @@ class Approaches:
         last_s = self._free[chain[-1][0]][0]
         age = np.array([last_s - self._free[row][0] for row, _ in chain])
         read = np.array([self._free[row][1].range_m[which] for row, which in chain])
-        design = np.stack([np.ones(len(age)), age], axis=1)
-        inverse = np.linalg.inv(design.T @ design)
-        read_m, speed = inverse @ design.T @ read
-        if not speed >= LEAST_SPEED_M_S:
+        state, covariance = begun(age, read, 4.0 * SURGE_READ_M**2, self._ahead_s)
+        if not state[1] >= LEAST_SPEED_M_S:
             return
-        to_state = np.array([[1.0, self._ahead_s], [0.0, 1.0]])
-        covariance = to_state @ inverse @ to_state.T * 4.0 * SURGE_READ_M**2
-        track = Track(np.array([read_m + speed * self._ahead_s, speed]), covariance, last_s, score)
+        track = Track(state, covariance, last_s, score)
         for row, which in chain:
             time_s, peaks, free = self._free[row]
             track.remember(time_s, peaks, which)
@@ -242,7 +238,7 @@ def _best_chain(
     range_m: Array,
     power: Array,
     free: NDArray[np.bool_],
-    ends: NDArray[np.int_],
+    counts: NDArray[np.int_],
     ages_s: Array,
     read_m: float,
     speeds_m_s: Array,
@@ -251,11 +247,12 @@ def _best_chain(
 
     Args:
         range_m, power, free: (n,) of all beeps' peaks.
-        ends: (B,) number of peaks up to each beep's last.
+        counts: (B,) peaks of each beep, in the order of the beeps.
         ages_s: (B,) of the beeps.
         read_m: range to which the lines have come.
         speeds_m_s: (S,) of the lines.
     """
+    ends = np.cumsum(counts)
     most, best = -np.inf, np.full(len(ends), -1)
     for speed in speeds_m_s:
         gained, found = 0.0, np.full(len(ends), -1)

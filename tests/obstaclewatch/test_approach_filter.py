@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.approach_filter import expected_reading, predicted, updated
+from obstaclewatch.approach_filter import begun, expected_reading, predicted, updated
 
 AHEAD_S = 0.205
 
@@ -40,3 +40,12 @@ def test_update_is_the_posterior_of_prior_and_reading(seed, read_m, variance):
     better, spread = updated(state, covariance, read_m, variance, AHEAD_S)
     assert better == pytest.approx(posterior @ (information @ state + look * read_m / variance), rel=1e-7, abs=1e-7)
     assert spread == pytest.approx(posterior, rel=1e-7, abs=1e-9)
+
+
+def test_a_state_begins_as_the_least_squares_line():
+    rng = np.random.default_rng(2)
+    age, read_m = np.sort(rng.uniform(0.0, 1.1, 9))[::-1].copy(), rng.uniform(1.0, 3.0, 9)
+    look = np.stack([np.ones(9), age - AHEAD_S], axis=1)  # what a state now read at each age
+    state, covariance = begun(age, read_m, 0.02, AHEAD_S)
+    assert state == pytest.approx(np.linalg.lstsq(look, read_m, rcond=None)[0], rel=1e-10)
+    assert covariance == pytest.approx(0.02 * np.linalg.inv(look.T @ look), rel=1e-10)
