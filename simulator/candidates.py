@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +60,29 @@ class Candidates:
 
 
 def concatenated(parts: list[Candidates]) -> Candidates:
-    """All parts, one after the other."""
+    """All parts, one after the other, as wide as the widest of them."""
+    width = max(part.sequence.shape[1] for part in parts)
+    parts = [_widened(part, width) for part in parts]
     return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+
+
+def _widened(found: Candidates, width: int) -> Candidates:
+    """The same with room for more reflections."""
+    count, more = len(found), width - found.sequence.shape[1]
+    if more == 0:
+        return found
+    wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)} | {
+        name: np.full((count, more, *getattr(found, name).shape[2:]), blank)
+        for name, blank in (
+            ("sequence", -1),
+            ("normal", 0.0),
+            ("curvature", 0.0),
+            ("lift_m", 0.0),
+            ("face", -1),
+            ("uv", 0.0),
+        )
+    }
+    return replace(found, **{name: np.concatenate([getattr(found, name), part], axis=1) for name, part in wide.items()})
 
 
 def nothing(width: int) -> Candidates:

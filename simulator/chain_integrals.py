@@ -1,16 +1,16 @@
-"""Sound that two or three edges of a thin panel bend, by integrals over the edges, as ways with a delay each.
+"""Sound that two or more edges of a thin panel bend, by integrals over the edges, as ways with a delay each.
 
 Every edge is shared between windows about its two ends and its middle (`edge_nodes`). The part of the integrals
 (`edge_integrals`) that belongs to one window of each edge met is one way: through the corners of windows at ends, and
 in the middle through the point that makes the way shortest. What turns faster than that cancels within the window, so
 that the gains are smooth over frequency. Corners, on which several edges bend the sound at once, are included, and no
-apex fades out anywhere.
+apex fades out anywhere. What four and five edges bend is looked for where it may be heard (`longer_chains`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,38 +24,65 @@ from simulator.edge_view import APEX, END, START
 from simulator.floor import Audible
 from simulator.frames import into_rest
 from simulator.ledger import Ledger, Turned
-from simulator.panels import LONGEST, Chains, linked_edges
+from simulator.longer_chains import LONGEST, Kept, Order, longer_chains
+from simulator.panels import linked_edges
 from simulator.wedges import Wedges
+from simulator.windowed_chains import Windowed, ways_of, windowed_chains
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
 
 LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
-ROUNDS = 32  # over the middles of a way, each put where its neighbours make the way shortest
-PARTS = (APEX, START, END)
 
 
 @dataclass(frozen=True)
-class Windowed:
-    """T chains of edges of one panel, each met in one of its windows.
+class Panel:
+    """One panel at all poses of a tracing.
 
     Attributes:
-        edge: (T, LONGEST) numbers among the panel's edges, -1 padded.
-        part: (T, LONGEST) APEX for the middle, START or END.
+        edge: its wedges.
+        chains: all that sound can meet.
+        audible: what is kept beside the strongest echo.
+        loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
+        wavenumber: (K,) rad/m at the nodes of the band.
     """
 
+    tracing: Tracing
     edge: Ints
-    part: Ints
+    chains: Windowed
+    audible: Audible
+    loudest: Floats
+    wavenumber: Floats
+    speed_m_s: float
 
-    def __getitem__(self, index: Ints) -> Windowed:
-        return Windowed(self.edge[index], self.part[index])
+    @cached_property
+    def face(self) -> Face:
+        wedges = self.tracing.world.wedges[self.edge]
+        return face_of(nodes_of(wedges, self.speed_m_s), linked_edges(wedges), self.wavenumber)
 
-    @property
-    def count(self) -> Ints:
-        """(T,) edges met."""
-        return (self.edge >= 0).sum(axis=1)
+    def ways(self, rows: Ints, pose: Ints, mic: Ints) -> Ways:
+        """Of chains (R,) at poses and microphones (R,)."""
+        return ways_of(self.tracing, self.edge, self.chains[rows], pose, mic)
+
+
+@dataclass(frozen=True)
+class Heard:
+    """All T chains at one pose and microphone.
+
+    Attributes:
+        pressure: (T, K) with the travel phase; 0 where not worked out.
+        bound: (T,) greatest magnitude, or an estimate from above of what was not worked out.
+        loud: (T,) what is kept.
+    """
+
+    pose: int
+    mic: int
+    pressure: Complexes
+    bound: Floats
+    loud: Flags
 
 
 def integrable(wedges: Wedges) -> bool:
@@ -64,60 +91,37 @@ def integrable(wedges: Wedges) -> bool:
 
 
 def integrated_chains(
-    tracing: Tracing, panel: Ints, mirrored: NDArray[np.bool_], longest: int, width: int, audible: Audible,
-    loudest: Floats, frequency_hz: Floats, speed_m_s: float, ledger: Ledger,
+    tracing: Tracing, panel: Ints, mirrored: Flags, longest: int, width: int, audible: Audible, loudest: Floats,
+    frequency_hz: Floats, speed_m_s: float, ledger: Ledger,
 ) -> tuple[Candidates, Complexes]:  # fmt: skip
-    """Ways over two to `longest` edges of one panel, at most three, without mirrors, as cells with their gains.
+    """Ways over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
 
     Args:
         panel: its wedges.
         mirrored: (N, 2) poses and microphones that see the speaker's mirror image in the panel: chains of edges then
             move the matched filter's peak by less than 0.005 dB (plates of 0.2 to 0.9 m), and are left out.
-        width: reflections kept for each path.
+        width: reflections kept for each path, or more if more edges are met.
         audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
         frequency_hz: (K,) nodes of the band.
         ledger: of what is turned away.
     """
-    wedges, wavenumber = tracing.world.wedges[panel], 2.0 * np.pi * frequency_hz / speed_m_s
-    table = _table(wedges, longest)
-    heard = _heard(tracing, panel, audible.limit_m) & ~mirrored
-    pose, mic, entry = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
-    pressure = [np.zeros((0, len(wavenumber)), dtype=np.complex128)]
-    if heard.any():
-        face = face_of(nodes_of(wedges, speed_m_s), linked_edges(wedges), wavenumber)
-    for n in np.flatnonzero(heard.any(axis=1)):
-        ends = into_rest(
-            np.stack([tracing.source_m[n], *tracing.mics_m[n]]), tracing.placed[[n] * 3, wedges.obstacle[0]]
-        )
-        for m, spectra in _spectra(face, table, ends, heard[n]):
-            bound = np.abs(spectra).max(axis=1)
-            loud = np.flatnonzero(audible(bound, np.maximum(bound.max(), loudest[n, m])))
-            faint = np.flatnonzero(~np.isin(np.arange(len(bound)), loud))
-            _turn_faint_away(tracing, panel, table[faint], int(n), m, bound[faint], width, ledger)
-            pose.append(np.full(len(loud), n))
-            mic.append(np.full(len(loud), m))
-            entry.append(loud)
-            pressure.append(spectra[loud])
-    ways = _placed(tracing, panel, table[np.concatenate(entry)], np.concatenate(pose), np.concatenate(mic))
-    return _kept(tracing, ways, np.concatenate(pressure), wavenumber, frequency_hz, audible.limit_m, width, ledger)
-
-
-def _table(wedges: Wedges, longest: int) -> Windowed:
-    """All chains of linked edges in all windows, but at ends that are no corners."""
-    linked, edges = linked_edges(wedges), np.arange(len(wedges))
-    met, parts = [], []
-    for count in range(2, min(longest, LONGEST) + 1):
-        chain = np.stack(np.meshgrid(*[edges] * count, indexing="ij"), axis=-1).reshape(-1, count)
-        chain = chain[linked[chain[:, :-1], chain[:, 1:]].all(axis=1)]
-        part = np.stack(np.meshgrid(*[PARTS] * count, indexing="ij"), axis=-1).reshape(-1, count)
-        chain, part = np.repeat(chain, len(part), axis=0), np.tile(part, (len(chain), 1))
-        there = np.concatenate([np.ones((len(wedges), 1), dtype=bool), wedges.radiates], axis=1)  # in order of PARTS
-        rows = there[chain, part].all(axis=1)
-        pad = ((0, 0), (0, LONGEST - count))
-        met.append(np.pad(chain[rows], pad, constant_values=-1))
-        parts.append(np.pad(part[rows], pad))
-    return Windowed(np.concatenate(met), np.concatenate(parts))
+    chains = windowed_chains(tracing.world.wedges[panel], min(longest, LONGEST))
+    over = Panel(tracing, panel, chains, audible, loudest, 2.0 * np.pi * frequency_hz / speed_m_s, speed_m_s)
+    heard = _heard(tracing, panel, audible.limit_m)
+    _turn_mirrored_away(over, heard & mirrored, width, ledger)
+    pose, mic, row = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
+    pressure = [np.zeros((0, len(frequency_hz)), dtype=np.complex128)]
+    for n in np.flatnonzero((heard & ~mirrored).any(axis=1)):
+        for found in _at_pose(over, int(n), np.flatnonzero(heard[n] & ~mirrored[n])):
+            loud = np.flatnonzero(found.loud)
+            _turn_faint_away(over, found, width, ledger)
+            pose.append(np.full(len(loud), found.pose))
+            mic.append(np.full(len(loud), found.mic))
+            row.append(loud)
+            pressure.append(found.pressure[loud])
+    ways = over.ways(np.concatenate(row), np.concatenate(pose), np.concatenate(mic))
+    return _kept(over, ways, np.concatenate(pressure), frequency_hz, width, ledger)
 
 
 def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> NDArray[np.bool_]:
@@ -139,77 +143,85 @@ def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> NDArray[np.bool_]:
     return (facing & (nearest <= limit_m)).reshape(poses, 2)
 
 
-def _spectra(face: Face, table: Windowed, ends_m: Floats, heard: NDArray[np.bool_]) -> list[tuple[int, Complexes]]:
-    """(T, K) pressures of all chains, with their travel phase, for every microphone that hears the panel."""
-    two, three = (np.flatnonzero(table.count == count) for count in (2, 3))
-    out = []
-    before = half_way(face, ends_m[0]) if len(three) else None
-    for mic in np.flatnonzero(heard):
-        parts = [_picked(over_two(face, ends_m[0], ends_m[1 + mic]), table[two], 2)]
-        if before is not None:
-            parts.append(_picked(over_three(face, before, half_way(face, ends_m[1 + mic])), table[three], 3))
-        out.append((int(mic), np.concatenate(parts)))
-    return out
+def _at_pose(over: Panel, pose: int, mics: Ints) -> list[Heard]:
+    """All chains at some microphones of one pose."""
+    tracing, face, longest = over.tracing, over.face, int(over.chains.count.max(initial=0))
+    points = np.stack([tracing.source_m[pose], *tracing.mics_m[pose, mics]])
+    frame = tracing.placed[[pose] * len(points), tracing.world.wedges.obstacle[over.edge[0]]]
+    source, *receivers = into_rest(points, frame)
+    before, after = half_way(face, source), [half_way(face, each) for each in receivers]
+    windowed = [[over_two(face, source, each)] for each in receivers]
+    if longest > 2:
+        windowed = [[*sums, over_three(face, before, half)] for sums, half in zip(windowed, after, strict=True)]
+    kept = [_loud_enough(over.audible, windowed[n], float(over.loudest[pose, mic])) for n, mic in enumerate(mics)]
+    longer: list[list[Order]] = [[] for _ in mics]
+    if longest > 3:
+        longer = longer_chains(face, before, after, [sums[1] for sums in windowed], kept, longest)
+    return [_heard_chains(over.chains, pose, int(mic), windowed[n], longer[n], kept[n]) for n, mic in enumerate(mics)]
 
 
-def _picked(sums: Complexes, table: Windowed, count: int) -> Complexes:
-    index = [part[:, slot] for slot in range(count) for part in (table.edge, table.part)]
-    return sums[tuple(index)]
+def _loud_enough(audible: Audible, sums: list[Complexes], loudest: float) -> Kept:
+    """Which magnitudes are kept beside the strongest mirror and the strongest of two or three edges."""
+    strongest = max(loudest, *(float(np.abs(each).max()) for each in sums))
+    return lambda magnitude: audible(magnitude, np.full_like(magnitude, strongest))
 
 
-def _turn_faint_away(
-    tracing: Tracing, panel: Ints, table: Windowed, pose: int, mic: int, bound: Floats, width: int, ledger: Ledger
-) -> None:
+def _heard_chains(
+    chains: Windowed, pose: int, mic: int, windowed: list[Complexes], longer: list[Order], kept: Kept
+) -> Heard:
+    pressure = [_of_windows(sums, chains, count) for count, sums in enumerate(windowed, start=2)]
+    bound = [np.abs(each).max(axis=1, initial=0.0) for each in pressure]
+    for count, order in enumerate(longer, start=4):
+        some = chains[np.flatnonzero(chains.count == count)]
+        first, last = some.ends()
+        beside = some.edge[:, 3] if count > 4 else np.zeros(len(some), dtype=np.int64)
+        pressure.append(order.pressure[first, some.edge[:, 1], some.edge[:, 2], last, beside])
+        own = np.abs(pressure[-1]).max(axis=1, initial=0.0)
+        bound.append(np.where(order.known[first, last], own, order.bound[first, last]))
+    every = np.concatenate(bound)
+    return Heard(pose, mic, np.concatenate(pressure), every, kept(every))
+
+
+def _of_windows(sums: Complexes, chains: Windowed, count: int) -> Complexes:
+    """(R, K) of (E, W, ..., E, W, K) for the chains of so many edges."""
+    some = chains[np.flatnonzero(chains.count == count)]
+    return sums[tuple(part[:, slot] for slot in range(count) for part in (some.edge, some.part))]
+
+
+def _turn_faint_away(over: Panel, found: Heard, width: int, ledger: Ledger) -> None:
+    row = np.flatnonzero(~found.loud)
+    pose, mic = (np.full(len(row), each) for each in (found.pose, found.mic))
+    ledger.turn_away("faint second edge", len(row), lambda: _turned(over, row, pose, mic, found.bound[row], width))
+
+
+def _turn_mirrored_away(over: Panel, where: Flags, width: int, ledger: Ledger) -> None:
+    """Book every chain at poses and microphones (N, 2); how loud they are is only worked out for who asks."""
+
     def described() -> Turned:
-        poses, mics = (np.full(len(bound), x) for x in (pose, mic))
-        return turned_ways(tracing, _placed(tracing, panel, table, poses, mics), bound, width)
+        found = [
+            each for n in np.flatnonzero(where.any(axis=1)) for each in _at_pose(over, int(n), np.flatnonzero(where[n]))
+        ]
+        pose, mic = (np.repeat([getattr(each, name) for each in found], len(over.chains)) for name in ("pose", "mic"))
+        row, bound = np.tile(np.arange(len(over.chains)), len(found)), np.concatenate([each.bound for each in found])
+        return _turned(over, row, pose, mic, bound, width)
 
-    ledger.turn_away("faint second edge", len(bound), described)
-
-
-def _placed(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: Ints) -> Ways:
-    """The ways through the corners, and the points of the middles that make them shortest."""
-    chain = np.where(table.edge >= 0, panel[table.edge], -1)
-    none = np.full(len(pose), -1)
-    points = np.repeat(tracing.mics_m[pose, mic][:, None], LONGEST + 2, axis=1)
-    points[:, 0] = tracing.source_m[pose]
-    slots = [np.flatnonzero(table.count > slot) for slot in range(LONGEST)]
-    wedges = [at_poses(tracing, chain[rows, slot], pose[rows]) for slot, rows in enumerate(slots)]
-    for slot, (rows, edge) in enumerate(zip(slots, wedges, strict=True)):
-        share = np.array([0.5, 0.0, 1.0])[table.part[rows, slot], None]
-        points[rows, slot + 1] = edge.start_m + share * (edge.end_m - edge.start_m)
-    for _ in range(ROUNDS):
-        for slot, (rows, edge) in enumerate(zip(slots, wedges, strict=True)):
-            free = np.flatnonzero(table.part[rows, slot] == APEX)
-            some = rows[free]
-            points[some, slot + 1] = _shortest(edge[free], points[some, slot], points[some, slot + 2])
-    return Ways(pose, mic, Chains(chain, table.count, none, np.full(len(pose), APEX)), points)
+    ledger.turn_away("drowned by a mirror image", int(where.sum()) * len(over.chains), described)
 
 
-def _shortest(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> Floats:
-    """(R, 3) point of each edge over which the way between its neighbours is shortest; ends on its line may meet it."""
-    along, start = wedges.along, wedges.start_m
-    height = [np.sum((point - start) * along, axis=1) for point in (source_m, receiver_m)]
-    radius = [
-        np.linalg.norm(point - start - h[:, None] * along, axis=1)
-        for point, h in zip((source_m, receiver_m), height, strict=True)
-    ]
-    total = np.maximum(radius[0] + radius[1], 1e-300)
-    apex = height[0] + (height[1] - height[0]) * radius[0] / total
-    return start + np.clip(apex, 0.0, wedges.length_m)[:, None] * along
+def _turned(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats, width: int) -> Turned:
+    return Turned(bound, lambda some: candidates_over(over.tracing, over.ways(row[some], pose[some], mic[some]), width))
 
 
 def _kept(
-    tracing: Tracing, ways: Ways, pressure: Complexes, wavenumber: Floats, frequency_hz: Floats, limit_m: float,
-    width: int, ledger: Ledger,
-) -> tuple[Candidates, Complexes]:  # fmt: skip
+    over: Panel, ways: Ways, pressure: Complexes, frequency_hz: Floats, width: int, ledger: Ledger
+) -> tuple[Candidates, Complexes]:
     """Candidates of the ways that nothing hides, and their gains without the phase of their lengths."""
-    length = ways.legs_m.sum(axis=1)
-    near = length <= limit_m
+    tracing, length = over.tracing, ways.legs_m.sum(axis=1)
+    near = length <= over.audible.limit_m
     free = near.copy()
     free[near] = free_of_obstacles(tracing, ways[near])
     hidden, rows = np.flatnonzero(near & ~free), np.flatnonzero(free)
     bound = np.abs(pressure).max(axis=1, initial=0.0)
     ledger.turn_away("hidden", len(hidden), partial(turned_ways, tracing, ways[hidden], bound[hidden], width))
-    gain = pressure[rows] * np.exp(1j * length[rows, None] * wavenumber)
+    gain = pressure[rows] * np.exp(1j * length[rows, None] * over.wavenumber)
     return candidates_over(tracing, ways[rows], width), gain * face_factor(tracing, ways[rows], frequency_hz)

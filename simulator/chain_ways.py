@@ -11,7 +11,7 @@ from simulator.candidates import Candidates, candidates
 from simulator.diffracted import at_poses, clear_of_faces, seen
 from simulator.ledger import Turned
 from simulator.legs import free_between
-from simulator.panels import LONGEST, Chains, merge_chains
+from simulator.panels import Chains, merge_chains
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
 
@@ -27,7 +27,7 @@ class Ways:
     Attributes:
         pose, mic: (R,).
         chain: the chains met.
-        points_m: (R, LONGEST + 2, 3) speaker, points on the edges, microphone (repeated).
+        points_m: (R, N + 2, 3) speaker, points on up to N edges, microphone (repeated).
     """
 
     pose: Ints
@@ -43,7 +43,7 @@ class Ways:
 
     @property
     def legs_m(self) -> Floats:
-        """(R, LONGEST + 1) lengths between the points."""
+        """(R, N + 1) lengths between the points."""
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
 
 
@@ -75,11 +75,13 @@ def turned_ways(tracing: Tracing, ways: Ways, bound: Floats, width: int) -> Turn
 
 
 def candidates_over(tracing: Tracing, ways: Ways, width: int) -> Candidates:
-    """Candidates through the points of ways, each a cell of its own; `width` reflectors are kept for each."""
-    met = ways.chain.edge[:, :width] if width < LONGEST else ways.chain.edge
-    sequence, hits = np.full((len(ways), width), -1), np.zeros((len(ways), width, 3))
-    sequence[:, : met.shape[1]] = np.where(met >= 0, met + tracing.world.first_wedge, -1)
-    hits[:, : met.shape[1]] = ways.points_m[:, 1 : 1 + met.shape[1]]
+    """Candidates through the points of ways, each a cell of its own, of `width` reflectors or as many as they meet."""
+    most = int(ways.chain.count.max(initial=0))
+    shape = len(ways), max(width, most)
+    sequence, hits = np.full(shape, -1), np.zeros((*shape, 3))
+    met = ways.chain.edge[:, :most]
+    sequence[:, :most] = np.where(met >= 0, met + tracing.world.first_wedge, -1)
+    hits[:, :most] = ways.points_m[:, 1 : 1 + most]
     found = candidates(tracing, ways.pose, ways.mic, sequence, hits)
     found.cell[:] = np.arange(len(found))
     return found

@@ -1,4 +1,4 @@
-"""The double and triple line integrals over the edges of a thin panel, by quadrature, corners included.
+"""Line integrals over two and more edges of a thin panel, by quadrature, corners included.
 
 After Asheim and Svensson (J. Acoust. Soc. Am. 133 (2013) 3681-3691), for faces of open angle 2 pi: a sound that meets
 edges at the points x, y (and z) and runs along the face between them contributes
@@ -12,7 +12,14 @@ eta = u + u', one term of each leg, and the hyperbolic secant is its own Fourier
 
     sech(eta / 2) = int sech(pi s) (cos su cos su' - sin su sin su') ds.
 
-So the legs on either side of y are summed apart, and three edges cost what two do.
+So the legs on either side of y are summed apart, and three edges cost what two do. What a point sends to each y, by
+the terms of this sum, is all that the edges before y are needed for; one sum over y gives the same for the points z
+after it, with one edge more behind (`passed_on`). With i edges before z from the speaker and j from the microphone,
+
+    p_(i + j + 1) = - sum_z w_z sum_s F(s) before_i(z, s) after_j(z, s),
+
+F the transform times the edge's factor. Orders four and five are within 2e-3 and 8e-3 of plain sums over all points
+(0.2 x 0.3 m, 5 degrees off edge-on).
 """
 
 from __future__ import annotations
@@ -45,8 +52,8 @@ class Face:
         linked: (E, E) whether sound runs from one edge to another.
         wavenumber: (K,) rad/m.
         turn: (N, N, K) e^{-jk |xy|} / |xy|; 0 where the edges are not linked.
-        swing: (N, N) e^{u / 2} of the second node as the edge at the first one sees it.
-        step: (N, N, 2) cosine and sine of `STEP` u.
+        swing: (N, N) e^{u / 2} of the second node as the edge at the first one sees it; 1 where not linked.
+        step: (N, N, 2) cosine and sine of `STEP` u; 0 where not linked.
     """
 
     nodes: EdgeNodes
@@ -59,16 +66,11 @@ class Face:
 
 def face_of(nodes: EdgeNodes, linked: Flags, wavenumber: Floats) -> Face:
     """Work out all legs of a face once."""
-    leg = nodes.point_m[None] - nodes.point_m[:, None]
-    across = np.abs(np.einsum("ijx,ix->ij", leg, nodes.inwards))
-    seen = linked[nodes.edge[:, None], nodes.edge[None]]
-    slant = np.arcsinh(np.einsum("ijx,ix->ij", leg, nodes.along) / np.where(seen, across, 1.0))
-    length = np.where(seen, np.linalg.norm(leg, axis=2), 1.0)
-    turn = np.empty((*length.shape, len(wavenumber)), dtype=np.complex64)
-    for n, k in enumerate(wavenumber):
-        turn[:, :, n] = np.where(seen, np.exp(-1j * k * length) / length, 0.0)
-    step = np.stack([np.cos(STEP * slant), np.sin(STEP * slant)], axis=2)
-    return Face(nodes, linked, wavenumber, turn, np.exp(0.5 * slant), step)
+    count = len(nodes)
+    turn = np.zeros((count, count, len(wavenumber)), dtype=np.complex64)
+    swing, step = np.ones((count, count)), np.zeros((count, count, 2))
+    _legs(nodes.point_m, nodes.along, nodes.inwards, nodes.first, linked, wavenumber, turn, swing, step)  # type: ignore[call-arg]
+    return Face(nodes, linked, wavenumber, turn, swing, step)
 
 
 def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
@@ -89,24 +91,54 @@ def half_way(face: Face, point_m: Floats) -> NDArray[np.complex64]:
 
 def over_three(face: Face, before: NDArray[np.complex64], after: NDArray[np.complex64]) -> Complexes:
     """(E, W, E, W, E, W, K) p_3 by edges and windows, from what reaches the middle ones from both ends."""
-    nodes, edges = face.nodes, len(face.linked)
-    nodal = nodes.weight_m[:, None] * nodes.share
-    out = np.zeros((edges, WINDOWS, edges, WINDOWS, edges, WINDOWS, len(face.wavenumber)), dtype=np.complex128)
-    for b in range(edges):
-        rows = slice(nodes.first[b], nodes.first[b + 1])
-        left, right = (_by_frequency(part[rows]) for part in (before, after))
-        for w in range(WINDOWS):
-            weight = (nodal[rows, w, None] * FACTOR / (-2.0 * np.pi)).ravel().astype(np.float32)
-            both = np.matmul(left * weight, right.transpose(0, 2, 1))
-            shape = (len(both), edges, WINDOWS, edges, WINDOWS)
-            out[:, :, b, w] = both.reshape(shape).transpose(1, 2, 3, 4, 0)
+    edges, ends = len(face.linked), before.shape[1:3]
+    left, right = (part.reshape(len(part), -1, *part.shape[3:]) for part in (before, after))
+    out = np.zeros((*ends, edges, WINDOWS, *ends, len(face.wavenumber)), dtype=np.complex128)
+    for w in range(WINDOWS):
+        out[:, :, :, w] = met(face, left, right, face.nodes.share[:, w]).reshape(*ends, edges, *ends, -1)
+    return out
+
+
+def met(
+    face: Face, before: NDArray[np.complex64], after: NDArray[np.complex64], share: Floats | float = 1.0
+) -> Complexes:
+    """(L, E, M, K) sums over each edge, of L parts (N, L, K, T) of what comes from before it and M from after.
+
+    `share` (N,) is what counts of each node. In double precision: that keeps them reciprocal.
+    """
+    first, weight = face.nodes.first, face.nodes.weight_m * share
+    out = np.zeros((before.shape[1], len(face.linked), after.shape[1], len(face.wavenumber)), dtype=np.complex128)
+    for edge in range(len(face.linked)):
+        rows = slice(first[edge], first[edge + 1])
+        factor = (weight[rows, None] * FACTOR / (-2.0 * np.pi)).ravel()
+        left, right = (_by_frequency(part[rows]).astype(np.complex128) for part in (before, after))
+        out[:, edge] = np.matmul(left * factor, right.transpose(0, 2, 1)).transpose(1, 2, 0)
+    return out
+
+
+def passed_on(face: Face, before: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """(N, L, E, K, T) what L parts (N, L, K, T) of what reaches the nodes send to others, by the edge they leave."""
+    first, edges = face.nodes.first, np.arange(len(face.linked))
+    factor = (face.nodes.weight_m[:, None] * FACTOR / (-2.0 * np.pi)).astype(np.float32)
+    out = np.zeros((*before.shape[:2], len(edges), *before.shape[2:]), dtype=np.complex64)
+    for a in edges:
+        rows = slice(first[a], first[a + 1])
+        heard = np.flatnonzero(before[rows].any(axis=(0, 2, 3)))  # what left this very edge does not reach it
+        leaving = before[rows][:, heard] * factor[rows, None, None]
+        leaving = np.stack([leaving.real, leaving.imag], axis=2).transpose(0, 4, 1, 2, 3)  # (N, T, L, 2, K)
+        leaving = np.ascontiguousarray(leaving).reshape(*leaving.shape[:2], -1)
+        for b in np.flatnonzero(face.linked[a] & (len(heard) > 0)):
+            arriving = np.zeros((first[b + 1] - first[b], *leaving.shape[1:]), dtype=np.float32)
+            _pass(first[a], first[b], face.turn, face.step, leaving, arriving)  # type: ignore[call-arg]
+            parts = arriving.reshape(*arriving.shape[:2], len(heard), 2, -1).transpose(3, 0, 2, 4, 1)
+            out[first[b] : first[b + 1], heard, a] = parts[0] + np.complex64(1j) * parts[1]
     return out
 
 
 def _by_frequency(part: NDArray[np.complex64]) -> NDArray[np.complex64]:
-    """(K, E W, N T)."""
-    count, edges, windows, frequencies, terms = part.shape
-    return part.transpose(3, 1, 2, 0, 4).reshape(frequencies, edges * windows, count * terms)
+    """(K, L, N T)."""
+    count, labels, frequencies, terms = part.shape
+    return part.transpose(2, 1, 0, 3).reshape(frequencies, labels, count * terms)
 
 
 def _arrays(face: Face) -> tuple:
@@ -126,6 +158,30 @@ def _end(face: Face, point_m: Floats) -> tuple[Floats, Floats, Floats, Complexes
     return np.exp(0.5 * slant), np.sin(half), np.cos(half), sent
 
 
+@numba.njit(cache=True)
+def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
+    for a in range(len(linked)):
+        for b in range(len(linked)):
+            if not linked[a, b]:
+                continue
+            for i in range(first[a], first[a + 1]):
+                for j in range(first[b], first[b + 1]):
+                    rise, across, square = 0.0, 0.0, 0.0
+                    for x in range(3):
+                        leg = point[j, x] - point[i, x]
+                        rise, across, square = rise + leg * along[i, x], across + leg * inwards[i, x], square + leg**2
+                    slant = np.arcsinh(rise / np.abs(across))
+                    swing[i, j] = np.exp(0.5 * slant)
+                    step[i, j, 0], step[i, j, 1] = np.cos(STEP * slant), np.sin(STEP * slant)
+                    if i > j:
+                        continue
+                    length = np.sqrt(square)
+                    for n in range(len(wavenumber)):
+                        phase = wavenumber[n] * length
+                        turn[i, j, n] = (np.cos(phase) - 1j * np.sin(phase)) / length
+                        turn[j, i, n] = turn[i, j, n]
+
+
 @numba.njit(cache=True, inline="always")
 def _beta(swing, sine, cosine):
     """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone."""
@@ -137,6 +193,16 @@ def _beta(swing, sine, cosine):
     if second > NO_WIDTH:
         out += 2.0 * sine[1] / second
     return out
+
+
+@numba.njit(cache=True, inline="always")
+def _waves(step, wave):
+    """Cosines, then sines, of multiples of a step."""
+    half = len(wave) // 2
+    wave[0], x, y = 1.0, 1.0, 0.0
+    for t in range(1, half + 1):
+        x, y = x * step[0] - y * step[1], x * step[1] + y * step[0]
+        wave[t], wave[half + t] = x, y
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -170,7 +236,6 @@ def _two(
 @numba.njit(cache=True, fastmath=True)
 def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s, sent, real, imaginary):
     nodes, terms = real.shape[3:]
-    half = terms // 2
     wave = np.empty(terms, dtype=np.float32)
     for b in range(len(linked)):
         for j in range(first[b], first[b + 1]):
@@ -178,11 +243,7 @@ def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s
                 if not linked[a, b]:
                     continue
                 for i in range(first[a], first[a + 1]):
-                    c, s = step[j, i]
-                    wave[0], x, y = 1.0, 1.0, 0.0
-                    for t in range(1, half + 1):
-                        x, y = x * c - y * s, x * s + y * c
-                        wave[t], wave[half + t] = x, y
+                    _waves(step[j, i], wave)
                     scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[i]
                     for v in range(share.shape[1]):
                         part = scale * share[i, v]
@@ -195,3 +256,40 @@ def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s
                                 real[j, a, v, n, t] += wave[t] * p
                             for t in range(terms):
                                 imaginary[j, a, v, n, t] += wave[t] * q
+
+
+@numba.njit(cache=True, fastmath=True)
+def _pass(here, there, turn, step, leaving, arriving):
+    """Add what nodes from `here` on, (N, T, X), send to nodes from `there` on; X holds parts, real and imaginary, K."""
+    terms, size = leaving.shape[1:]
+    nodes, half = turn.shape[2], terms // 2
+    out, back = np.empty(terms, dtype=np.float32), np.empty(terms, dtype=np.float32)
+    sent = np.empty(size, dtype=np.float32)
+    for j in range(len(arriving)):
+        total = arriving[j]
+        for i in range(len(leaving)):
+            came = leaving[i]
+            _waves(step[here + i, there + j], out)
+            _waves(step[there + j, here + i], back)
+            for x in range(size):
+                sent[x] = came[0, x]
+            for t in range(1, 2 * half, 4):  # by fours: as many operations for each number that is fetched
+                c0, c1, c2, c3 = out[t], out[t + 1], out[t + 2], out[t + 3]
+                for x in range(size):
+                    sent[x] += c0 * came[t, x] + c1 * came[t + 1, x] + c2 * came[t + 2, x] + c3 * came[t + 3, x]
+            for row in range(0, size, 2 * nodes):
+                for n in range(nodes):
+                    turned = turn[here + i, there + j, n]
+                    p, q = sent[row + n], sent[row + nodes + n]
+                    sent[row + n] = p * turned.real - q * turned.imag
+                    sent[row + nodes + n] = p * turned.imag + q * turned.real
+            for x in range(size):
+                total[0, x] += sent[x]
+            for t in range(1, 2 * half, 4):
+                c0, c1, c2, c3 = back[t], back[t + 1], back[t + 2], back[t + 3]
+                for x in range(size):
+                    value = sent[x]
+                    total[t, x] += c0 * value
+                    total[t + 1, x] += c1 * value
+                    total[t + 2, x] += c2 * value
+                    total[t + 3, x] += c3 * value

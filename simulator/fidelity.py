@@ -22,7 +22,7 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     },
     "reference": {
         "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 8, "edge_floor_db": -80.0,
-        "edge_share_db": -60.0, "edge_order": 3, "edge_chains": "integrals", "facet_m": 0.012,
+        "edge_share_db": -60.0, "edge_order": 5, "edge_chains": "integrals", "facet_m": 0.012,
         "tolerance_db": 0.05,
     },
     "auto": {"mechanisms": MECHANISMS, "tolerance_db": 0.5},
@@ -44,7 +44,8 @@ class Fidelity:
             every obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity never takes it.
-        max_order: greatest number of reflections of a path; 0 leaves the direct sound alone.
+        max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
+            thin panel may meet more edges: `edge_order`.
         max_range_m: paths longer than twice this are not looked for (the paper's 7 m listening range).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
@@ -55,12 +56,14 @@ class Fidelity:
             noise of a quiet street after the matched filter, for a beep of 55 dB at 1 m. -inf keeps all. Two curved
             reflections in one path must exceed it and be within 40 dB of the strongest.
         edge_share_db: see `edge_floor_db`.
-        edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 3. First order is
-            right to 0.1 dB until a panel is turned away by 10 degrees, to 1 dB by 45, and 5 dB off at 75.
-        edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.4 dB off at
-            most on plates of 0.2-0.9 m at any yaw where the echo is above -40 dB re a wall; 0.3 s a pose for a panel
-            of 0.3 m, 3 s for one of 0.9 m), or "apexes", their stationary points and single ends alone (2.1 dB,
-            0.03 s).
+        edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 5; stationary points
+            are followed over 3 at most, and below 3 `max_order` holds as well. First order is right to 0.1 dB until a
+            panel is turned away by 10 degrees, to 1 dB by 45, and 5 dB off at 75; three orders until 10 degrees before
+            edge-on.
+        edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.2 dB off at
+            most on plates of 0.2-0.9 m at any yaw where the echo is above -50 dB re a wall; 0.3 s a pose for a panel
+            of 0.3 m, 3 s for one of 0.9 m, up to three times that near edge-on), or "apexes", their stationary points
+            and single ends alone (2.1 dB, 0.03 s).
         diffraction: "btm", the line integral over the edge with its ends, or "utd", the uniform theory without them
             (1.3-2 dB off on plates, about half the cost).
         facet_m: longest edge of the facets of Kirchhoff's integral.
@@ -100,7 +103,7 @@ class Fidelity:
         _whole("max_order", self.max_order, 0, 8)
         _whole("motion_degree", self.motion_degree, 0, 8)
         _whole("band_points", self.band_points, 1, 64)
-        _whole("edge_order", self.edge_order, 1, 3)
+        _whole("edge_order", self.edge_order, 1, 5)
         if not 0.0 < self.max_range_m < np.inf:
             raise ValueError(f"max_range_m must be positive and finite, got {self.max_range_m}")
         if not self.tolerance_db > 0.0:

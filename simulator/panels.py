@@ -17,7 +17,7 @@ from simulator.wedges import Wedges
 
 Ints = NDArray[np.int64]
 
-LONGEST = 3  # edges in one chain
+LONGEST = 3  # edges in one chain over apexes
 MOST_EDGES, SHORTEST_M = 8, 0.05  # borders of more or shorter pieces are curves, on which no apex stands alone
 FLAT_RAD = 1e-6
 ON_LINE_M = 1e-4  # corners this close to an edge's line are its own
@@ -28,7 +28,7 @@ class Chains:
     """C sequences of edges of one face.
 
     Attributes:
-        edge: (C, LONGEST) wedges in the order met, -1 padded.
+        edge: (C, N) wedges in the order met, -1 padded.
         count: (C,) edges met.
         core: (C,) slot of the edge that is met at one of its ends; -1 where every edge is met at its apex.
         part: (C,) START or END of that edge; APEX without one.

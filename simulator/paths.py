@@ -32,7 +32,8 @@ class Paths:
             mirrors, two curved surfaces, or several edges of a thin panel). An edge has a row for its apex and one
             for each end, which add up.
         obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound.
-        sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges.
+        sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges. N is
+            the fidelity's `max_order`, or more if a path meets more edges of a panel.
         points_m: (P, N + 2, 3) source, reflection points, then the microphone (repeated), world frame.
         face: (P, N) facet of the smooth surface met at each reflection, -1 where none is.
         uv: (P, N, 2) position within that facet.

@@ -16,7 +16,7 @@ from simulator.gains import DIFFRACTION
 from simulator.ledger import Ledger, Turned
 from simulator.mixed import mixed
 from simulator.pairs import Pairs, run_over
-from simulator.panels import panels_of
+from simulator.panels import LONGEST, panels_of
 from simulator.paths import REFERENCE_HZ
 from simulator.planar import planar
 from simulator.scattering import scattered_paths
@@ -31,6 +31,7 @@ Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+LEFT_TO_INTEGRAL = "left to Kirchhoff's integral"
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
 
 
@@ -77,7 +78,7 @@ def _chains(
     speed_m_s: float, ledger: Ledger,
 ) -> tuple[Candidates, Complexes]:  # fmt: skip
     """Ways over several edges of one panel, but of none that Kirchhoff's integral takes care of."""
-    longest = min(fidelity.edge_order, fidelity.max_order)
+    longest = longest_chain(fidelity)
     frequency = band.nodes_hz(fidelity.band_points)
     if longest < 2:
         return nothing(fidelity.max_order), np.zeros((0, len(frequency)), dtype=np.complex128)
@@ -91,15 +92,24 @@ def _chains(
         else:
             rest.append(panel)
     strength = Strength(DIFFRACTION[fidelity.diffraction], frequency, speed_m_s)
-    parts.append(twice_diffracted(tracing, rest, longest, *bounds, strength, ledger))
+    parts.append(twice_diffracted(tracing, rest, min(longest, LONGEST), *bounds, strength, ledger))
     found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
     owner, kept = tracing.world.owner[found.sequence[:, 0]], np.ones(len(found), dtype=bool)
     for pairs in whole:
         direct_ways = (pairs.before.order == 0) & (pairs.after.order == 0)
         heard = 2 * pairs.pose[direct_ways] + pairs.mic[direct_ways]
         kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, heard))
+    rows = np.flatnonzero(~kept)
+    ledger.turn_away(
+        LEFT_TO_INTEGRAL, len(rows), lambda: Turned(np.abs(gains[rows]).max(axis=1), lambda some: found[rows[some]])
+    )
     found.cell[kept] = np.arange(int(kept.sum()))
     return found[kept], gains[kept]
+
+
+def longest_chain(fidelity: Fidelity) -> int:
+    """Edges that a path may meet along one panel: as many as reflections, but from three on as many as asked for."""
+    return fidelity.edge_order if fidelity.max_order >= LONGEST else min(fidelity.edge_order, fidelity.max_order)
 
 
 def _mirrored(tracing: Tracing, mirrors: Candidates, panel: Ints) -> Flags:
@@ -115,7 +125,7 @@ def _not_heard_whole(tracing: Tracing, found: Candidates, whole: list[Pairs], le
     taken = run_over(tracing, found, whole)
     rows = np.flatnonzero(taken)
     ledger.turn_away(
-        "left to Kirchhoff's integral", len(rows),
+        LEFT_TO_INTEGRAL, len(rows),
         lambda: Turned(_amplitude(found[rows]), lambda chosen: found[rows[chosen]]),
     )  # fmt: skip
     return found[~taken]

@@ -20,8 +20,10 @@ from simulator import (
     trace_paths,
     trace_rejected,
 )
+from simulator.band import nodes_hz
 from simulator.edge_integrals import face_of, half_way, over_three, over_two
 from simulator.edge_nodes import nodes_of
+from simulator.longer_chains import longer_chains
 from simulator.panels import linked_edges, panels_of
 from simulator.render import trace_walk
 from simulator.trace import still_tracing
@@ -60,7 +62,7 @@ def _wedges(panel):
 
 
 def _plain(nodes, wavenumber, source, receiver):
-    """p_2 and p_3 as sums over all pairs and triples of nodes, by the formula as it is printed."""
+    """p_2 to p_5 as sums over all pairs, triples, ... of nodes, by the formula as it is printed."""
     point, weight, n = nodes.point_m, nodes.weight_m, len(nodes)
 
     def cylindrical(at, other):
@@ -85,26 +87,34 @@ def _plain(nodes, wavenumber, source, receiver):
         * (weight * np.array([np.exp(-1j * wavenumber * e[0]) / e[0] for e in end]))[:, None]
         for end in ends
     )
-    two = np.sum(sent * run * heard.T)
-    three = 0.0
-    for j in range(n):
-        i = np.flatnonzero(linked[j])
-        seen = np.array([leg[j][a] for a in i]).T
-        bent = beta(seen[:, :, None], seen[:, None])
-        three -= weight[j] * (sent[i, j] * run[i, j]) @ bent @ (heard[i, j] * run[j, i])
-    return two, three
+    leaving, orders = sent * run, []
+    for _ in range(4):
+        orders.append(np.sum(leaving * heard.T))
+        passed = np.zeros_like(leaving)
+        for j in range(n):
+            i = np.flatnonzero(linked[j])
+            seen = np.array([leg[j][a] for a in i]).T
+            bent = beta(seen[:, :, None], seen[:, None])
+            passed[j, i] = -weight[j] * (leaving[i, j] @ bent) * run[j, i]
+        leaving = passed
+    return orders
 
 
-def test_sums_are_those_of_all_pairs_and_triples():
+def test_sums_are_those_of_all_pairs_triples_and_more():
     wedges, origin = _wedges(_panel(0.05, 0.05))
     nodes, wavenumber = nodes_of(wedges, 4.0 * C), 2.0 * np.pi * 5_000.0 / C  # few nodes, at low k
     assert 60 < len(nodes) < 200
     source, receiver = _towards(70.0) - origin, _towards(62.0, height=0.2) - origin
-    two, three = _plain(nodes, wavenumber, source, receiver)
+    two, three, four, five = _plain(nodes, wavenumber, source, receiver)
     face = face_of(nodes, linked_edges(wedges), np.array([wavenumber]))
     assert over_two(face, source, receiver).sum() == pytest.approx(two, rel=1e-5)
-    found = over_three(face, half_way(face, source), half_way(face, receiver)).sum()
-    assert found == pytest.approx(three, rel=4e-3)  # what is left out of the secant's transform
+    before, after = half_way(face, source), half_way(face, receiver)
+    third = over_three(face, before, after)
+    assert third.sum() == pytest.approx(three, rel=4e-3)  # what is left out of the secant's transform
+    ((fourth, fifth),) = longer_chains(face, before, [after], [third], [lambda bound: bound >= 0.0], 5)
+    assert fourth.known.all()
+    assert fourth.pressure.sum() == pytest.approx(four, rel=8e-3)
+    assert fifth.pressure.sum() == pytest.approx(five, rel=1.2e-2)
 
 
 def test_windows_add_up_to_one():
@@ -116,11 +126,18 @@ def test_windows_add_up_to_one():
     np.testing.assert_allclose(lengths, wedges.length_m, atol=1e-12)
 
 
-def test_speaker_and_microphone_can_be_swapped():
-    ends = _towards(70.0), _towards(62.0, height=0.2)
-    forth, back = (_chains([_panel()], *pair).transfer_function(FREQUENCY)[0] for pair in (ends, ends[::-1]))
-    assert np.abs(forth).max() > 1e-4
-    np.testing.assert_allclose(forth, back, atol=1e-6 * np.abs(forth).max())
+@pytest.mark.parametrize("yaws_deg", [(70.0, 62.0), (88.0, 85.0)])
+def test_speaker_and_microphone_can_be_swapped(yaws_deg):
+    ends = _towards(yaws_deg[0]), _towards(yaws_deg[1], height=0.2)
+    scene, *_ = _traced([_panel()], *ends)
+    forth, back = (trace_paths(scene, *_traced([_panel()], *pair)[1:]) for pair in (ends, ends[::-1]))
+    forth, back = (paths[paths.mic == 0] for paths in (forth, back))
+    assert (forth.order > 4).any()
+    whole, chains = (np.abs(paths.transfer_function(FREQUENCY)[0]).max() for paths in (forth, forth[forth.order > 1]))
+    assert chains > 1e-4
+    turned = np.abs((forth.transfer_function(FREQUENCY) - back.transfer_function(FREQUENCY))[0]).max()
+    assert turned < 1e-9 * whole
+    assert turned < 1e-7 * chains  # what runs on from an edge is held in single precision
 
 
 def test_turned_and_shifted_panel_sends_the_same():
@@ -186,6 +203,69 @@ def test_chains_are_left_out_where_a_mirror_image_drowns_them():
     np.testing.assert_allclose(few, all_of_them, atol=5e-3 * np.abs(few).max())  # 0.04 dB at one frequency
 
 
+def test_chains_beside_a_mirror_image_are_booked_at_their_level():
+    ends = _towards(1.0), _towards(1.5)
+    args = _traced([_panel(0.1, 0.1)], *ends)
+    turned = trace_rejected(*args, limit=20_000)
+    drowned = turned[(turned.mask == "drowned by a mirror image") & (turned.mic == 0)]
+    assert turned.counts["drowned by a mirror image"] == len(drowned) > 2000  # the lower one sees none
+    assert set(drowned.order) == {2, 3, 4, 5}
+    assert (drowned.obstacle[drowned.order == 5] == " > ".join(5 * ["panel"])).all()
+    wedges, origin = _wedges(_panel(0.1, 0.1))
+    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * nodes_hz(8) / C)
+    two = np.abs(over_two(face, *(end - origin for end in ends))).max()
+    assert drowned.level_db[drowned.order == 2].max() == pytest.approx(20.0 * np.log10(two), abs=1e-6)
+    weaker = [drowned.level_db[drowned.order == n].max() for n in (2, 3, 4, 5)]
+    assert (np.diff(weaker) < 0.0).all()
+
+
+def test_four_and_five_edges_are_met_near_edge_on_only():
+    paths = {yaw: trace_paths(*_heard_at(yaw)) for yaw in (50.0, 88.0)}
+    assert paths[50.0].order.max() == 3
+    assert paths[50.0].sequence.shape[1] == 3
+    long = paths[88.0][paths[88.0].order > 3]
+    assert len(long) > 2
+    assert "mixed: " in paths[88.0].explain()
+    assert f"order up to {long.order.max()}" in paths[88.0].explain()
+    assert ((long.sequence >= 0).sum(axis=1) == long.order).all()
+    legs = np.linalg.norm(np.diff(long.points_m, axis=1), axis=2).sum(axis=1)
+    np.testing.assert_allclose(legs, C * long.delay_s, rtol=1e-12)
+
+
+def _heard_at(yaw_deg, **fidelity):
+    """What a floor of -80 dB leaves of a small panel's chains."""
+    fidelity = {"edge_floor_db": -80.0, "edge_share_db": -20.0, **fidelity}
+    return _traced([_panel(0.15, 0.15)], _towards(yaw_deg), _towards(yaw_deg - 2.0, height=0.1), **fidelity)
+
+
+def test_echoes_go_on_smoothly_where_longer_chains_set_in():
+    # a chain comes in at the floor: no step is greater than a few of them
+    yaws = np.linspace(81.0, 86.0, 11)
+    found = [trace_paths(*_heard_at(yaw)) for yaw in yaws]
+    long = [(paths.order > 3).sum() for paths in found]
+    assert long[0] == 0 < long[-1]
+    more = [
+        np.abs(paths[(paths.order > 3) & (paths.mic == 0)].transfer_function(FREQUENCY)[0]).max() for paths in found
+    ]
+    assert np.abs(np.diff(more)).max() < 3.0 * 10.0 ** (-80.0 / 20.0)
+
+
+def test_what_is_not_followed_is_fainter_than_its_bound():
+    wedges, origin = _wedges(_panel(0.1, 0.1))
+    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * np.array([20_000.0]) / C)
+    source, receiver = _towards(86.0) - origin, _towards(80.0, height=0.1) - origin
+    before, after = half_way(face, source), half_way(face, receiver)
+    args = face, before, [after], [over_three(face, before, after)]
+    (every,) = longer_chains(*args, [lambda bound: bound >= 0.0], 5)
+    (loud,) = longer_chains(*args, [lambda bound: bound >= 0.5 * every[0].bound.max()], 5)
+    for whole, part in zip(every, loud, strict=True):
+        assert 0 < part.known.sum() < part.known.size
+        np.testing.assert_allclose(
+            np.where(part.known[:, None, None, :, None, None], part.pressure - whole.pressure, 0.0), 0.0, atol=1e-10
+        )
+        assert (whole.bound <= part.bound * (1.0 + 1e-6))[~part.known].all()
+
+
 def test_both_faces_of_a_plate_with_thickness_are_alike():
     mesh = trimesh.creation.box((0.002, 0.2, 0.3))
     mesh.apply_translation([-0.001, 0.0, 0.0])
@@ -204,7 +284,7 @@ def test_chains_are_followed_through_a_beep():
     mesh.apply_translation([2.0, 0.0, 1.4])
     panel = Obstacle(mesh, Material.rigid(), "panel")
     phone = Phone.ideal([0.0, 0.07, 0.0], [[0.02, 0.07, 0.0], [0.0, -0.07, 0.0]])
-    fidelity = Fidelity(level="reference")
+    fidelity = Fidelity(level="reference", edge_order=3)
     paths, motion, _ = trace_walk(Scene([panel], Air.lossless(C)), phone, walk, beep, fidelity)
     rows = np.flatnonzero((paths.kind == "mixed") & (paths.pose == 1) & (paths.mic == 1))
     assert len(rows) > 20
@@ -213,6 +293,6 @@ def test_chains_are_followed_through_a_beep():
         delay = np.polynomial.chebyshev.chebval(0.9, motion.delay_s[row])
         source = walk.pose([reception - delay]).to_world(phone.geometry.speaker_m)[0]
         receiver = walk.pose([reception]).to_world(phone.geometry.mics_m[1])[0]
-        still = _chains([panel], source, receiver)
+        still = _chains([panel], source, receiver, edge_order=3)
         same = (still.sequence == paths.sequence[row]).all(axis=1)
         assert np.abs(still.delay_s[same] - delay).min() < 4e-9  # 5e-4 rad of phase at 20 kHz

@@ -14,8 +14,6 @@ from tests.references.make_plate_values import FREQUENCY_HZ, SPEED_M_S, STORED
 REACH_S = 1.8e-3  # of a plate's far corners behind its centre
 HEARD_DB = -40.0  # re a wall in the plate's place: fainter echoes are the rest of what nearly cancels
 
-FAINT_DB = -50.0  # what edges add up to there is left over when chains of up to three of them cancel to a tenth
-
 
 @pytest.fixture(scope="module")
 def stored():
@@ -115,7 +113,7 @@ def test_apexes_of_a_wider_plate(stored):
             assert chains < max(0.5, 0.5 * first)
 
 
-SEVERAL = ((0.2, 0.03, (65, 80)), (0.45, 0.03, (75,)))
+SEVERAL = ((0.2, 0.03, (65, 90)), (0.2, 0.5, (85,)), (0.45, 0.03, (75,)))
 EVERY = ((0.2, 0.03, range(0, 91, 5)), (0.2, 0.5, range(0, 91, 5)), (0.45, 0.03, range(0, 91, 5)))
 
 
@@ -129,27 +127,21 @@ def _cases(stored, chosen):
 
 @pytest.mark.parametrize("chosen", [SEVERAL, pytest.param(EVERY, marks=pytest.mark.slow)])
 def test_integrals_hold_the_targets_at_any_yaw(stored, chosen):
-    heard = 0
+    faintest = 0.0
     for row, receiver in _cases(stored, chosen):
         below_wall_db, level_db, samples = _compared(stored, row, receiver)
-        if below_wall_db < FAINT_DB:
-            continue
-        heard += 1
-        step = np.searchsorted([-30.0, -20.0], below_wall_db)
-        assert abs(level_db) <= (3.0, 0.5, 0.1)[step]
-        assert abs(samples) <= (16.0 if below_wall_db < HEARD_DB else 2.5, 0.7, 0.3)[step]
-    assert heard >= 9
+        faintest = min(faintest, below_wall_db)
+        step = np.searchsorted([-60.0, -20.0], below_wall_db)  # targets: 0.1, below -20 dB 0.5 and below -30 dB 3 dB
+        assert abs(level_db) <= (1.0, 0.3, 0.1)[step]
+        assert abs(samples) <= (3.0, 1.0, 0.3)[step]
+    assert faintest < -75.0
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True, reason="chains of four and five edges are left out: 4.3 dB at -57, 25 dB at -73 dB re wall"
-)
-def test_integrals_hold_the_targets_below_what_is_heard(stored):
-    compared = [_compared(stored, *case) for case in _cases(stored, EVERY)]
-    faint = [level_db for below_wall_db, level_db, _ in compared if below_wall_db < FAINT_DB]
-    assert len(faint) > 10
-    assert np.abs(faint).max() <= 3.0
+def test_three_orders_are_not_enough_near_edge_on(stored):
+    (row,) = (row for row in _rows(stored, 0.2, 0.5) if stored["yaw_deg"][row] == 85)
+    errors = [abs(_compared(stored, row, 1, edge_order=order)[1]) for order in (3, 4, 5)]
+    assert errors[0] > 20.0 > 4.0 > errors[1] > 1.0 > errors[2]
 
 
 def test_loud_echoes_have_the_shape_of_the_stored_ones(stored):
@@ -172,8 +164,8 @@ def test_plate_of_90_cm_against_all_orders_of_edge_diffraction():
         for receiver in range(3):
             below_wall_db, level_db, samples = _compared(wide, row, receiver, 2.5e-3)
             assert below_wall_db < -20.0
-            assert abs(level_db) <= (0.3 if below_wall_db > HEARD_DB else 3.0)
-            assert abs(samples) <= (1.2 if below_wall_db > HEARD_DB else 16.0)
+            assert abs(level_db) <= (0.05 if below_wall_db > HEARD_DB else 0.3)
+            assert abs(samples) <= (0.3 if below_wall_db > HEARD_DB else 1.0)
 
 
 @pytest.mark.slow

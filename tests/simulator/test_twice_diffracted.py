@@ -209,12 +209,12 @@ def test_hidden_and_faint_chains_are_booked(box):
 
 def test_levels_choose_the_order():
     assert Fidelity().edge_order == 1
-    assert Fidelity(level="reference").edge_order == LEVELS["reference"]["edge_order"] == 3
+    assert Fidelity(level="reference").edge_order == LEVELS["reference"]["edge_order"] == 5
     ends = _towards(70.0), _towards(72.0)
     assert "several edges of a thin panel" in _echo([_panel()], *ends, level="standard").explain()
     assert "several edges of a thin panel" not in _echo([_panel()], *ends).explain()
-    with pytest.raises(ValueError, match="edge_order must be a whole number from 1 to 3, got 4"):
-        Fidelity(edge_order=4)
+    with pytest.raises(ValueError, match="edge_order must be a whole number from 1 to 5, got 6"):
+        Fidelity(edge_order=6)
     assert Fidelity(level="auto").edge_chains == "apexes"
     assert Fidelity(level="reference").edge_chains == "integrals"
     with pytest.raises(ValueError, match="edge_chains must be 'integrals' or 'apexes', got 'both'"):
