@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
@@ -108,19 +109,14 @@ class MatchedFilter:
     def band_signal(self, block: NDArray[np.floating]) -> NDArray[np.complex128]:
         """(C, M) complex baseband of the block in the beep's band, at `rate_hz`, from the block's first sample on."""
         self._check(block)
-        return self._envelope(block, 2.0 / self._length)
+        return self._envelope(block, np.full(len(self._slots), 2.0 / self._length, dtype=np.complex128))
 
-    def _envelope(self, block: NDArray[np.floating], weight: NDArray[np.complex128] | float) -> NDArray[np.complex128]:
+    def _envelope(self, block: NDArray[np.floating], weight: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """(C, count) envelope of the weighted band: its middle goes to zero frequency, its lower half behind it."""
-        band = self._band(block)
-        if not np.isfinite(band).all():  # any sample that is not finite reaches all bins
+        spectrum, is_finite = _about_zero(self._band(block), weight, self._below, self._count)
+        if not is_finite:  # any sample that is not finite reaches all bins
             bad = int((~np.isfinite(block)).sum())
             raise ValueError(f"a block must be finite and not overflow, got {bad} NaN or infinite samples")
-        band = band * weight
-        above = band.shape[1] - self._below
-        spectrum = np.zeros((len(block), self._count), dtype=np.complex128)
-        spectrum[:, :above] = band[:, self._below :]
-        spectrum[:, self._count - self._below :] = band[:, : self._below]
         return fft.ifft(spectrum, norm="forward", overwrite_x=True)
 
     def _conjugate_replica(self, reverse: bool) -> NDArray[np.complex128]:
@@ -133,6 +129,20 @@ class MatchedFilter:
     def _check(self, block: NDArray[np.floating]) -> None:
         if block.ndim != 2 or block.shape[1] != self.block_samples:
             raise ValueError(f"a block must have shape (channels, {self.block_samples}), got {block.shape}")
+
+
+@numba.njit(cache=True)
+def _about_zero(
+    band: NDArray[np.complexfloating], weight: NDArray[np.complex128], below: int, count: int
+) -> tuple[NDArray[np.complex128], bool]:
+    """(C, count) spectrum of bins (C, B) times weights (B,), the first `below` behind; whether all are finite."""
+    spectrum, is_finite = np.zeros((len(band), count), dtype=np.complex128), True
+    for channel in range(len(band)):
+        for wanted in range(len(weight)):
+            value = band[channel, wanted]
+            is_finite &= np.isfinite(value.real) and np.isfinite(value.imag)
+            spectrum[channel, (wanted - below) % count] = value * weight[wanted]
+    return spectrum, is_finite
 
 
 def _band_bins(beep: BeepDesign, bin_hz: float, last: int) -> tuple[int, int]:

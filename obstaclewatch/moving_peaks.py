@@ -168,13 +168,13 @@ class PeakFinder:
         first = min(near, profile.envelope.shape[1] - self._span)
         window = _Window(first, profile.start_s + first / profile.rate_hz - start_s, start_s)
         heard = rest.magnitude[0, first : first + self._span]
-        noise = self._noise(heard, float(direct.amplitude[0]))
+        height = heard / self._noise(heard, float(direct.amplitude[0]))
         self._sound_the_ground(window.first_s)
         self.ground = self._ground_now(profile, start_s)
-        echoes = echoes_at(rest, 0, self._strongest(heard, heard / noise) + first)
-        identical = np.array_equal(profile.envelope[0], profile.envelope[1])
+        echoes = echoes_at(rest, 0, self._strongest(heard, height) + first)
+        identical = _are_same(profile.envelope[0], profile.envelope[1])
         second = self._second(rest, echoes, first, identical)
-        return start_s, self._measured(echoes, second, heard, noise, window, float(direct.amplitude[0]), identical)
+        return start_s, self._measured(echoes, second, heard, height, window, float(direct.amplitude[0]), identical)
 
     def _noise(self, heard: Array, direct: float) -> Array:
         """(M,) rms that a moving echo must stand out of: noise, what stays, and sidelobes; learns what stays."""
@@ -190,9 +190,7 @@ class PeakFinder:
         """(n,) samples of the highest peaks over noise, nearest first; none before the background is known."""
         if self._heard <= SETTLING_BEEPS:
             return np.empty(0, dtype=np.intp)
-        peaks = local_maxima(heard)
-        peaks = keep_separated(heard, peaks[height[peaks] >= PEAK_TO_RMS], round(0.35e-3 * self._filter.rate_hz))
-        return np.sort(peaks[np.argsort(-height[peaks], kind="stable")[:MOST_PEAKS]])
+        return _highest(heard, height, round(0.35e-3 * self._filter.rate_hz))
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest, if it stands out."""
@@ -224,7 +222,7 @@ class PeakFinder:
         echoes: Echoes,
         second: NDArray[np.complex64],
         heard: Array,
-        noise: Array,
+        height: Array,
         window: _Window,
         direct: float,
         identical: bool,
@@ -232,8 +230,10 @@ class PeakFinder:
         first_m = self._c * (window.first_s + 0.5 / self._filter.rate_hz)
         path_m = self._c * (echoes.delay_s - window.start_s)
         one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
+        sample = echoes.sample - window.first
+        noise = heard[sample] / height[sample]
         power, range_m, range_std_m, level_db, snr_db = _readings(
-            path_m, echoes.amplitude, noise[echoes.sample - window.first], self._baseline_m, one_m, direct
+            path_m, echoes.amplitude, noise, self._baseline_m, one_m, direct
         )
         return MovingPeaks(
             range_m=range_m,
@@ -242,7 +242,7 @@ class PeakFinder:
             second=second,
             level_db=level_db,
             snr_db=snr_db,
-            log_ratio=log_ratio((heard / noise) ** 2),
+            log_ratio=log_ratio(height * height),
             first_m=distance_of(first_m, self._baseline_m, -1.0),
             cell_m=self.cell_m,
             identical=identical,
@@ -287,3 +287,21 @@ def _middle_that_stands_out(clutter: Array, low: int, high: int) -> float:
         if clutter[sample] > 0.8 * strongest:
             moment, count = moment + sample, count + 1
     return moment / count
+
+
+@numba.njit(cache=True)
+def _highest(magnitude: Array, height: Array, separation: int) -> NDArray[np.intp]:
+    """(n,) peaks apart from one another that are highest over noise, nearest first."""
+    peaks = local_maxima(magnitude)
+    peaks = keep_separated(magnitude, peaks[height[peaks] >= PEAK_TO_RMS], separation)
+    order = np.argsort(-height[peaks], kind="mergesort")
+    return np.sort(peaks[order[:MOST_PEAKS]])
+
+
+@numba.njit(cache=True)
+def _are_same(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> bool:
+    """Whether two envelopes are equal; they mostly differ in the first sample."""
+    sample = 0
+    while sample < len(first) and first[sample] == second[sample]:
+        sample += 1
+    return sample == len(first)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from math import sqrt
 from typing import NamedTuple
 
 import numba
@@ -88,7 +89,7 @@ STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
 def ground_path_difference_m(height_m: float, separation_m: float, sin_pitch: float) -> float:
     """From microphone 1 to microphone 0's image in the ground, less that from microphone 0, at that height."""
     image_m = 2.0 * height_m
-    return float(np.sqrt(image_m**2 - 2.0 * image_m * separation_m * sin_pitch + separation_m**2)) - image_m
+    return sqrt(image_m**2 - 2.0 * image_m * separation_m * sin_pitch + separation_m**2) - image_m
 
 
 def ground_echo(
