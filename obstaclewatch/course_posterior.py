@@ -62,11 +62,15 @@ class Meeting(NamedTuple):
         collision: probability that they are collisions.
         contact_m: distance ahead of the phone's middle at which the walker's body meets the obstacle.
         angle_rad: at which walls stay; 0 for other things.
+        nearing: fall of a wall's distance along its normal per distance walked; 1 for other things.
+        way: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
     """
 
     collision: Array
     contact_m: Array
     angle_rad: Array
+    nearing: Array
+    way: Array
 
 
 class Course(NamedTuple):
@@ -123,11 +127,12 @@ def expectations(
         if own < NEGLIGIBLE:
             continue
         ahead = max(ahead_m[course] - closing_m_s[course] * np.float32(later_s), NEAREST_M)
-        height, aside, forwards = bodies.height_m[course], bodies.miss_m[course], bodies.cos_angle[course]
-        seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, forwards)
+        height, aside = bodies.height_m[course], bodies.miss_m[course]
+        seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, bodies.cos_angle[course])
         cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
-        closing = float(closing_m_s[course] / forwards)
-        way = (float(ahead / forwards) + mic_m - meeting.contact_m[course]) * walked_share(closing)
+        closing = float(closing_m_s[course]) / meeting.nearing[course]
+        left_m = float(ahead) * meeting.way[course] + mic_m - meeting.contact_m[course]
+        way = left_m * walked_share(closing)
         hit, left_of_hits = hit + own * meeting.collision[course], left_of_hits + own * meeting.collision[course] * way
         left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
         bearing[course] = meeting.angle_rad[course] + np.arctan2(float(aside), float(ahead))

@@ -29,7 +29,7 @@ from obstaclewatch.course_geometry import Bodies, Singles
 from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
-from obstaclewatch.swing import STEADY, Swing
+from obstaclewatch.swing import LEAST_COS, STEADY, Swing
 
 Array = NDArray[np.float64]
 
@@ -95,15 +95,18 @@ class CourseGrid:
     ) -> None:
         self._ears = Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s)
         self._all: Hypotheses = hypotheses(half_width_m)
-        self._cos_angle = np.cos(self._all.angle_rad)
+        cos_tilt, lean = np.cos(self._all.tilt_rad), np.sin(pitch_rad) / max(np.cos(pitch_rad), LEAST_COS)
+        self._nearing = np.cos(self._all.angle_rad) * cos_tilt
+        toward = self._nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
         self._tells_phase = upright & (mic_phase_rad is not None)
         self._mic_phase_rad = mic_phase_rad or 0.0
         along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
         stays = self._all.height_m > 0.0
-        body = (self._all.height_m, self._all.radius_m, self._all.miss_m, self._cos_angle, stays, along_m2, up_m2)
+        body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)
         self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
-        self._meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad)
+        way = cos_tilt / np.cos(self._all.angle_rad)
+        self._meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, self._nearing, way)
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
     def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
@@ -121,7 +124,7 @@ class CourseGrid:
         found = agreement(
             bodies, self._ears, time_s, samples.range_m, covariance, samples.second, swing_read, swing_hit
         )
-        density = speed_density(found.closing_m_s / self._cos_angle, swing.step_hz)
+        density = speed_density(found.closing_m_s / self._nearing, swing.step_hz)
         share = posterior(self._all.log_prior, found, density, self._tells_phase, self._mic_phase_rad)
         return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies)
 

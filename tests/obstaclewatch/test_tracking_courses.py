@@ -9,9 +9,17 @@ from hypothesis import strategies as st
 
 from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.course_evidence import path_differences
-from obstaclewatch.course_prior import RADIUS_M, hypotheses, speed_density
+from obstaclewatch.course_prior import (
+    HEIGHTS_M,
+    RADIUS_M,
+    WALK_RATIO_M_MIN,
+    WALL_TILTS_RAD,
+    hypotheses,
+    speed_density,
+)
 from obstaclewatch.courses import Course, CourseGrid, Samples
 from obstaclewatch.gait import OTHER_M, READING_M, reading_covariance
+from obstaclewatch.swing import Swing
 
 from .synthetic import BEEP, PHONE, C
 
@@ -90,10 +98,10 @@ def test_the_phase_itself_tells_a_walls_direction(angle):
 
 
 def _row_and_difference(wanted, ahead_m):
-    """The course nearest to (miss, height, angle), and its path difference with the middle that far ahead."""
+    """The course nearest to (miss, height, angle, whether a wall, tilt), and its path difference that far ahead."""
     grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
-    miss, height, angle, is_wall = wanted
-    other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall)
+    miss, height, angle, is_wall, tilt = wanted
+    other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall) | (grid._all.tilt_rad != tilt)
     row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
     bodies = grid._at_height(GROUND_M)
     bodies = bodies._replace(radius_m=np.zeros_like(bodies.radius_m))
@@ -105,21 +113,56 @@ def _row_and_difference(wanted, ahead_m):
 @pytest.mark.parametrize("miss", [0.0, 0.6])
 def test_path_difference_of_upright_things_is_that_of_their_image(height, miss):
     """Regression: taken for points, things straight ahead seemed 1.5 mm, 9 degrees, off their course."""
-    courses, row, found = _row_and_difference((miss, height, 0.0, False), 1.4)
+    courses, row, found = _row_and_difference((miss, height, 0.0, False, 0.0), 1.4)
     place = _place(np.array([1.4]), courses.miss_m[row], min(height, GROUND_M), 0.0)
     assert found == pytest.approx(_upright_path_difference(place)[0], abs=2e-4)
     assert abs(_path_difference(place)[0] - found) > 6e-4
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.5])
-def test_path_difference_of_walls_is_that_of_their_image(angle):
-    courses, row, found = _row_and_difference((0.0, 0.0, angle, True), 1.5)
-    turned = courses.angle_rad[row]
-    axis, normal = np.array([np.cos(PITCH), 0.0, np.sin(PITCH)]), np.array([np.cos(turned), np.sin(turned), 0.0])
+def _normal(angle, tilt):
+    """Of a wall that is met at that angle and leans: towards its nearest point."""
+    return np.array([np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), -np.sin(tilt)])
+
+
+def _mirrored_difference(normal, distance_m):
+    """(K,) from microphone 1 to the speaker's image in a plane that far off, less that from microphone 0."""
+    axis = np.array([np.cos(PITCH), 0.0, np.sin(PITCH)])
     speaker = -BASELINE_M * axis
-    image = speaker + 2.0 * (1.5 - speaker @ normal) * normal
-    expected = np.linalg.norm(image + LENGTH * axis) - np.linalg.norm(image)
-    assert found == pytest.approx(expected, abs=2e-4)
+    image = speaker + 2.0 * (np.atleast_1d(distance_m)[:, None] - speaker @ normal) * normal
+    return np.linalg.norm(image + LENGTH * axis, axis=1) - np.linalg.norm(image, axis=1)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+@pytest.mark.parametrize("tilt", np.unique(WALL_TILTS_RAD))
+def test_path_difference_of_walls_is_that_of_their_image(angle, tilt):
+    courses, row, found = _row_and_difference((0.0, 0.0, angle, True, tilt), 1.5)
+    assert found == pytest.approx(_mirrored_difference(_normal(courses.angle_rad[row], tilt), 1.5)[0], abs=2e-4)
+
+
+def test_a_panel_that_leans_is_placed_where_it_is():
+    """Regression: a leaning panel of a car, 15 degrees aside, was taken for a wall at 30, and half for a miss."""
+    time, angle, tilt = 0.09 * np.arange(-23, 1), np.deg2rad(15.0), np.arctan(0.28)
+    normal, closing = _normal(angle, tilt), 1.25 * np.cos(angle) * np.cos(tilt)
+    read_m, now_m = (1.25 - closing * at for at in (time + AHEAD_S, time))
+    u_read, u_now = (_mirrored_difference(normal, distance) for distance in (read_m, now_m))
+    second = 6.0 * np.exp(-(((OFFSETS_M - u_read[:, None]) / 0.1) ** 2) - 2j * np.pi * u_now[:, None] / WAVELENGTH)
+    samples = Samples(time + AHEAD_S, read_m, np.full(24, 0.004), second.astype("c8"))
+    steps = Swing(2.0 * np.pi * np.sqrt(1.25 * 60.0 / WALK_RATIO_M_MIN) / 60.0, 0.0j, 0.0j, 0.0j)
+    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    course = grid.course(grid.posterior(samples, 0.0, GROUND_M, steps), 0.0)
+    assert course.bearing_rad == pytest.approx(angle, abs=np.deg2rad(8.0))
+    assert course.collision > 0.7
+    assert course.speed_m_s == pytest.approx(1.25, abs=0.1)
+
+
+def test_how_far_aside_a_collision_may_be_heard_depends_on_the_height():
+    """Half a metre aside is a miss of what makes a corner with the ground, and may be a collision of a car."""
+    courses = hypotheses(0.25)
+    aside = ~courses.is_wall & (np.abs(courses.miss_m - 0.52) < 0.02)
+    corner, between = (courses.collision[aside & (courses.height_m == height)].mean() for height in (np.inf, 0.5))
+    assert corner < 0.5
+    assert between > 0.85
+    assert np.all(np.diff(courses.collision[~courses.is_wall].reshape(len(HEIGHTS_M), -1), axis=1) < 1e-12)
 
 
 MIC_AHEAD_M = 0.5 * LENGTH * np.cos(PITCH)
