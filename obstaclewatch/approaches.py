@@ -252,18 +252,18 @@ def _best_chain(
         read_m: range to which the lines have come.
         speeds_m_s: (S,) of the lines.
     """
-    ends = np.cumsum(counts)
-    most, best = -np.inf, np.full(len(ends), -1)
+    most, best, found = -np.inf, np.full(len(counts), -1), np.full(len(counts), -1)
     for speed in speeds_m_s:
-        gained, found = 0.0, np.full(len(ends), -1)
-        for row in range(len(ends) - 1, -1, -1):
-            first, end = ends[row - 1] if row > 0 else 0, ends[row]
+        gained, first = 0.0, len(range_m)
+        for row in range(len(counts) - 1, -1, -1):
+            first, end = first - counts[row], first
             which, gain = _on_line(range_m[first:end], power[first:end], free[first:end], read_m, speed * ages_s[row])
             found[row] = which
             gained += gain if which >= 0 else MISS
             if gained > most:
                 most = gained
-                best[:row], best[row:] = -1, found[row:]
+                for other in range(len(counts)):
+                    best[other] = found[other] if other >= row else -1
     return best
 
 

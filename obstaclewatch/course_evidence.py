@@ -44,20 +44,6 @@ class Ears(NamedTuple):
     ahead_s: float
 
 
-class Moments(NamedTuple):
-    """The phone at K moments, (K,) each.
-
-    Attributes:
-        time_s: from the asked time on.
-        pitch_rad: lift of the phone's top edge.
-        lift_m: of the phone above its mean height.
-    """
-
-    time_s: Array
-    pitch_rad: Array
-    lift_m: Array
-
-
 class Agreement(NamedTuple):
     """How H courses agree with what was read.
 
@@ -100,9 +86,7 @@ def agreement(
     of_ahead, of_closing = line_weights(time_s, white)
     ahead_m, closing_m_s = straight_lines(bodies, steady_m, of_ahead, of_closing)
     misfit = misfits(bodies, steady_m, ahead_m, closing_m_s, time_s, white)
-    read = Moments(time_s, ears.pitch_rad + swing_read[0], np.zeros(len(time_s)))
-    hit = Moments(time_s - ears.ahead_s, ears.pitch_rad + swing_hit[0], swing_hit[1])
-    total = gathered(bodies, ahead_m, closing_m_s, second, read, hit, ears.separation_m, ears.cycles_m)
+    total = gathered(bodies, ears, ahead_m, closing_m_s, time_s, second, swing_read, swing_hit)
     return Agreement(ahead_m, closing_m_s, misfit, total)
 
 
@@ -189,32 +173,32 @@ def lines_ahead(ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s
 @numba.njit(cache=True, error_model="numpy")
 def gathered(
     bodies: Bodies,
+    ears: Ears,
     ahead_m: Singles,
     closing_m_s: Singles,
+    time_s: Array,
     second: NDArray[np.complex64],
-    read: Moments,
-    hit: Moments,
-    separation_m: float,
-    cycles_m: float,
+    swing_read: Array,
+    swing_hit: Array,
 ) -> Singles:
     """(2, H) real and imaginary part of what courses gather in phase at microphone 1; its squared size is 1 for noise.
 
-    Args:
-        bodies, ahead_m, closing_m_s: (H,) the courses.
-        second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
-        read, hit: the phone as the chirp reads it, and as the beep met the obstacle.
-        separation_m: between the microphones.
-        cycles_m: of the carrier per metre.
+    Ranges are read without the phone's bobbing, which was taken off them. Arguments as for `agreement`.
     """
     total, count = np.zeros((2, len(ahead_m)), dtype=np.float32), 0
     for beep in range(len(second)):
         if np.isnan(second[beep, 0].real):
             continue
         count += 1
-        line = lines_ahead(ahead_m, closing_m_s, read.time_s[beep], 0.0)
-        u_m = path_differences(bodies, line, read.pitch_rad[beep], read.lift_m[beep], separation_m)
+        line = lines_ahead(ahead_m, closing_m_s, time_s[beep], 0.0)
+        u_m = path_differences(bodies, line, ears.pitch_rad + swing_read[0, beep], 0.0, ears.separation_m)
         heard = heard_at(second[beep], u_m)
-        line = lines_ahead(ahead_m, closing_m_s, read.time_s[beep], read.time_s[beep] - hit.time_s[beep])
-        u_m = path_differences(bodies, line, hit.pitch_rad[beep], hit.lift_m[beep], separation_m)
-        add_turned(total, heard, u_m, np.float32(cycles_m), deviation_factor(second[beep]))
-    return total / np.float32(np.sqrt(max(count, 1)))
+        line = lines_ahead(ahead_m, closing_m_s, time_s[beep], ears.ahead_s)
+        pitch_rad, lift_m = ears.pitch_rad + swing_hit[0, beep], swing_hit[1, beep]
+        u_m = path_differences(bodies, line, pitch_rad, lift_m, ears.separation_m)
+        add_turned(total, heard, u_m, np.float32(ears.cycles_m), deviation_factor(second[beep]))
+    share = np.float32(1.0 / np.sqrt(max(count, 1)))
+    for course in range(len(ahead_m)):
+        total[0, course] *= share
+        total[1, course] *= share
+    return total

@@ -36,9 +36,10 @@ def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> 
         step_std_m: standard deviation over a step.
     """
     covariance = np.empty((len(time_s), len(time_s)))
-    turn = 2.0 * np.pi * time_s
-    cosine, sine = np.cos(STEP_HZ * turn), np.sin(STEP_HZ * turn)
+    turn, cosine, sine = np.empty(len(time_s)), np.empty(len(time_s)), np.empty(len(time_s))
     for row in range(len(time_s)):
+        turn[row] = 2.0 * np.pi * time_s[row]
+        cosine[row], sine[row] = np.cos(STEP_HZ * turn[row]), np.sin(STEP_HZ * turn[row])
         for column in range(row):
             of_lag = cosine[row] * cosine[column] + sine[row] * sine[column]
             spread = STEP_STD_HZ * (turn[row] - turn[column])
@@ -51,7 +52,11 @@ def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> 
 def whitening(covariance: Array) -> Array:
     """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated together."""
     count = len(covariance)
-    rows = np.concatenate((covariance, np.eye(count)), axis=1)
+    rows = np.zeros((count, 2 * count))
+    for row in range(count):
+        rows[row, count + row] = 1.0
+        for column in range(count):
+            rows[row, column] = covariance[row, column]
     for pivot in range(count):
         for row in range(pivot + 1, count):
             share = rows[row, pivot] / rows[pivot, pivot]
@@ -70,9 +75,19 @@ def line_weights(time_s: Array, white: Array) -> tuple[Array, Array]:
 
     Generalised least squares: in whitened readings (K, K) the line is `level - fall time`.
     """
-    level, fall = white.sum(axis=1), -(white * time_s).sum(axis=1)
-    own, both, other = np.sum(level * level), np.sum(level * fall), np.sum(fall * fall)
-    on_level, on_fall = (white.T * level).sum(axis=1), (white.T * fall).sum(axis=1)
-    of_level = (other * on_level - both * on_fall) / (own * other - both * both)
-    of_fall = (own * on_fall - both * on_level) / (own * other - both * both)
+    level, fall = np.zeros(len(time_s)), np.zeros(len(time_s))
+    on_level, on_fall = np.zeros(len(time_s)), np.zeros(len(time_s))
+    own = both = other = 0.0
+    for row in range(len(time_s)):
+        for beep in range(row + 1):
+            level[row] += white[row, beep]
+            fall[row] -= white[row, beep] * time_s[beep]
+        own, both, other = own + level[row] ** 2, both + level[row] * fall[row], other + fall[row] ** 2
+        for beep in range(row + 1):
+            on_level[beep] += level[row] * white[row, beep]
+            on_fall[beep] += fall[row] * white[row, beep]
+    of_level, of_fall = np.empty(len(time_s)), np.empty(len(time_s))
+    for beep in range(len(time_s)):
+        of_level[beep] = (other * on_level[beep] - both * on_fall[beep]) / (own * other - both * both)
+        of_fall[beep] = (own * on_fall[beep] - both * on_level[beep]) / (own * other - both * both)
     return of_level, of_fall

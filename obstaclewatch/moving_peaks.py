@@ -18,6 +18,7 @@ from obstaclewatch.echoes import Echoes, echoes_at, keep_separated, local_maxima
 from obstaclewatch.line_evidence import log_ratio
 from obstaclewatch.local_noise import local_noise
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.order_statistic import order_statistic
 from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.ranging import direct_sound, distance_of
 from obstaclewatch.recording import PhoneGeometry
@@ -294,8 +295,9 @@ def _highest(magnitude: Array, height: Array, separation: int) -> NDArray[np.int
     """(n,) peaks apart from one another that are highest over noise, nearest first."""
     peaks = local_maxima(magnitude)
     peaks = keep_separated(magnitude, peaks[height[peaks] >= PEAK_TO_RMS], separation)
-    order = np.argsort(-height[peaks], kind="mergesort")
-    return np.sort(peaks[order[:MOST_PEAKS]])
+    if len(peaks) > MOST_PEAKS:
+        peaks = peaks[height[peaks] >= order_statistic(height[peaks], len(peaks) - MOST_PEAKS)]
+    return peaks
 
 
 @numba.njit(cache=True)

@@ -33,6 +33,14 @@ def order_statistic(values: Array, rank: int) -> float:
 
 
 @numba.njit(cache=True)
+def median(values: Array) -> float:
+    """Of (n,) finite numbers; of an even count the mean of the middle two."""
+    half = len(values) // 2
+    upper = order_statistic(values, half)
+    return upper if len(values) % 2 else 0.5 * (order_statistic(values, half - 1) + upper)
+
+
+@numba.njit(cache=True)
 def _reached(values: Array, most: float) -> int:
     """How many numbers are no higher. By index this compiles to several at once."""
     count = 0

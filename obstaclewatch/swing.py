@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from obstaclewatch.carrier_phase import complex_at
 from obstaclewatch.echoes import refined_peak
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.order_statistic import median
 from obstaclewatch.sinusoid import common_sinusoid
 
 Array = NDArray[np.float64]
@@ -171,10 +172,13 @@ class StepListener:
 @numba.njit(cache=True)
 def _departures(read_m: Array, phase_rad: Array) -> Array:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
-    departures = np.empty((2, len(read_m)))
-    turned = np.exp(1j * phase_rad)
-    departures[0] = (read_m - np.median(read_m)) / READ_SCALE_M
-    departures[1] = np.angle(turned * np.conj(turned.sum())) / PHASE_SCALE
+    departures, middle = np.empty((2, len(read_m))), median(read_m)
+    turned = 0.0j
+    for beep in range(len(read_m)):
+        turned += np.exp(1j * phase_rad[beep])
+    for beep in range(len(read_m)):
+        departures[0, beep] = (read_m[beep] - middle) / READ_SCALE_M
+        departures[1, beep] = np.angle(np.exp(1j * phase_rad[beep]) * turned.conjugate()) / PHASE_SCALE
     return departures
 
 

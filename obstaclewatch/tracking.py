@@ -34,6 +34,8 @@ SURE = 0.7
 ALERT_M = (1.0, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits;
 less than a metre leaves no time to stop."""
+PRESSING, NEARLY_M = 0.3, 0.1
+"""Probability of a collision, and margin about `ALERT_M`, from which a track is judged in every beep."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 COLUMNS = (
@@ -55,10 +57,11 @@ class TrackingDetector(EchoDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
-    over courses. Of several tracks one is judged anew in a beep, and the others' posteriors are carried along their
-    courses; a track that begins is shown once it has been judged. range2_m and bearing_rad are NaN for identical
-    channels. With `reject_static=False` (measuring while standing, where nothing closes in) they hold what `standing`
-    hears ahead, and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
+    over courses. Of several tracks one is judged anew in a beep, or those that may raise an alert, and the posteriors
+    of the others are carried along their courses; a track that begins is shown once it has been judged. range2_m and
+    bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while standing, where nothing
+    closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments and errors as for
+    `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once. 0 stands for equal channels, as simulated phones have; None for not
@@ -128,11 +131,22 @@ class TrackingDetector(EchoDetector):
         return self._report(index, emitted_s, [track for track, _ in judged], [course for _, course in judged], flag)
 
     def _judge(self, tracks: list[Track], hit_s: float) -> None:
-        """Judge one track anew: judging all in every beep told no more, and would cost more than all the rest."""
-        track = due(tracks, hit_s) if tracks else None
-        if track is not None:
-            ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
-            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._steps.swing(ground_m))
+        """Judge anew what an alert depends on, or else one track: judging all in every beep tells no more."""
+        chosen = [track for track in tracks if self._is_pressing(track, hit_s)] or due(tracks, hit_s)
+        if not chosen:
+            return
+        ground_m = self._finder.ground_m
+        swing = self._steps.swing(ground_m)
+        for track in chosen:
+            samples = track.samples(self.beep.range_doppler_s)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, swing)
+
+    def _is_pressing(self, track: Track, hit_s: float) -> bool:
+        """Whether a track that was just heard may raise an alert now, by what it was thought to do before."""
+        if track.judged is None or track.misses > 0:
+            return False
+        course = self._grid.course(track.judged, hit_s)
+        return course.collision >= PRESSING and ALERT_M[0] - NEARLY_M < course.left_m < ALERT_M[1] + NEARLY_M
 
     def _collides(self, found: Measurement) -> NDArray[np.bool_]:
         return np.zeros(len(found.range_m), dtype=bool)
@@ -187,8 +201,8 @@ def has_approached(track: Track) -> bool:
     return track.misses <= MOST_MISSES and len(track.past) >= LEAST_BEEPS and travel_m >= LEAST_TRAVEL_M
 
 
-def due(tracks: list[Track], now_s: float) -> Track | None:
-    """Whose course is to be judged in this beep: of those heard since, which has waited longest for how near it is."""
+def due(tracks: list[Track], now_s: float) -> list[Track]:
+    """The track whose course is to be judged, none if none was heard since: the longest not judged for its range."""
 
     def urgency(track: Track) -> float:
         if track.judged is None:
@@ -196,5 +210,5 @@ def due(tracks: list[Track], now_s: float) -> Track | None:
         waited_s = now_s - track.judged.time_s if track.past[-1][0] > track.judged.time_s else 0.0
         return waited_s / float(track.state[0])
 
-    most = max(tracks, key=urgency)
-    return most if urgency(most) > 0.0 else None
+    most = max(tracks, key=urgency, default=None)
+    return [] if most is None or urgency(most) == 0.0 else [most]

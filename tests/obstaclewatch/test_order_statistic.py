@@ -8,13 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from obstaclewatch.order_statistic import order_statistic
+from obstaclewatch.order_statistic import median, order_statistic
 
 
 @given(arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6)), st.data())
 def test_it_is_that_of_the_sorted_numbers(values, data):
     rank = data.draw(st.integers(0, len(values) - 1))
     assert order_statistic(values, rank) == np.sort(values)[rank]
+    assert median(values) == pytest.approx(np.median(values), rel=1e-12)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])

@@ -104,7 +104,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
         now_s = PERIOD_S * beep
         for track in tracks:
             track.past.append((now_s, 1.0, 0.01, None))
-        which = due(tracks, now_s)
+        (which,) = due(tracks, now_s)
         which.judged = Posterior(now_s, *(np.ones(1) for _ in range(3)), None)
         turns.append(next(number for number, track in enumerate(tracks) if track is which))
     assert turns[0] == 2  # what never was judged comes first
@@ -113,5 +113,5 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
 
 def test_what_was_not_heard_since_is_not_judged_again():
     silent = _track(1.5, 0.9, 0.9)
-    assert due([silent], 1.8) is None
-    assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).state[0] == 5.0
+    assert due([silent], 1.8) == due([], 1.8) == []
+    assert [track.state[0] for track in due([silent, _track(5.0, 0.9, 1.8)], 1.8)] == [5.0]
