@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.approach_filter import begun, expected_reading, predicted, updated
-from obstaclewatch.courses import Posterior, Samples
+from obstaclewatch.courses import Course, Posterior, Samples
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
 
@@ -60,7 +60,8 @@ class Track:
         score: log likelihood ratio of being real.
         level_db, snr_db: of its last peak.
         misses: beeps since that peak.
-        judged: the courses that it was last thought to take; None before the first judgement.
+        judged, course: the courses that it was last thought to take, and what was to be expected of them at the last
+            beep; None before the first judgement.
         past: the last beeps' peaks: time, range, its deviation, and microphone 1 around it.
     """
 
@@ -72,6 +73,7 @@ class Track:
     snr_db: float = np.nan
     misses: int = 0
     judged: Posterior | None = None
+    course: Course | None = None
     past: deque[Heard] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
 
     def predict(self, time_s: float) -> None:

@@ -24,7 +24,7 @@ from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
-from obstaclewatch.swing import StepListener
+from obstaclewatch.swing import STEADY, StepListener
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -34,8 +34,8 @@ development. With 170 more, true alerts and true silences are 54 % and 90 % at 0
 ALERT_M = (1.0, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits;
 less than a metre leaves no time to stop."""
-PRESSING, NEARLY_M = 0.3, 0.1
-"""Probability of a collision, and margin about `ALERT_M`, from which a track is judged in every beep."""
+PRESSING, NEARLY_M = 0.3, 0.25
+"""Probability of a collision, and how far before `ALERT_M`, from which on a track is judged in every beep."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 COLUMNS = (
@@ -126,27 +126,20 @@ class TrackingDetector(EchoDetector):
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
         self._judge(tracks, hit_s)
-        judged = [(track, self._grid.course(track.judged, hit_s)) for track in tracks if track.judged is not None]
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
-        return self._report(index, emitted_s, [track for track, _ in judged], [course for _, course in judged], flag)
+        courses = [track.course for track in tracks if track.course is not None]
+        return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
 
     def _judge(self, tracks: list[Track], hit_s: float) -> None:
         """Judge anew what an alert depends on, or else one track: judging all in every beep tells no more."""
-        chosen = [track for track in tracks if self._is_pressing(track, hit_s)] or due(tracks, hit_s)
-        if not chosen:
-            return
         ground_m = self._finder.ground_m
-        swing = self._steps.swing(ground_m)
+        chosen = [track for track in tracks if is_pressing(track)] or due(tracks, hit_s)
+        swing = self._steps.swing(ground_m) if chosen else STEADY
         for track in chosen:
             samples = track.samples(self.beep.range_doppler_s)
             track.judged = self._grid.posterior(samples, hit_s, ground_m, swing)
-
-    def _is_pressing(self, track: Track, hit_s: float) -> bool:
-        """Whether a track that was just heard may raise an alert now, by what it was thought to do before."""
-        if track.judged is None or track.misses > 0:
-            return False
-        course = self._grid.course(track.judged, hit_s)
-        return course.collision >= PRESSING and ALERT_M[0] - NEARLY_M < course.left_m < ALERT_M[1] + NEARLY_M
+        for track in tracks:
+            track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
 
     def _collides(self, found: Measurement) -> NDArray[np.bool_]:
         return np.zeros(len(found.range_m), dtype=bool)
@@ -199,6 +192,13 @@ def has_approached(track: Track) -> bool:
     """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
     travel_m = track.past[0][1] - track.past[-1][1]
     return track.misses <= MOST_MISSES and len(track.past) >= LEAST_BEEPS and travel_m >= LEAST_TRAVEL_M
+
+
+def is_pressing(track: Track) -> bool:
+    """Whether a track that was just heard may raise an alert now, by what was expected of it a beep ago."""
+    if track.course is None or track.misses > 0 or track.course.collision < PRESSING:
+        return False
+    return ALERT_M[0] < track.course.left_m < ALERT_M[1] + NEARLY_M
 
 
 def due(tracks: list[Track], now_s: float) -> list[Track]:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from obstaclewatch.approaches import Track
-from obstaclewatch.courses import Posterior
+from obstaclewatch.courses import Course, Posterior
 from obstaclewatch.line_evidence import CHANGE, LineEvidence, log_ratio
 from obstaclewatch.local_noise import local_noise
-from obstaclewatch.tracking import due
+from obstaclewatch.tracking import due, is_pressing
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 
@@ -115,3 +115,14 @@ def test_what_was_not_heard_since_is_not_judged_again():
     silent = _track(1.5, 0.9, 0.9)
     assert due([silent], 1.8) == due([], 1.8) == []
     assert [track.state[0] for track in due([silent, _track(5.0, 0.9, 1.8)], 1.8)] == [5.0]
+
+
+@pytest.mark.parametrize(
+    ("collision", "left_m", "misses", "pressing"),
+    [(0.4, 1.3, 0, True), (0.4, 1.5, 0, True), (0.2, 1.3, 0, False), (0.9, 2.0, 0, False), (0.9, 1.3, 1, False)],
+)
+def test_what_may_raise_an_alert_is_judged_in_every_beep(collision, left_m, misses, pressing):
+    track = _track(1.6, 0.9, 0.9)
+    assert not is_pressing(track)  # nothing is expected of it yet
+    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1), misses
+    assert is_pressing(track) == pressing
