@@ -24,7 +24,7 @@ from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
-from obstaclewatch.swing import STEADY, StepListener
+from obstaclewatch.swing import StepListener
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -35,7 +35,7 @@ ALERT_M = (1.0, 1.35)
 """Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits;
 less than a metre leaves no time to stop."""
 PRESSING, NEARLY_M = 0.3, 0.25
-"""Probability of a collision, and how far before `ALERT_M`, from which on a track is judged in every beep."""
+"""Probability of a collision, and how far before `ALERT_M`, from which on a track is judged before others."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 COLUMNS = (
@@ -57,11 +57,10 @@ class TrackingDetector(EchoDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
-    over courses. Of several tracks one is judged anew in a beep, or those that may raise an alert, and the posteriors
-    of the others are carried along their courses; a track that begins is shown once it has been judged. range2_m and
-    bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while standing, where nothing
-    closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments and errors as for
-    `PaperDetector`, and
+    over courses. Of several tracks one is judged anew in a beep, and the posteriors of the others are carried along
+    their courses; a track that begins is shown once it has been judged. range2_m and bearing_rad are NaN for identical
+    channels. With `reject_static=False` (measuring while standing, where nothing closes in) they hold what `standing`
+    hears ahead, and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once. 0 stands for equal channels, as simulated phones have; None for not
@@ -131,13 +130,11 @@ class TrackingDetector(EchoDetector):
         return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
 
     def _judge(self, tracks: list[Track], hit_s: float) -> None:
-        """Judge anew what an alert depends on, or else one track: judging all in every beep tells no more."""
-        ground_m = self._finder.ground_m
-        chosen = [track for track in tracks if is_pressing(track)] or due(tracks, hit_s)
-        swing = self._steps.swing(ground_m) if chosen else STEADY
-        for track in chosen:
-            samples = track.samples(self.beep.range_doppler_s)
-            track.judged = self._grid.posterior(samples, hit_s, ground_m, swing)
+        """Judge one track anew, of those that may raise an alert if there are any: judging all tells no more."""
+        track = due([track for track in tracks if is_pressing(track)] or tracks, hit_s)
+        if track is not None:
+            ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._steps.swing(ground_m))
         for track in tracks:
             track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
 
@@ -201,8 +198,8 @@ def is_pressing(track: Track) -> bool:
     return ALERT_M[0] < track.course.left_m < ALERT_M[1] + NEARLY_M
 
 
-def due(tracks: list[Track], now_s: float) -> list[Track]:
-    """The track whose course is to be judged, none if none was heard since: the longest not judged for its range."""
+def due(tracks: list[Track], now_s: float) -> Track | None:
+    """The track whose course is to be judged: of those heard since they were, the longest not judged for its range."""
 
     def urgency(track: Track) -> float:
         if track.judged is None:
@@ -211,4 +208,4 @@ def due(tracks: list[Track], now_s: float) -> list[Track]:
         return waited_s / float(track.state[0])
 
     most = max(tracks, key=urgency, default=None)
-    return [] if most is None or urgency(most) == 0.0 else [most]
+    return None if most is None or urgency(most) == 0.0 else most
