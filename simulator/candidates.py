@@ -68,20 +68,14 @@ def concatenated(parts: list[Candidates]) -> Candidates:
 
 def _widened(found: Candidates, width: int) -> Candidates:
     """The same with room for more reflections."""
-    count, more = len(found), width - found.sequence.shape[1]
+    more = width - found.sequence.shape[1]
     if more == 0:
         return found
-    wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)} | {
-        name: np.full((count, more, *getattr(found, name).shape[2:]), blank)
-        for name, blank in (
-            ("sequence", -1),
-            ("normal", 0.0),
-            ("curvature", 0.0),
-            ("lift_m", 0.0),
-            ("face", -1),
-            ("uv", 0.0),
-        )
-    }
+    wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)}
+    for name in ("sequence", "normal", "curvature", "lift_m", "face", "uv"):
+        column = getattr(found, name)
+        blank = -1 if name in ("sequence", "face") else 0
+        wide[name] = np.full((len(found), more, *column.shape[2:]), blank, dtype=column.dtype)
     return replace(found, **{name: np.concatenate([getattr(found, name), part], axis=1) for name, part in wide.items()})
 
 

@@ -40,14 +40,16 @@ LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel at all poses of a tracing.
+    """One panel and what is asked of it.
 
     Attributes:
-        edge: its wedges.
+        tracing: the poses.
+        edge: (E,) the panel's wedges.
         chains: all that sound can meet.
         audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
         wavenumber: (K,) rad/m at the nodes of the band.
+        speed_m_s: of sound.
     """
 
     tracing: Tracing
@@ -60,6 +62,7 @@ class Panel:
 
     @cached_property
     def face(self) -> Face:
+        """Nodes and legs, worked out when first asked for."""
         wedges = self.tracing.world.wedges[self.edge]
         return face_of(nodes_of(wedges, self.speed_m_s), linked_edges(wedges), self.wavenumber)
 
@@ -73,6 +76,7 @@ class Heard:
     """All T chains at one pose and microphone.
 
     Attributes:
+        pose, mic: which.
         pressure: (T, K) with the travel phase; 0 where not worked out.
         bound: (T,) greatest magnitude, or an estimate from above of what was not worked out.
         loud: (T,) what is kept.
