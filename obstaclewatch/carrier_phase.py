@@ -74,7 +74,9 @@ def heard_at(row: NDArray[np.complex64], u_m: Singles) -> Singles:
     first, per_m, last = np.float32(-REACH_M), np.float32(1.0 / STEP_M), np.float32(len(row) - 1.01)
     heard, along = np.empty((2, len(u_m)), dtype=np.float32), np.empty(len(u_m), dtype=np.float32)
     for course in range(len(u_m)):  # apart from the reading, which keeps several from being handled at once
-        along[course] = min(max((u_m[course] - first) * per_m, np.float32(0.0)), last)
+        position = (u_m[course] - first) * per_m
+        position = position if position > np.float32(0.0) else np.float32(0.0)  # so that NaN reads no other memory
+        along[course] = position if position < last else last
     for course in range(len(u_m)):
         low = np.int32(along[course])
         rest, before, after = along[course] - np.float32(low), row[low], row[low + 1]

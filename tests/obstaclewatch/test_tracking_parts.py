@@ -105,6 +105,12 @@ def _sum(second, read_m, hit_m):
     return total[0] + 1j * total[1]
 
 
+def test_path_differences_out_of_reach_read_the_ends():
+    row = (np.arange(len(OFFSETS_M)) + 1.0j).astype("c8")
+    asked_m = np.array([-1.0, 1.0, np.nan], dtype=np.float32)
+    assert heard_at(row, asked_m)[0] == pytest.approx([0.0, len(OFFSETS_M) - 1.0, 0.0], abs=0.011)
+
+
 def test_coherent_sum_against_a_slow_one():
     rng = np.random.default_rng(3)
     second = (rng.standard_normal((5, len(OFFSETS_M))) + 1j * rng.standard_normal((5, len(OFFSETS_M)))).astype("c8")
