@@ -73,14 +73,15 @@ class Probe(_Strict):
 
     Attributes:
         kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme, "fidelity"
-            the errors and costs of levels of fidelity.
+            the errors and costs of levels of fidelity, "tessellation" of a body's segments, "motion" of following
+            motion within a beep.
         name: which signal or check; see `docs/suites.md`.
         phones: one cell for each.
         parameters: plain values that the probe understands.
         over: lists of values by parameter; every combination is a cell.
     """
 
-    kind: Literal["signal", "numerics", "fidelity"]
+    kind: Literal["signal", "numerics", "fidelity", "tessellation", "motion"]
     name: str
     phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
     parameters: dict[str, Any] = {}

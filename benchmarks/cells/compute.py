@@ -17,6 +17,7 @@ from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.fidelities import fidelity_result
 from benchmarks.cells.interference import with_interferer
+from benchmarks.cells.motions import motion_result
 from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
 from benchmarks.cells.own_scene import scene_situation
@@ -24,6 +25,7 @@ from benchmarks.cells.signals import signal_result
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.standing import standing_situation
+from benchmarks.cells.tessellations import tessellation_result
 from benchmarks.cells.variation import varied
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
@@ -33,7 +35,13 @@ from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
-PROBES = {"signal": signal_result, "numerics": numerics_result, "fidelity": fidelity_result}
+PROBES = {
+    "signal": signal_result,
+    "numerics": numerics_result,
+    "fidelity": fidelity_result,
+    "tessellation": tessellation_result,
+    "motion": motion_result,
+}
 
 PROGRESS_STEP_S = 0.02
 """Spacing at which a walk is followed for the distance walked: a turn of 1 rad/s departs by 0.02 mm a step."""

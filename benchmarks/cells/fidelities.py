@@ -30,6 +30,9 @@ POINTS: dict[str, dict[str, Any]] = {
     "no edges": {"level": "reference", "mechanisms": ("specular", "curved", "kirchhoff")},
     "no integrals": {"level": "reference", "mechanisms": ("specular", "curved", "edges")},
     "loud edges": {"level": "reference", "edge_floor_db": -60.0, "edge_share_db": -50.0},
+    "chains at their apexes": {"level": "reference", "edge_chains": "apexes"},
+    "facets of 2 cm": {"level": "reference", "facet_m": 0.02},
+    "facets of 3 cm": {"level": "reference", "facet_m": 0.03},
     "3 frequencies": {"level": "reference", "band_points": 3},
 }
 MATTERS_DB = -60.0  # re the free field at 1 m: 15 dB under a quiet street's noise after the matched filter
@@ -49,12 +52,17 @@ def fidelity_result(cell: Cell) -> dict[str, Any]:
     chosen = {key: value for key, value in cell.probe.items() if key != "points"}
     points = _points(cell.probe.get("points", list(POINTS)))
     scene, phone, pose, time_s, target = _drawn(cell, **chosen)
-    exact, cost = _timed(scene, phone, pose, time_s, {"level": "reference"})
-    found: dict[str, Any] = {"reference": {"level_db": _levels(exact, target)}}
+    exact, cost = timed_paths(scene, phone, pose, time_s, {"level": "reference"})
+    found: dict[str, Any] = {"reference": {"level_db": peak_levels_db(_envelopes(exact, of_target(exact, target)))}}
     costs = {"reference": cost}
     for name, settings in points.items():
-        paths, costs[name] = _timed(scene, phone, pose, time_s, settings)
+        paths, costs[name] = timed_paths(scene, phone, pose, time_s, settings)
         found[name] = compared(paths, exact, target)
+    return priced(found, costs)
+
+
+def priced(found: dict[str, Any], costs: dict[str, float]) -> dict[str, Any]:
+    """The result of a cell that measures points (by name) and what each cost, processor seconds."""
     total = sum(costs.values())
     return {
         "truth": {}, "detectors": {}, "fidelity": found,
@@ -79,7 +87,10 @@ def _drawn(cell: Cell, scene: str, index: int, poses: int = 2) -> tuple[Scene, P
     return approach.scene, approach.phone, approach.walk.pose(time_s), time_s, approach.target
 
 
-def _timed(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, settings: dict[str, Any]) -> tuple[Paths, float]:
+def timed_paths(
+    scene: Scene, phone: Phone, pose: Pose, time_s: Floats, settings: dict[str, Any]
+) -> tuple[Paths, float]:
+    """What is traced, and the processor time that it takes, s."""
     start = process_time()
     paths = trace_paths(scene, phone, pose, Fidelity(**settings), time_s)
     return paths, process_time() - start
@@ -87,28 +98,35 @@ def _timed(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, settings: dic
 
 def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
-    ours, theirs = (_envelopes(each, _of(each, target)) for each in (paths, exact))
+    ours, theirs = (_envelopes(each, of_target(each, target)) for each in (paths, exact))
+    whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
+    return envelope_errors(ours, theirs, LAGS * 20.0) | {
+        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
+        "paths": len(paths),
+    }
+
+
+def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
+    """Level, delay (samples of 192 kHz) and correlation of compressed echoes (R, L) against better ones, where these
+    are above `MATTERS_DB`."""
     level, best = (20.0 * np.log10(np.abs(each).max(axis=1) + 1e-12) for each in (ours, theirs))
     loud = np.flatnonzero(best > MATTERS_DB)
-    whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
-    late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / (LAGS * 20.0)
+    late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / rate_hz
     inner = np.real(np.sum(ours * np.conj(theirs), axis=1))
     norms = np.linalg.norm(ours, axis=1) * np.linalg.norm(theirs, axis=1)
     return {
         "level_db": (level - best)[loud].tolist(),
         "delay_samples": late[loud].tolist(),
         "correlation": (inner / np.maximum(norms, 1e-300))[loud].tolist(),
-        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
-        "paths": len(paths),
     }
 
 
-def _levels(paths: Paths, target: str) -> list[float]:
-    peak = np.abs(_envelopes(paths, _of(paths, target))).max(axis=1)
-    return (20.0 * np.log10(peak + 1e-12)).tolist()
+def peak_levels_db(envelopes: Complexes) -> list[float]:
+    """Levels of the highest peaks of compressed echoes (R, L), dB re the free field at 1 m."""
+    return (20.0 * np.log10(np.abs(envelopes).max(axis=1) + 1e-12)).tolist()
 
 
-def _of(paths: Paths, target: str) -> NDArray[np.bool_]:
+def of_target(paths: Paths, target: str) -> NDArray[np.bool_]:
     """(P,) paths that meet the target."""
     names, which = np.unique(paths.obstacle, return_inverse=True)
     meets = np.array([target in name.split(" > ") for name in names], dtype=bool)

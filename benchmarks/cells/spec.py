@@ -171,21 +171,22 @@ class Cell(BaseModel):
     Attributes:
         kind: "approach" walks towards (or past) an obstacle; "standing" measures at a fixed distance; "signal" stores
             what the paper's Figures 3 to 12 show; "numerics" compares the simulator with formulas at an extreme;
-            "scene" walks through a scene file, which `approach` names with its digest and the preset to use, if any.
+            "fidelity", "tessellation" and "motion" measure what levels, meshes and motion cost and buy; "scene" walks
+            through a scene file, which `approach` names with its digest and the preset to use, if any.
         index: number of the walk within its scene and category.
         phone: name of a preset, or of the phone in a scene file.
         seed: of the walk's own random stream.
         range_m, bearing_rad: place of the target of a standing measurement; range_m is None for all else.
         air: arguments of `simulator.Air`.
         settings: constants of the detector, arguments of `obstaclewatch.PaperSettings`.
-        probe: parameters of a "signal" or "numerics" cell.
+        probe: parameters of a cell that is neither a walk nor a standing measurement.
         variant: the point of the suite's sweep that this cell is; for labels and figures.
         detector_sources: SHA-256 of the file of each detector that is not obstaclewatch's own.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "scene"]
+    kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "tessellation", "motion", "scene"]
     scene: str
     category: str
     index: Annotated[int, Field(ge=0)]

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.cells.fidelities import POINTS
+from benchmarks.cells.motions import DEGREES, degree_named
+from benchmarks.cells.tessellations import SEGMENTS, segments_named
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.results import RunData
 from benchmarks.statistics import wilson
@@ -15,8 +17,11 @@ from benchmarks.statistics import wilson
 Floats = NDArray[np.float64]
 
 LEVELS = ("draft", "standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
-LEAST_DB = 1e-3
-"""Errors below this are drawn there."""
+KINDS = ("fidelity", "tessellation", "motion")
+ORDER = [*POINTS, *(segments_named(n) for n in SEGMENTS), *(degree_named(n) for n in DEGREES), "reference"]
+REFERENCES = {"fidelity": "reference", "tessellation": "192 segments", "motion": "degree 6"}
+LEAST_DB, MOST_DB = 1e-5, 100.0
+"""Errors beyond these are drawn there."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,11 @@ class Price:
         return float(np.mean(self.error_db <= tolerance_db)) if len(self.error_db) else float("nan")
 
 
-def prices(run: RunData) -> dict[str, Price]:
-    """Every level and knob that the run measured, and "reference" for its cost."""
+def prices(run: RunData, kind: str = "fidelity") -> dict[str, Price]:
+    """Every level and knob that the run's cells of a kind measured, and "reference" for its cost."""
     pairs = zip(run.cells, run.costs, strict=True)
-    kept = [(r["result"]["fidelity"], c) for r, c in pairs if r["status"] == "ok" and r["cell"]["kind"] == "fidelity"]
-    names = list(kept[0][0]) if kept else []
+    kept = [(r["result"]["fidelity"], c) for r, c in pairs if r["status"] == "ok" and r["cell"]["kind"] == kind]
+    names = sorted(kept[0][0], key=ORDER.index) if kept else []
     return {name: _price(name, [found for found, _ in kept], [cost for _, cost in kept]) for name in names}
 
 
@@ -56,46 +61,57 @@ def _price(name: str, found: list[dict], costs: list[dict]) -> Price:
 
 
 def fidelity_pareto(run: RunData) -> PlotFigure:
-    """Error against cost of levels and knobs."""
-    found = {name: price for name, price in prices(run).items() if len(price.error_db) and len(price.cpu_s)}
-    panels, said = [], []
-    for title, names in (("levels", LEVELS), ("the reference but for", [n for n in found if n not in LEVELS])):
-        lines = [_spot(name, k, found[name]) for k, name in enumerate(n for n in names if n in found)]
-        panels.append(
-            Panel(
-                title, "processor time a pose, ms", "error of the target's echo, dB", tuple(lines),
-                (Guide("y", 0.5, "0.5 dB"),), log="xy", width_in=3.6,
-            )
-        )  # fmt: skip
-        said += [f"{n}: {np.quantile(found[n].error_db, 0.95):.2g} dB" for n in names if n in found and n in LEVELS]
+    """Error against cost of levels and knobs, of segments round a body, and of following motion."""
+    found = {kind: _measured(run, kind) for kind in KINDS}
+    levels = {name: price for name, price in found["fidelity"].items() if name in LEVELS}
+    knobs = {name: price for name, price in found["fidelity"].items() if name not in LEVELS}
+    titled = {"levels": levels, "reference but for one setting": knobs}
+    titled |= {"segments round a body": found["tessellation"], "motion in a beep": found["motion"]}
+    said = [f"{name}: {np.quantile(price.error_db, 0.95):.2g} dB" for name, price in levels.items()]
     return PlotFigure(
         "pareto",
         "What fidelity costs",
-        tuple(panels),
+        tuple(_priced(title, points) for title, points in titled.items() if points),
         f"95 % of the echoes are within, {'; '.join(said)}." if said else "No data.",
-        "Circles: 90th percentile over poses and microphones of all categories against the median cost; whiskers from "
-        "the median to the 95th percentile. Errors below 0.001 dB are drawn there.",
+        "Circles: 90th percentile over poses and microphones against the median cost; whiskers from the median to the "
+        "95th percentile. Errors below 1e-5 dB are drawn there, those above 100 dB, echoes that are missing, at 100.",
     )
 
 
+def _measured(run: RunData, kind: str) -> dict[str, Price]:
+    return {name: price for name, price in prices(run, kind).items() if len(price.error_db) and len(price.cpu_s)}
+
+
+def _priced(title: str, points: dict[str, Price]) -> Panel:
+    lines = tuple(_spot(name, k, price) for k, (name, price) in enumerate(points.items()))
+    cost = np.array([line.x[0] for line in lines])
+    room = (float(cost.min()) / 1.3, float(cost.max()) * (cost.max() / cost.min()) ** 0.35 * 1.6)
+    highest = max(1.0, *(float(line.high[0]) for line in lines))
+    return Panel(
+        title, "processor time a pose, ms", "error of the target's echo, dB", lines, (Guide("y", 0.5, "0.5 dB"),),
+        log="xy", x_range=room, y_range=(0.2 * LEAST_DB, 20.0 * highest), width_in=3.4,
+    )  # fmt: skip
+
+
 def _spot(name: str, key: int, price: Price) -> Line:
-    low, middle, high = (np.array([max(np.quantile(price.error_db, q), LEAST_DB)]) for q in (0.5, 0.9, 0.95))
-    return Line(name, str(key), np.array([1e3 * np.median(price.cpu_s)]), middle, "points", low, high)
+    ends = (np.array([np.clip(np.quantile(price.error_db, q), LEAST_DB, MOST_DB)]) for q in (0.5, 0.9, 0.95))
+    low, middle, high = ends
+    return Line(name, str(key), np.array([1e3 * np.median(price.cpu_s)]), middle, "named", low, high)
 
 
 def fidelity_table(run: RunData) -> TableFigure:
-    """Level by level: cost, errors, share within half a decibel."""
-    found = prices(run)
+    """Level by level and knob by knob: cost, errors, share within half a decibel."""
     rows = tuple(
         (
-            name,
-            f"{1e3 * np.median(price.cpu_s):.0f}",
-            *(f"{np.quantile(price.error_db, q):.2g}" if len(price.error_db) else "-" for q in (0.5, 0.95)),
+            name if name != "reference" else REFERENCES[kind],
+            f"{1e3 * np.median(price.cpu_s):.3g}",
+            *(_two_digits(price.error_db, q) for q in (0.5, 0.95)),
             f"{100 * price.within(0.5):.0f}" if len(price.error_db) else "-",
-            f"{np.quantile(price.delay_samples, 0.95):.2g}" if len(price.delay_samples) else "-",
+            _two_digits(price.delay_samples, 0.95),
             f"{np.quantile(price.correlation, 0.05):.3f}" if len(price.correlation) else "-",
         )
-        for name, price in found.items()
+        for kind in KINDS
+        for name, price in prices(run, kind).items()
         if len(price.cpu_s)
     )
     heads = (
@@ -107,10 +123,18 @@ def fidelity_table(run: RunData) -> TableFigure:
         "Speed against accuracy",
         heads,
         rows,
-        (2.0, 1.0, 1.0, 1.0, 1.2, 1.4, 1.2),
+        (1.9, 1.3, 1.0, 0.9, 1.4, 1.6, 1.3),
         f"{len(rows)} levels and knobs." if rows else "No data.",
-        "Errors of the target's compressed echo against the level `reference`.",
+        "Errors of the target's compressed echo against the level `reference`; of bodies, against those of 192 "
+        "segments; of motion (one beep, level `standard`), against polynomials of degree 6.",
     )
+
+
+def _two_digits(values: Floats, share: float) -> str:
+    if not len(values):
+        return "-"
+    quantile = float(np.quantile(values, share))
+    return f"{quantile:.0f}" if quantile >= 100.0 else f"{quantile:.2g}"
 
 
 def tolerance_table(run: RunData) -> TableFigure:

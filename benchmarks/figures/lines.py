@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
 from benchmarks.figures.layout import finish, panel_axes
@@ -20,7 +22,10 @@ _STYLES: dict[str, dict[str, Any]] = {
     "steps": {"linestyle": "-", "drawstyle": "steps-post"},
     "points": {"linestyle": "none", "marker": "o", "markersize": 4.0},
     "ring": {"linestyle": "none", "marker": "D", "markersize": 5.5, "markerfacecolor": "white"},
+    "named": {"linestyle": "none", "marker": "o", "markersize": 4.0},
 }
+FEW_DECADES = 2.5
+"""Below which powers of ten are too few to read a scale by."""
 
 
 def draw_plots(figure: PlotFigure) -> Canvas:
@@ -56,14 +61,18 @@ def _draw_panel(ax: Axes, panel: Panel) -> None:
         ax.set_yscale("log")
     if panel.image is not None:
         _draw_image(ax, panel.image)
-    for line in panel.lines:
+    for number, line in enumerate(panel.lines):
         _draw_line(ax, line, panel.flat)
+        if line.style == "named":
+            _name_points(ax, line, upwards=number % 2 == 0)
     ax.set(xlabel=panel.x_label, ylabel=panel.y_label)
     ax.grid(True, axis="both")
     if panel.x_range is not None:
         ax.set_xlim(*panel.x_range)
     if panel.y_range is not None:
         ax.set_ylim(*panel.y_range)
+    for axis in (ax.xaxis, ax.yaxis):
+        _number_few_decades(axis)
     _name_ticks(ax, panel)
     for guide in panel.guides:
         _draw_guide(ax, guide)
@@ -71,6 +80,16 @@ def _draw_panel(ax: Axes, panel: Panel) -> None:
         ax.set_title(panel.title)
     if panel.image is None and not any(np.isfinite(line.y).any() for line in panel.lines):
         ax.text(0.5, 0.5, "no data", transform=ax.transAxes, ha="center", color=MUTED, fontsize=14)
+
+
+def _number_few_decades(axis: Axis) -> None:
+    """On a logarithmic axis of few decades, numbers at 1, 2 and 5 of each."""
+    low, high = axis.get_view_interval()
+    if axis.get_scale() != "log" or np.log10(high / low) > FEW_DECADES:
+        return
+    axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def _name_ticks(ax: Axes, panel: Panel) -> None:
@@ -91,12 +110,20 @@ def _name_ticks(ax: Axes, panel: Panel) -> None:
 
 def _draw_line(ax: Axes, line: Line, flat: bool) -> None:
     shade = series_colour(line.key)
-    label = line.label or "_"
+    label = line.label if line.label and line.style != "named" else "_"
     if len(line.low):
         spread = np.abs(np.stack([line.low, line.high]) - (line.x if flat else line.y))
         error: dict[str, Any] = {"xerr": spread} if flat else {"yerr": spread}
         ax.errorbar(line.x, line.y, **error, fmt="none", ecolor=shade, elinewidth=1.0, capsize=2.0)
     ax.plot(line.x, line.y, color=shade, markeredgecolor=shade, linewidth=1.5, label=label, **_STYLES[line.style])
+
+
+def _name_points(ax: Axes, line: Line, upwards: bool) -> None:
+    """The label beside each point, aslant, so that neighbours that go up and down in turn stay apart."""
+    way: dict[str, Any] = {"rotation": 30, "va": "bottom"} if upwards else {"rotation": -30, "va": "top"}
+    for x, y in zip(line.x, line.y, strict=True):
+        shift, shade = (4, 2 if upwards else -2), series_colour(line.key)
+        ax.annotate(line.label, (x, y), shift, textcoords="offset points", color=shade, fontsize=7.5, **way)
 
 
 def _draw_guide(ax: Axes, guide: Guide) -> None:

@@ -132,3 +132,32 @@ def test_what_changes_only_the_listening_shares_a_simulation(monkeypatch):
     for result in (alone, shared[2]):
         del result["cost"]
     assert to_json(alone) == to_json(shared[2])
+
+
+def test_segments_from_sixteen_on_hardly_matter():
+    """Below, a round body is taken for a prism, whose faces mirror."""
+    cell = Cell(
+        kind="tessellation", scene="tessellation", category="cylinder", index=0, phone="galaxy-s5", seed=7,
+        collision=False, probe={"radius_m": 0.2, "distance_m": 1.5}, detectors=(),
+    )  # fmt: skip
+    found = compute(cell)["fidelity"]
+    worst = {name: np.abs(found[f"{name} segments"]["level_db"]).max() for name in (8, 16, 32)}
+    assert len(found["32 segments"]["level_db"]) == 12
+    assert worst[32] < 1e-3
+    assert worst[16] < 0.01
+    assert worst[8] > 1.0
+    with pytest.raises(ValueError, match=r"must be positive, got 0\.0 and 1\.5"):
+        compute(cell.model_copy(update={"probe": {"radius_m": 0.0, "distance_m": 1.5}}))
+
+
+def test_a_frozen_world_reads_no_range_ahead():
+    """A closing speed of 1 m/s at least is read 0.205 s ahead: 230 samples there and back."""
+    cell = Cell(
+        kind="motion", scene="motion", category="wall", index=0, phone="galaxy-s5", seed=7, collision=True,
+        probe={"scene": "supermarket", "index": 0}, detectors=(),
+    )  # fmt: skip
+    found = compute(cell)["fidelity"]
+    assert len(found["degree 0"]["delay_samples"]) == 2
+    assert np.abs(found["degree 0"]["delay_samples"]).min() > 100
+    assert np.abs(found["degree 3"]["delay_samples"]).max() <= 1
+    assert np.abs(found["degree 3"]["level_db"]).max() < 1e-3
