@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import complex_at
+from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.matched_filter import EchoProfile
 
 Array = NDArray[np.float64]
@@ -42,8 +42,7 @@ def _phases(envelope: NDArray[np.complex128], position0: Array, position1: Array
     phase = np.full(len(position0), np.nan)
     for row in range(len(position0)):
         if np.isfinite(position1[row]):
-            late, early = complex_at(envelope[1], position1[row]), complex_at(envelope[0], position0[row])
-            phase[row] = np.angle(late * np.conj(early))
+            phase[row] = phase_at(envelope, position0[row], position1[row])
     return phase
 
 

@@ -152,3 +152,10 @@ def complex_at(envelope: Complexes, position: float) -> complex:
     low = min(max(int(np.floor(position)), 0), len(envelope) - 2)
     rest = position - low
     return (1.0 - rest) * envelope[low] + rest * envelope[low + 1]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def phase_at(envelope: Complexes, position: float, second_position: float) -> float:
+    """Phase, rad, of the second of two envelopes (2, M) at its position against the first at its own."""
+    early, late = complex_at(envelope[0], position), complex_at(envelope[1], second_position)
+    return float(np.angle(late * early.conjugate()))

@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import complex_at
+from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.echoes import refined_peak
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.order_statistic import median
@@ -116,8 +116,7 @@ def ground_echo(
 def _strongest(magnitude: Array, envelope: Complexes, first: int, last: int, offset: float) -> tuple[float, float]:
     """Position of the highest sample from first to last, and the phase of microphone 1 that much later against it."""
     position, _ = refined_peak(magnitude, first + int(np.argmax(magnitude[first : last + 1])))
-    top, bottom = complex_at(envelope[0], position), complex_at(envelope[1], position + offset)
-    return position, float(np.angle(bottom * top.conjugate()))
+    return position, phase_at(envelope, position, position + offset)
 
 
 class StepListener:

@@ -14,7 +14,6 @@ from simulator import (
     Material,
     Obstacle,
     Phone,
-    Pose,
     Scene,
     StraightWalk,
     trace_paths,
@@ -27,36 +26,23 @@ from simulator.longer_chains import longer_chains
 from simulator.panels import linked_edges, panels_of
 from simulator.render import trace_walk
 from simulator.trace import still_tracing
+from tests.references.panels import SPEED_M_S as C
+from tests.references.panels import panel, towards, traced
 
-C = 343.0
 FREQUENCY = np.linspace(18_000.0, 23_000.0, 11)
 
 
 def _panel(width=0.2, height=0.3, material=None) -> Obstacle:
-    y, z = 0.5 * width, 0.5 * height
-    corners = [[0.0, -y, -z], [0.0, y, -z], [0.0, y, z], [0.0, -y, z]]
-    return Obstacle(trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]]), material or Material.rigid(), "panel")
-
-
-def _towards(yaw_deg, distance=1.5, height=0.03):
-    yaw = np.deg2rad(yaw_deg)
-    return np.array([distance * np.cos(yaw), -distance * np.sin(yaw), height])
-
-
-def _traced(obstacles, source, receiver, **fidelity):
-    phone = Phone.ideal(source, [receiver, np.asarray(receiver) + [0.0, 0.0, 0.11]])
-    pose = Pose([0.0, 0.0, 0.0], Rotation.identity())
-    fidelity = {"level": "reference", "edge_floor_db": -np.inf, **fidelity}
-    return Scene(obstacles, Air.lossless(C)), phone, pose, Fidelity(**fidelity)
+    return panel(width, height, material)
 
 
 def _chains(*args, **fidelity):
-    paths = trace_paths(*_traced(*args, **fidelity))
+    paths = trace_paths(*traced(*args, **fidelity))
     return paths[(paths.kind == "mixed") & (paths.mic == 0)]
 
 
 def _wedges(panel):
-    world = still_tracing(*_traced([panel], _towards(0.0), _towards(5.0))[:3], np.zeros(1), Fidelity()).world
+    world = still_tracing(*traced([panel], towards(0.0), towards(5.0))[:3], np.zeros(1), Fidelity()).world
     (rows,) = panels_of(world.wedges)
     return world.wedges[rows], world.origin_m
 
@@ -104,7 +90,7 @@ def test_sums_are_those_of_all_pairs_triples_and_more():
     wedges, origin = _wedges(_panel(0.05, 0.05))
     nodes, wavenumber = nodes_of(wedges, 4.0 * C), 2.0 * np.pi * 5_000.0 / C  # few nodes, at low k
     assert 60 < len(nodes) < 200
-    source, receiver = _towards(70.0) - origin, _towards(62.0, height=0.2) - origin
+    source, receiver = towards(70.0) - origin, towards(62.0, height_m=0.2) - origin
     two, three, four, five = _plain(nodes, wavenumber, source, receiver)
     face = face_of(nodes, linked_edges(wedges), np.array([wavenumber]))
     assert over_two(face, source, receiver).sum() == pytest.approx(two, rel=1e-5)
@@ -128,9 +114,9 @@ def test_windows_add_up_to_one():
 
 @pytest.mark.parametrize("yaws_deg", [(70.0, 62.0), (88.0, 85.0)])
 def test_speaker_and_microphone_can_be_swapped(yaws_deg):
-    ends = _towards(yaws_deg[0]), _towards(yaws_deg[1], height=0.2)
-    scene, *_ = _traced([_panel()], *ends)
-    forth, back = (trace_paths(scene, *_traced([_panel()], *pair)[1:]) for pair in (ends, ends[::-1]))
+    ends = towards(yaws_deg[0]), towards(yaws_deg[1], height_m=0.2)
+    scene, *_ = traced([_panel()], *ends)
+    forth, back = (trace_paths(scene, *traced([_panel()], *pair)[1:]) for pair in (ends, ends[::-1]))
     forth, back = (paths[paths.mic == 0] for paths in (forth, back))
     assert (forth.order > 4).any()
     whole, chains = (np.abs(paths.transfer_function(FREQUENCY)[0]).max() for paths in (forth, forth[forth.order > 1]))
@@ -141,7 +127,7 @@ def test_speaker_and_microphone_can_be_swapped(yaws_deg):
 
 
 def test_turned_and_shifted_panel_sends_the_same():
-    ends = np.array([_towards(70.0), _towards(62.0, height=0.2)])
+    ends = np.array([towards(70.0), towards(62.0, height_m=0.2)])
     turn, shift = Rotation.from_euler("xyz", [0.3, -0.4, 1.0]), np.array([3.0, -2.0, 5.0])
     mesh = _panel().mesh.copy()
     mesh.vertices = turn.apply(mesh.vertices) + shift
@@ -154,14 +140,14 @@ def test_turned_and_shifted_panel_sends_the_same():
 
 def test_gains_are_smooth_over_the_band():
     # each way has the delay of its windows: eight and sixteen nodes of the band give the same echo
-    ends = _towards(72.0, distance=0.8), _towards(65.0, distance=0.8, height=0.1)
+    ends = towards(72.0, distance_m=0.8), towards(65.0, distance_m=0.8, height_m=0.1)
     few, many = (_chains([_panel(0.3, 0.3)], *ends, band_points=n).transfer_function(FREQUENCY)[0] for n in (8, 16))
     assert np.abs(many).max() > 1e-4
     assert np.abs(few - many).max() < 3e-3 * np.abs(many).max()
 
 
 def test_absorbing_faces_pass_less_on():
-    ends = _towards(70.0), _towards(72.0)
+    ends = towards(70.0), towards(72.0)
     rigid, soft = (
         np.abs(_chains([panel], *ends, edge_order=2).gain).max()
         for panel in (_panel(), _panel(material=Material.uniform("felt", 0.2)))
@@ -170,17 +156,17 @@ def test_absorbing_faces_pass_less_on():
 
 
 def test_hidden_and_faint_chains_are_booked(box):
-    ends = _towards(70.0), _towards(72.0)
-    screen = box((0.1, 0.1, 2.0), tuple(_towards(70.0, 0.8)), "screen")
+    ends = towards(70.0), towards(72.0)
+    screen = box((0.1, 0.1, 2.0), tuple(towards(70.0, 0.8)), "screen")
     assert not (_chains([_panel(), screen], *ends).obstacle == "panel > panel").any()
-    turned = trace_rejected(*_traced([_panel(), screen], *ends), limit=9000)
+    turned = trace_rejected(*traced([_panel(), screen], *ends), limit=9000)
     assert ((turned.mask == "hidden") & (turned.obstacle == "panel > panel")).sum() > 2
-    faint = trace_rejected(*_traced([_panel()], *ends, edge_floor_db=-40.0, edge_share_db=-20.0), limit=9000)
+    faint = trace_rejected(*traced([_panel()], *ends, edge_floor_db=-40.0, edge_share_db=-20.0), limit=9000)
     assert (faint.mask == "faint second edge").sum() > 20
 
 
 def test_what_the_floor_leaves_out_is_faint():
-    ends = _towards(75.0), _towards(70.0)
+    ends = towards(75.0), towards(70.0)
     whole, kept = _chains([_panel()], *ends), _chains([_panel()], *ends, edge_floor_db=-80.0)
     assert 10 < len(kept) < 0.5 * len(whole)
     whole, kept = (paths.transfer_function(FREQUENCY)[0] for paths in (whole, kept))
@@ -188,24 +174,24 @@ def test_what_the_floor_leaves_out_is_faint():
 
 
 def test_panels_too_large_for_integrals_keep_their_apexes():
-    paths = _chains([_panel(1.5, 1.5)], _towards(70.0), _towards(72.0))
+    paths = _chains([_panel(1.5, 1.5)], towards(70.0), towards(72.0))
     assert 0 < len(paths) < 200
 
 
 def test_chains_are_left_out_where_a_mirror_image_drowns_them():
-    ends = _towards(2.0), _towards(3.0)
-    paths = trace_paths(*_traced([_panel(0.45, 0.45)], *ends))
+    ends = towards(2.0), towards(3.0)
+    paths = trace_paths(*traced([_panel(0.45, 0.45)], *ends))
     assert (paths.kind == "specular").any()
     assert not (paths.kind == "mixed").any()
-    with_chains = trace_paths(*_traced([_panel(0.45, 0.45)], *ends, edge_chains="apexes"))
+    with_chains = trace_paths(*traced([_panel(0.45, 0.45)], *ends, edge_chains="apexes"))
     assert (with_chains.kind == "mixed").any()
     few, all_of_them = (p[(p.mic == 0) & (p.order > 0)].transfer_function(FREQUENCY)[0] for p in (paths, with_chains))
     np.testing.assert_allclose(few, all_of_them, atol=5e-3 * np.abs(few).max())  # 0.04 dB at one frequency
 
 
 def test_chains_beside_a_mirror_image_are_booked_at_their_level():
-    ends = _towards(1.0), _towards(1.5)
-    args = _traced([_panel(0.1, 0.1)], *ends)
+    ends = towards(1.0), towards(1.5)
+    args = traced([_panel(0.1, 0.1)], *ends)
     turned = trace_rejected(*args, limit=20_000)
     drowned = turned[(turned.mask == "drowned by a mirror image") & (turned.mic == 0)]
     assert turned.counts["drowned by a mirror image"] == len(drowned) > 2000  # the lower one sees none
@@ -235,7 +221,7 @@ def test_four_and_five_edges_are_met_near_edge_on_only():
 def _heard_at(yaw_deg, **fidelity):
     """What a floor of -80 dB leaves of a small panel's chains."""
     fidelity = {"edge_floor_db": -80.0, "edge_share_db": -20.0, **fidelity}
-    return _traced([_panel(0.15, 0.15)], _towards(yaw_deg), _towards(yaw_deg - 2.0, height=0.1), **fidelity)
+    return traced([_panel(0.15, 0.15)], towards(yaw_deg), towards(yaw_deg - 2.0, height_m=0.1), **fidelity)
 
 
 def test_echoes_go_on_smoothly_where_longer_chains_set_in():
@@ -253,7 +239,7 @@ def test_echoes_go_on_smoothly_where_longer_chains_set_in():
 def test_what_is_not_followed_is_fainter_than_its_bound():
     wedges, origin = _wedges(_panel(0.1, 0.1))
     face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * np.array([20_000.0]) / C)
-    source, receiver = _towards(86.0) - origin, _towards(80.0, height=0.1) - origin
+    source, receiver = towards(86.0) - origin, towards(80.0, height_m=0.1) - origin
     before, after = half_way(face, source), half_way(face, receiver)
     args = face, before, [after], [over_three(face, before, after)]
     (every,) = longer_chains(*args, [lambda bound: bound >= 0.0], 5)
@@ -269,7 +255,7 @@ def test_what_is_not_followed_is_fainter_than_its_bound():
 def test_both_faces_of_a_plate_with_thickness_are_alike():
     mesh = trimesh.creation.box((0.002, 0.2, 0.3))
     mesh.apply_translation([-0.001, 0.0, 0.0])
-    ends = _towards(70.0), _towards(74.0)
+    ends = towards(70.0), towards(74.0)
     plates = Obstacle(mesh, Material.rigid(), "panel"), _panel()
     thick, thin = (_chains([plate], *ends).transfer_function(FREQUENCY)[0] for plate in plates)
     np.testing.assert_allclose(thick, thin, atol=1e-6 * np.abs(thin).max())

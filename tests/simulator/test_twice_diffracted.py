@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.optimize import minimize
-from scipy.spatial.transform import Rotation
 
 from obstaclewatch.beep import BeepDesign
 from simulator import (
@@ -15,7 +14,6 @@ from simulator import (
     Material,
     Obstacle,
     Phone,
-    Pose,
     Scene,
     StraightWalk,
     trace_paths,
@@ -26,32 +24,23 @@ from simulator.joint_apexes import joint_apexes, second_derivatives
 from simulator.panels import chains_of, panels_of
 from simulator.render import trace_walk
 from simulator.trace import still_tracing
+from tests.references.panels import SPEED_M_S as C
+from tests.references.panels import panel, towards, traced
 
-C = 343.0
 FREQUENCY = np.linspace(18_000.0, 23_000.0, 11)
 
 
 def _panel(width=0.3, height=0.4, material=None) -> Obstacle:
-    y, z = 0.5 * width, 0.5 * height
-    corners = [[0.0, -y, -z], [0.0, y, -z], [0.0, y, z], [0.0, -y, z]]
-    return Obstacle(trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]]), material or Material.rigid(), "panel")
+    return panel(width, height, material)
 
 
 def _traced(obstacles, source, receiver, **fidelity):
-    phone = Phone.ideal(source, [receiver, np.asarray(receiver) + [0.0, 0.0, 0.11]])
-    pose = Pose([0.0, 0.0, 0.0], Rotation.identity())
-    fidelity = {"level": "reference", "edge_chains": "apexes", "edge_floor_db": -np.inf, **fidelity}
-    return Scene(obstacles, Air.lossless(C)), phone, pose, Fidelity(**fidelity)
+    return traced(obstacles, source, receiver, **{"edge_chains": "apexes", **fidelity})
 
 
 def _echo(*args, **fidelity):
     paths = trace_paths(*_traced(*args, **fidelity))
     return paths[(paths.order > 0) & (paths.mic == 0)]
-
-
-def _towards(yaw_deg, distance=1.5, height=0.03):
-    yaw = np.deg2rad(yaw_deg)
-    return np.array([distance * np.cos(yaw), -distance * np.sin(yaw), height])
 
 
 def _random_lines(rng, rows, count):
@@ -94,7 +83,7 @@ def test_second_derivatives_are_differences_of_lengths():
 
 
 def test_chains_of_a_rectangle():
-    scene, phone, pose, fidelity = _traced([_panel()], _towards(70.0), _towards(71.0))
+    scene, phone, pose, fidelity = _traced([_panel()], towards(70.0), towards(71.0))
     wedges = still_tracing(scene, phone, pose, np.zeros(1), fidelity).world.wedges
     (panel,) = panels_of(wedges)
     chains = chains_of(wedges, panel, 3)
@@ -109,14 +98,14 @@ def test_round_panels_have_no_chains():
     # 32 short pieces of a rim would make tens of thousands of them
     disc = trimesh.creation.cylinder(radius=0.3, height=0.002, sections=32)
     disc.apply_transform(trimesh.transformations.rotation_matrix(0.5 * np.pi, (0.0, 1.0, 0.0)))
-    paths = _echo([Obstacle(disc, Material.rigid(), "disc")], _towards(70.0), _towards(72.0))
+    paths = _echo([Obstacle(disc, Material.rigid(), "disc")], towards(70.0), towards(72.0))
     assert (paths.kind == "edge").sum() > 20
     assert not (paths.kind == "mixed").any()
 
 
 def test_apexes_are_the_stationary_part_of_the_double_line_integral():
     # Svensson, Fred and Vanderkooy 1999, second order over both faces: the edges end softly, so that apexes alone count
-    edge_y, source, receiver = 0.15, _towards(68.0), _towards(63.0, height=0.1)
+    edge_y, source, receiver = 0.15, towards(68.0), towards(63.0, height_m=0.1)
     k, z = 2.0 * np.pi * 20_000.0 / C, np.linspace(-0.8, 0.8, 900)
     near, far = (np.stack([0.0 * z, 0.0 * z + y, z], axis=1) for y in (-edge_y, edge_y))
 
@@ -148,7 +137,7 @@ def test_apexes_are_the_stationary_part_of_the_double_line_integral():
 
 
 def test_speaker_and_microphone_may_be_swapped():
-    source, receiver = _towards(72.0), _towards(81.0, 1.3, 0.1)
+    source, receiver = towards(72.0), towards(81.0, 1.3, 0.1)
     there, back = _echo([_panel()], source, receiver), _echo([_panel()], receiver, source)
     chains = (there.kind == "mixed").sum()
     assert chains == (back.kind == "mixed").sum() > 20
@@ -172,7 +161,7 @@ def test_both_faces_of_a_plate_with_thickness_are_alike():
     mesh = trimesh.creation.box((0.002, 0.3, 0.4))
     mesh.apply_translation([-0.001, 0.0, 0.0])
     plate = Obstacle(mesh, Material.rigid(), "panel")
-    ends = _towards(70.0), _towards(74.0)
+    ends = towards(70.0), towards(74.0)
     thick, thin = (_echo([o], *ends).transfer_function(FREQUENCY)[0] for o in (plate, _panel()))
     np.testing.assert_allclose(thick, thin, atol=1e-9 * np.abs(thin).max())
 
@@ -181,14 +170,14 @@ def test_chains_change_little_while_the_phone_rises_past_the_panel():
     steps = np.array([-2e-3, -1e-5, 1e-5, 2e-3]) + 0.2
     levels = []
     for height in steps:
-        paths = _echo([_panel()], _towards(75.0, height=height), _towards(75.5, height=height))
+        paths = _echo([_panel()], towards(75.0, height_m=height), towards(75.5, height_m=height))
         levels.append(paths[paths.kind == "mixed"].transfer_function(FREQUENCY)[0])
-    inside = np.abs(_echo([_panel()], _towards(75.0), _towards(75.5)).transfer_function(FREQUENCY)[0]).max()
+    inside = np.abs(_echo([_panel()], towards(75.0), towards(75.5)).transfer_function(FREQUENCY)[0]).max()
     assert np.abs(levels[2] - levels[1]).max() < 1e-3 * inside
 
 
 def test_absorbing_faces_pass_less_on():
-    ends = _towards(70.0), _towards(72.0)
+    ends = towards(70.0), towards(72.0)
     rigid, soft = (
         np.abs(p[p.kind == "mixed"].gain).max()
         for p in (_echo([_panel()], *ends), _echo([_panel(material=Material.uniform("felt", 0.2))], *ends))
@@ -197,8 +186,8 @@ def test_absorbing_faces_pass_less_on():
 
 
 def test_hidden_and_faint_chains_are_booked(box):
-    ends = _towards(70.0), _towards(72.0)
-    screen = box((0.1, 0.1, 2.0), tuple(_towards(70.0, 0.8)), "screen")
+    ends = towards(70.0), towards(72.0)
+    screen = box((0.1, 0.1, 2.0), tuple(towards(70.0, 0.8)), "screen")
     paths = _echo([_panel(), screen], *ends)
     assert not ((paths.kind == "mixed") & (paths.obstacle == "panel > panel")).any()
     turned = trace_rejected(*_traced([_panel(), screen], *ends), limit=5000)
@@ -210,7 +199,7 @@ def test_hidden_and_faint_chains_are_booked(box):
 def test_levels_choose_the_order():
     assert Fidelity().edge_order == 1
     assert Fidelity(level="reference").edge_order == LEVELS["reference"]["edge_order"] == 5
-    ends = _towards(70.0), _towards(72.0)
+    ends = towards(70.0), towards(72.0)
     assert "several edges of a thin panel" in _echo([_panel()], *ends, level="standard").explain()
     assert "several edges of a thin panel" not in _echo([_panel()], *ends).explain()
     with pytest.raises(ValueError, match="edge_order must be a whole number from 1 to 5, got 6"):
