@@ -6,10 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.block_gate import BlockGate
 from obstaclewatch.collision import CollisionVote, Decision, decide, on_course, on_course_printed
 from obstaclewatch.detection import Detection, Flag
 from obstaclewatch.feed import SampleFeed
@@ -46,38 +47,36 @@ class EchoDetector(ABC):
         self.settings = PaperSettings() if settings is None else settings
         self._pipeline = EchoPipeline(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         self._vote = CollisionVote(self.settings.votes_needed, self.settings.votes_of)
-        self._index = 0
+        self._blocks = BlockGate(beep)
 
     def reset(self) -> None:
         """Forget everything heard so far."""
         self._pipeline.reset()
         self._vote.clear()
-        self._index = 0
+        self._blocks.clear()
 
-    def process(self, block: NDArray[np.floating], time_s: float | None = None) -> Detection:
+    def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
         """Measure one beep and decide.
 
         Args:
             block: (2, period_samples) one beep period, starting at the beep's emission.
-            time_s: time of the block's first sample; None takes whole periods since the first block.
+            time_s: time of the block's first sample; None takes whole periods since the last that was given, or 0.
 
         Returns:
             The detection. Without a beep it holds no candidates, the flag NO_BEEP, and casts no vote.
 
         Raises:
-            ValueError: a block of another shape, or samples that are not finite.
+            ValueError: a block of another shape, samples that are not finite, or a time that is not finite or not
+                later than the last block's. The detector is as it was before, ready for another block.
         """
-        if block.ndim != 2 or len(block) != 2:
-            raise ValueError(f"a block must have two channels, (2, {self.beep.period_samples}), got {block.shape}")
-        begin_s = self._index * self.beep.period_s if time_s is None else time_s
-        found = self._pipeline.measure(block, begin_s)
+        samples, begin_s = self._blocks.checked(block, time_s)
+        found = self._pipeline.measure(samples, begin_s)
         collides = self._collides(found)
         emitted_s = begin_s + found.start_s
         decision = decide(
             self._vote, emitted_s, found.range_m, found.closing_speed_m_s, collides, self._alert_range_m()
         )
-        index, self._index = self._index, self._index + 1
-        return _detection(index, emitted_s, found, collides, decision)
+        return _detection(self._blocks.passed(begin_s, time_s), emitted_s, found, collides, decision)
 
     def stream(self, recording: Recording) -> Iterator[Detection]:
         """Detections of a recording that may start anywhere, one per whole beep period, from a fresh state.

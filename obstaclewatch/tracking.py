@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.approaches import Approaches, Track
 from obstaclewatch.beep import BeepDesign
@@ -106,15 +106,13 @@ class TrackingDetector(EchoDetector):
         self._approaches.clear()
         self._steps.clear()
 
-    def process(self, block: NDArray[np.floating], time_s: float | None = None) -> Detection:
+    def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `EchoDetector.process`."""
         if not self.settings.reject_static:
             return ahead_alone(super().process(block, time_s), self.phone.mic_separation_m, self._most_standing)
-        if block.ndim != 2 or len(block) != 2:
-            raise ValueError(f"a block must have two channels, (2, {self.beep.period_samples}), got {block.shape}")
-        begin_s = self._index * self.beep.period_s if time_s is None else time_s
-        index, self._index = self._index, self._index + 1
-        found = self._finder.find(block)
+        samples, begin_s = self._blocks.checked(block, time_s)
+        found = self._finder.find(samples)
+        index = self._blocks.passed(begin_s, time_s)
         if found is None:
             return self._report(index, begin_s, [], [], Flag.NO_BEEP)
         start_s, peaks = found

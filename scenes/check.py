@@ -20,7 +20,7 @@ from scenes.solids import shifted
 from scenes.truth import NOT_IN_THE_WAY, contact
 from simulator.phone import Phone
 from simulator.pose import Walk
-from simulator.scene import Obstacle, Scene
+from simulator.scene import Obstacle, Scene, with_area
 
 Array = NDArray[np.float64]
 
@@ -95,9 +95,7 @@ def _scale_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
 
 
 def _triangle_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
-    corners = mesh.vertices[mesh.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    flat = int((mesh.area_faces <= 1e-9 * longest**2).sum())
+    flat = int((~with_area(mesh)).sum())
     if flat:
         yield Finding("warning", name, "slivers", f"has {flat} triangles without area, which are left out")
     twice = len(mesh.faces) - len(np.unique(np.sort(mesh.faces, axis=1), axis=0))

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from simulator.clusters import Clusters, clusters
 from simulator.nagata import bulges
 from simulator.rims import rims
-from simulator.scene import Obstacle
+from simulator.scene import Obstacle, with_area
 from simulator.vertex_normals import vertex_geometry
 
 Floats = NDArray[np.float64]
@@ -163,9 +163,7 @@ def _cleaned(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A copy with equal vertices merged (triangle soups included) and without facets of no area."""
     copy = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
     copy.merge_vertices(merge_tex=True, merge_norm=True)
-    corners = copy.vertices[copy.faces]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    copy.update_faces(copy.area_faces > 1e-9 * edges**2)
+    copy.update_faces(with_area(copy))
     copy.remove_unreferenced_vertices()
     return copy
 

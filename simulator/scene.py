@@ -14,11 +14,16 @@ from simulator.air import Air
 from simulator.materials import Material
 
 Surface = Literal["auto", "flat", "smooth"]
+LEAST_AREA = 1e-9
+"""Of a triangle, over the square of its longest side."""
 
 
 @dataclass(frozen=True)
 class Obstacle:
     """One named body: a mesh in world coordinates, its material, and how its facets are to be read.
+
+    A closed mesh, watertight and wound alike, reflects on the side its normals point to: outside, or inside if it is
+    wound inwards, as a room is. Both sides of any other mesh reflect.
 
     Attributes:
         mesh: trimesh.Trimesh, m, world frame, at time 0.
@@ -30,7 +35,8 @@ class Obstacle:
         category: free label ("wall", "dustbin", ...), carried through to scores.
 
     Raises:
-        ValueError: no triangles, NaN vertices, indices out of range, an unknown surface, a wrong velocity.
+        ValueError: no triangles or none with an area, NaN vertices, indices out of range, an unknown surface, a wrong
+            velocity.
     """
 
     mesh: trimesh.Trimesh
@@ -99,3 +105,14 @@ def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
         )
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")
+    if not with_area(mesh).any():
+        raise ValueError(f"mesh of '{name}' must have a triangle with an area, got {len(faces)} without")
+
+
+def with_area(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
+    """(T,) triangles that have a plane: whose area is not lost beside the square of their longest side."""
+    corners = np.asarray(mesh.vertices, dtype=np.float64)[mesh.faces]
+    along = np.roll(corners, -1, axis=1) - corners
+    area = 0.5 * np.linalg.norm(np.cross(along[:, 0], along[:, 1]), axis=1)
+    found: NDArray[np.bool_] = area > LEAST_AREA * np.linalg.norm(along, axis=2).max(axis=1) ** 2
+    return found

@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from obstaclewatch import DistanceOnlyDetector, Errata, Flag, NoBeepError, PaperDetector, PaperSettings, PhoneGeometry
+from obstaclewatch import (
+    DistanceOnlyDetector,
+    Errata,
+    Flag,
+    NoBeepError,
+    PaperDetector,
+    PaperSettings,
+    PhoneGeometry,
+    TrackingDetector,
+)
 
 from .synthetic import BEEP, PHONE, C, Point, record, recording, true_range
 
@@ -163,6 +172,34 @@ def test_radius_of_points_and_of_wide_echoes():
     assert len(point) == len(wide) == 1
     assert point[0] < 0.05
     assert 0.15 < wide[0] < 1.0
+
+
+@pytest.mark.parametrize("detector", [PaperDetector, DistanceOnlyDetector, TrackingDetector])
+def test_a_refused_block_leaves_the_detector_as_it_was(detector):
+    """Wrong blocks and times between good ones: one clear error each, and what follows as if they had not been."""
+    first, second = np.split(record([Point(3.0)], beeps=2), 2, axis=1)
+    undisturbed, disturbed = detector(BEEP, PHONE), detector(BEEP, PHONE)
+    undisturbed.process(first)
+    disturbed.process(first.tolist())
+    for block, time_s, message in (
+        (np.full_like(second, np.nan), None, "finite and not overflow"),
+        (second.astype(complex), None, "real numbers, got complex128"),
+        (second[:, 1:], None, "17280"),
+        (second, np.nan, "time_s must be finite, got nan"),
+        (second, 0.0, "later than the last block's 0.0 s, got 0.0 s"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            disturbed.process(block, time_s)
+    expected, found = undisturbed.process(second), disturbed.process(second)
+    assert (found.index, found.time_s) == (1, expected.time_s)
+    np.testing.assert_array_equal(found.range_m, expected.range_m)
+
+
+def test_blocks_without_a_time_follow_the_last_that_had_one():
+    detector = PaperDetector(BEEP, PHONE)
+    block = record([Point(3.0)])
+    times = [detector.process(block, time_s).time_s for time_s in (None, 7.0, None, None)]
+    assert np.diff(times) == pytest.approx([7.0, BEEP.period_s, BEEP.period_s], abs=1e-9)
 
 
 def test_bad_input_is_one_clear_error():

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator.scene import with_area
 
 C = 343.0
 MIRRORS = Fidelity(mechanisms=("specular", "curved"))
@@ -244,3 +245,15 @@ def test_nan_vertices_are_refused():
     broken = trimesh.Trimesh(vertices, mesh.faces, process=False)
     with pytest.raises(ValueError, match=r"'broken'.*finite"):
         Obstacle(broken, Material.rigid(), "broken")
+
+
+def test_a_mesh_without_area_is_refused_and_a_flat_triangle_among_others_left_out():
+    """Regression: the first used to end in numpy's "zero-size array to reduction operation"."""
+    line = trimesh.Trimesh([[2, -0.5, 0], [2, 0.5, 1], [2, 0, 0.5]], [[0, 1, 2]], process=False)
+    with pytest.raises(ValueError, match=r"'line' must have a triangle with an area, got 1 without"):
+        Obstacle(line, Material.rigid(), "line")
+    box = trimesh.creation.box((0.3, 0.5, 0.8))
+    tailed = trimesh.Trimesh(
+        np.vstack([box.vertices, line.vertices]), np.vstack([box.faces, [[8, 9, 10]]]), process=False
+    )
+    assert with_area(tailed).tolist() == [True] * 12 + [False]
