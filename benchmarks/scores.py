@@ -70,7 +70,7 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
 BEEP_COLUMNS = (
     "beep", "time_s", "true_range_m", "true_range2_m", "low", "true_bearing_rad", "true_radius_m",
     "true_signed_bearing_rad", "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m",
-    "bearing_std_rad", "flags", "candidates",
+    "bearing_std_rad", "radius_std_m", "flags", "candidates",
 )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.breadth import narrow_radius
 from obstaclewatch.carrier_phase import log_agreement
 from obstaclewatch.course_evidence import Agreement
 from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
@@ -56,7 +57,7 @@ def log_fit(misfit: float) -> float:
 
 
 class Meeting(NamedTuple):
-    """What H courses come to, (H,) each.
+    """What H courses come to, (H,) each but for the last.
 
     Attributes:
         collision: probability that they are collisions.
@@ -64,6 +65,7 @@ class Meeting(NamedTuple):
         angle_rad: at which walls stay; 0 for other things.
         nearing: fall of a wall's distance along its normal per distance walked; 1 for other things.
         way: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
+        radii: (H, B) probabilities of the classes of radii, see `breadth`.
     """
 
     collision: Array
@@ -71,6 +73,7 @@ class Meeting(NamedTuple):
     angle_rad: Array
     nearing: Array
     way: Array
+    radii: Array
 
 
 class Course(NamedTuple):
@@ -83,6 +86,7 @@ class Course(NamedTuple):
         bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
         cosine: of the cone about the phone's long axis at which the echo arrives.
         miss_m: expected miss distance; walls count with 0.
+        radius_m, radius_std_m: half its breadth; NaN of what is not thought narrow.
     """
 
     collision: float
@@ -92,6 +96,8 @@ class Course(NamedTuple):
     bearing_std_rad: float
     cosine: float
     miss_m: float
+    radius_m: float
+    radius_std_m: float
 
     @property
     def contact_s(self) -> float:
@@ -140,7 +146,8 @@ def expectations(
     for course in range(len(share)):
         variance += share[course] * (bearing[course] - mean) ** 2 if share[course] >= NEGLIGIBLE else 0.0
     left = left_of_hits / hit if hit > 1e-6 else left
-    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss)
+    radius, radius_std = narrow_radius(share, meeting.radii)
+    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss, radius, radius_std)
 
 
 @numba.njit(cache=True, error_model="numpy")

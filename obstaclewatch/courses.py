@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.breadth import radius_shares
 from obstaclewatch.course_evidence import Ears, agreement
 from obstaclewatch.course_geometry import Bodies, Singles
 from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
@@ -106,7 +107,14 @@ class CourseGrid:
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)
         self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
         way = cos_tilt / np.cos(self._all.angle_rad)
-        self._meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, self._nearing, way)
+        self._meeting = Meeting(
+            self._all.collision,
+            self._all.contact_m,
+            self._all.angle_rad,
+            self._nearing,
+            way,
+            radius_shares(self._all),
+        )
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
     def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:

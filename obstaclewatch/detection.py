@@ -43,12 +43,14 @@ class Detection:
         range_m: (n,) D1, from microphone 0 to the obstacle.
         range2_m: (n,) D2, from microphone 1.
         bearing_rad: (n,) unsigned angle between walking direction and obstacle.
-        radius_m: (n,) of the obstacle, from its crest's width.
+        radius_m: (n,) half the obstacle's breadth, from its crest's width or from the kind of its echo.
         level_db: (n,) echo relative to the direct sound, at microphone 0.
         snr_db: (n,) 2E/N0 after the matched filter, at microphone 0; peak power over half the envelope's noise power.
         closing_speed_m_s: (n,) speed of approach, from the ranges of earlier beeps.
         range_std_m: (n,) claimed standard deviation of range_m, without the range-Doppler bias.
         bearing_std_rad: (n,) claimed standard deviation of bearing_rad.
+        radius_std_m: (n,) claimed standard deviation of radius_m; NaN for one from a crest's width, which noise does
+            not tell.
         collides: (n,) votes for a collision.
         flags: (n,) int, a combination of `Flag`.
         beep_flags: remarks on the whole beep.
@@ -66,6 +68,7 @@ class Detection:
     closing_speed_m_s: NDArray[np.float64]
     range_std_m: NDArray[np.float64]
     bearing_std_rad: NDArray[np.float64]
+    radius_std_m: NDArray[np.float64]
     collides: NDArray[np.bool_]
     flags: NDArray[np.int_]
     beep_flags: Flag

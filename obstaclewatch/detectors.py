@@ -179,6 +179,7 @@ def _detection(
         closing_speed_m_s=found.closing_speed_m_s,
         range_std_m=found.range_std_m,
         bearing_std_rad=found.bearing_std_rad,
+        radius_std_m=np.full(len(found.radius_m), np.nan),
         collides=collides,
         flags=found.flags,
         beep_flags=found.beep_flags,

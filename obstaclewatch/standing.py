@@ -55,6 +55,7 @@ def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:
         closing_speed_m_s=found.closing_speed_m_s[kept],
         range_std_m=np.hypot(found.range_std_m[kept], OTHER_STD_M),
         bearing_std_rad=found.bearing_std_rad[kept],
+        radius_std_m=found.radius_std_m[kept],
         collides=found.collides[kept],
         flags=found.flags[kept],
     )

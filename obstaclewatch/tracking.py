@@ -47,6 +47,8 @@ COLUMNS = (
     "closing_speed_m_s",
     "level_db",
     "snr_db",
+    "radius_m",
+    "radius_std_m",
 )
 """Of a `Detection`; the first three need two different channels."""
 MOST_MISSES = 3
@@ -151,7 +153,6 @@ class TrackingDetector(EchoDetector):
             index=index,
             time_s=time_s,
             **dict(zip(COLUMNS, columns, strict=True)),
-            radius_m=np.full(len(rows), np.nan),
             collides=np.array([course.collision >= 0.5 for course in courses], dtype=bool),
             flags=np.full(len(rows), int(flag)),
             beep_flags=flag,
@@ -166,7 +167,8 @@ class TrackingDetector(EchoDetector):
         range2_m = sqrt(range_m**2 + length**2 + 2.0 * length * range_m * course.cosine)
         range_std_m = sqrt(float(track.covariance[0, 0]))
         direction = range2_m, course.bearing_rad, course.bearing_std_rad
-        return *direction, range_m, range_std_m, speed, track.level_db, track.snr_db
+        heard = range_m, range_std_m, speed, track.level_db, track.snr_db
+        return *direction, *heard, course.radius_m, course.radius_std_m
 
     def _decide(self, time_s: float, tracks: list[Track], courses: list[Course]) -> Decision:
         """Alert if any course collides surely enough at the distance at which that must be decided."""

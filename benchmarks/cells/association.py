@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-COLUMNS = ("range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad", "flags")
+COLUMNS = (
+    "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad",
+    "radius_std_m", "flags",
+)  # fmt: skip
 
 
 class DetectionLike(Protocol):
@@ -52,6 +55,10 @@ class DetectionLike(Protocol):
         """(K,) claimed standard deviation of bearing_rad; NaN without a claim."""
 
     @property
+    def radius_std_m(self) -> Array:
+        """(K,) claimed standard deviation of radius_m; NaN without a claim."""
+
+    @property
     def flags(self) -> NDArray[np.int_]:
         """(K,) remarks, a combination of `obstaclewatch.Flag`."""
 
@@ -63,7 +70,7 @@ class Estimates:
     Attributes:
         range_m, range2_m, bearing_rad, radius_m, snr_db: (T,) of the associated candidate.
         flags: (T,) remarks on it, a combination of `obstaclewatch.Flag`.
-        range_std_m, bearing_std_rad: (T,) what the detector claims of its own errors.
+        range_std_m, bearing_std_rad, radius_std_m: (T,) what the detector claims of its own errors.
         candidates: (T,) how many candidates the beep had.
     """
 
@@ -74,6 +81,7 @@ class Estimates:
     snr_db: Array
     range_std_m: Array
     bearing_std_rad: Array
+    radius_std_m: Array
     flags: Array
     candidates: NDArray[np.int64]
 

@@ -191,6 +191,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
         "snr_db": estimates.snr_db,
         "range_std_m": estimates.range_std_m,
         "bearing_std_rad": estimates.bearing_std_rad,
+        "radius_std_m": estimates.radius_std_m,
         "flags": estimates.flags,
         "candidates": estimates.candidates,
     }

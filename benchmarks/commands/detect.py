@@ -23,6 +23,9 @@ PIECE_SAMPLES = 1 << 20
 """Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
 LIVE_RATE_HZ = 48_000.0
 LIVE_LOOK_S = 1.0
+ESTIMATES = (
+    "range_m", "range2_m", "bearing_rad", "radius_m", "range_std_m", "bearing_std_rad", "radius_std_m",
+)  # fmt: skip
 
 
 @click.command()
@@ -139,7 +142,7 @@ def _band(text: str) -> tuple[float, float]:
 
 def _entry(detection: Detection) -> dict[str, Any]:
     decision = detection.decision
-    columns = {name: _numbers(getattr(detection, name)) for name in ("range_m", "range2_m", "bearing_rad", "radius_m")}
+    columns = {name: _numbers(getattr(detection, name)) for name in ESTIMATES}
     return {
         "index": detection.index, "time_s": detection.time_s, **columns,
         "snr_db": _numbers(detection.snr_db), "collides": np.asarray(detection.collides).tolist(),
@@ -154,9 +157,14 @@ def _numbers(values: Any) -> list[float | None]:
 
 def _line(detection: Detection) -> str:
     candidates = "  ".join(
-        f"{range_m:.2f} m {_angle(bearing)} r {_size(radius)}{'!' if hit else ''}"
-        for range_m, bearing, radius, hit in zip(
-            detection.range_m, detection.bearing_rad, detection.radius_m, detection.collides, strict=True
+        f"{range_m:.2f} m {_angle(bearing)} r {_size(radius, deviation)}{'!' if hit else ''}"
+        for range_m, bearing, radius, deviation, hit in zip(
+            detection.range_m,
+            detection.bearing_rad,
+            detection.radius_m,
+            detection.radius_std_m,
+            detection.collides,
+            strict=True,
         )
     )
     alert = "  ALERT" if detection.decision.alert else ""
@@ -168,5 +176,7 @@ def _angle(bearing_rad: float) -> str:
     return f"{math.degrees(bearing_rad):3.0f} deg" if math.isfinite(bearing_rad) else "  ? deg"
 
 
-def _size(radius_m: float) -> str:
-    return f"{radius_m:.2f} m" if math.isfinite(radius_m) else "?"
+def _size(radius_m: float, deviation_m: float) -> str:
+    if not math.isfinite(radius_m):
+        return "?"
+    return f"{radius_m:.2f}{f' +- {deviation_m:.2f}' if math.isfinite(deviation_m) else ''} m"

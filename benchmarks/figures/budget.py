@@ -86,6 +86,7 @@ def calibration(run: RunData) -> PlotFigure:
     for title, column, truth, claim in (
         ("range", "range_m", "true_range_m", "range_std_m"),
         ("bearing", "bearing_rad", "true_bearing_rad", "bearing_std_rad"),
+        ("radius", "radius_m", "true_radius_m", "radius_std_m"),
     ):
         lines = []
         for detector in judged_detectors(run):

@@ -143,7 +143,7 @@ def test_a_picture_keeps_so_many_columns_of_any_recording():
     columns = Columns()
     for index in range(10 * MOST_COLUMNS):
         decision = Decision(index == 12_345, 0.09 * index, np.nan, np.nan, 0)
-        arrays = [none] * 9
+        arrays = [none] * 10
         columns.add(Detection(index, 0.09 * index, *arrays, no, np.empty(0, int), 0, decision))
     assert MOST_COLUMNS / 2 <= len(columns.kept) <= MOST_COLUMNS
     assert columns.alerts_s == [pytest.approx(0.09 * 12_345)]

@@ -73,6 +73,7 @@ def detection(*ranges: float) -> SimpleNamespace:
         snr_db=place,
         range_std_m=place,
         bearing_std_rad=place,
+        radius_std_m=place + 20.0,
         flags=place,
     )
 
@@ -83,6 +84,7 @@ def test_all_estimates_of_a_beep_are_one_candidate_s() -> None:
     assert found.candidates.tolist() == [2, 0, 1]
     assert (found.range_m[0], found.range2_m[0]) == pytest.approx((2.05, 2.15))
     assert (found.bearing_rad[0], found.radius_m[0], found.snr_db[0]) == (1.0, 11.0, 1.0)
+    assert found.radius_std_m[0] == 21.0
     assert np.isnan(found.bearing_rad[1:]).all()
 
 
