@@ -7,6 +7,7 @@ kept once for every Chebyshev polynomial of frequency, so a path's gain over fre
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numba
@@ -39,7 +40,13 @@ NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left 
 
 
 def render_walk(
-    scene: Scene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity | None = None, seed: int = 0
+    scene: Scene,
+    phone: Phone,
+    walk: Walk,
+    beep: BeepDesign,
+    fidelity: Fidelity | None = None,
+    seed: int = 0,
+    unheard: Collection[str] = (),
 ) -> Recording:
     """What the phone's two microphones record on a walk; beep 0 leaves the speaker at sample 0.
 
@@ -50,17 +57,38 @@ def render_walk(
         beep: the emitted signal; its rate is the recording's.
         fidelity: what is modelled; None takes the defaults.
         seed: of the noise; the same seed gives the same samples bit for bit.
+        unheard: names of obstacles whose own echoes an oracle gates out: paths that meet these obstacles and no other.
+            What they hide, and what they add to the echoes of others, stays.
 
     Raises:
-        ValueError: the walk is shorter than one beep period, or the band passes what the tables hold (15-25 kHz).
+        ValueError: a name that no obstacle has, a walk shorter than one beep period, or a band that passes what the
+            tables hold (15-25 kHz).
     """
     fidelity = fidelity or Fidelity()
     paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
+    if unheard:
+        kept = heard_without(paths, _known(unheard, scene))
+        paths, motion = paths[kept], motion[kept]
     envelope = sum_envelopes(paths, motion, beep, count)
     samples = to_rate(envelope, phone, beep, count * beep.period_samples) * phone.full_scale_gain
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     samples += noise_samples(phone, samples.shape[1], beep.sample_rate_hz, rng)
     return Recording(samples.astype(np.float32), beep.sample_rate_hz)
+
+
+def heard_without(paths: Paths, obstacles: Collection[str]) -> NDArray[np.bool_]:
+    """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
+    ways, which = np.unique(paths.obstacle, return_inverse=True)
+    kept = np.array([way == "" or not set(way.split(" > ")) <= set(obstacles) for way in ways], dtype=bool)
+    return kept[which] if len(paths) else np.zeros(0, dtype=bool)
+
+
+def _known(names: Collection[str], scene: Scene) -> Collection[str]:
+    there = [obstacle.name for obstacle in scene.obstacles]
+    unknown = sorted(set(names) - set(there))
+    if unknown:
+        raise ValueError(f"unheard must be names of the scene's obstacles, {there}, got {unknown}")
+    return names
 
 
 def trace_walk(

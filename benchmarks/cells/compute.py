@@ -93,7 +93,10 @@ def _simulated(cell_json: str) -> tuple[Situation, Recording]:
     cell = Cell.model_validate_json(cell_json)
     setting = varied(SITUATIONS[cell.kind](cell), cell)
     beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
-    return setting, render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed)
+    recording = render_walk(
+        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, unheard=setting.unheard
+    )
+    return setting, recording
 
 
 def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:

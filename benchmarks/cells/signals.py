@@ -200,7 +200,10 @@ def _beep(cell: Cell) -> BeepDesign:
 
 def _rendered(cell: Cell, setting: Situation) -> Recording:
     fidelity = Fidelity(**cell.fidelity)
-    return render_walk(setting.scene, setting.phone, setting.walk, _beep(cell), fidelity=fidelity, seed=cell.seed)
+    return render_walk(
+        setting.scene, setting.phone, setting.walk, _beep(cell), fidelity=fidelity, seed=cell.seed,
+        unheard=setting.unheard,
+    )  # fmt: skip
 
 
 def _block(cell: Cell, recording: Recording, beep: int) -> NDArray[np.float32]:

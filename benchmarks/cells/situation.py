@@ -16,9 +16,11 @@ class Situation:
     Attributes:
         scene, walk, phone: what is rendered.
         targets: names of the obstacles whose estimates are judged.
+        unheard: names of those whose own echoes are left out; see `simulator.render_walk`.
     """
 
     scene: Scene
     walk: Walk
     phone: Phone
     targets: tuple[str, ...]
+    unheard: tuple[str, ...] = ()

@@ -79,6 +79,8 @@ class SceneChange(BaseModel):
     Attributes:
         target_material, ground_material: names of `simulator.Material.named`; None leaves what was drawn.
         surroundings: whether things, walls and people besides the target and the ground stay.
+        ground_echo: whether the ground's own echo is heard; an oracle gates it out of the sound, and what the ground
+            adds to the echoes of other things stays.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -86,6 +88,7 @@ class SceneChange(BaseModel):
     target_material: str | None = None
     ground_material: str | None = None
     surroundings: bool = True
+    ground_echo: bool = True
 
 
 class WalkChange(BaseModel):
@@ -112,14 +115,16 @@ class PhoneChange(BaseModel):
     """What is different about a phone; see the fields of the same names of `simulator.Phone`.
 
     Attributes:
+        mic_level_db: added to what each microphone hears, not to its noise: a better or a worse microphone.
         body: whether the walker's body stands behind the phone.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     level_spl_db: Finite | None = None
-    noise_spl_db: Annotated[float, Field(lt=200.0)] | None = None
+    noise_spl_db: Annotated[float, Field(lt=200.0, allow_inf_nan=False)] | None = None
     full_scale_spl_db: Finite | None = None
+    mic_level_db: tuple[Finite, Finite] = (0.0, 0.0)
     body: bool = True
 
 

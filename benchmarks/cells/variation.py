@@ -11,6 +11,7 @@ from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
 from scenes import GaitWalk, RouteWalk
 from simulator import Air, Material, Obstacle, Phone, Scene
 from simulator.pose import Walk
+from simulator.transducers import Transducer
 
 
 def varied(setting: Situation, cell: Cell) -> Situation:
@@ -22,7 +23,8 @@ def varied(setting: Situation, cell: Cell) -> Situation:
     scene = changed_scene(setting, cell.scene_change)
     scene = replace(scene, air=air_of(cell)) if cell.air else scene
     walk = changed_walk(setting.walk, cell.walk, cell.beep_period_s)
-    return replace(setting, scene=scene, walk=walk, phone=changed_phone(setting.phone, cell.phone_change))
+    phone = changed_phone(setting.phone, cell.phone_change)
+    return replace(setting, scene=scene, walk=walk, phone=phone, unheard=_unheard(scene, cell.scene_change))
 
 
 def air_of(cell: Cell) -> Air:
@@ -65,9 +67,19 @@ def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
 
 
 def changed_phone(phone: Phone, change: PhoneChange) -> Phone:
-    """The phone with other levels, or without the walker's body behind it."""
-    louder = replace(phone, **change.model_dump(exclude={"body"}, exclude_none=True))
-    return louder if change.body else louder.held_by(None)
+    """The phone with other levels or microphones, or without the walker's body behind it."""
+    louder = replace(phone, **change.model_dump(exclude={"body", "mic_level_db"}, exclude_none=True))
+    first, second = (_louder(mic, level) for mic, level in zip(phone.mics, change.mic_level_db, strict=True))
+    better = replace(louder, mics=(first, second))
+    return better if change.body else better.held_by(None)
+
+
+def _louder(mic: Transducer, level_db: float) -> Transducer:
+    return mic if level_db == 0.0 else replace(mic, response_db=mic.response_db + level_db)
+
+
+def _unheard(scene: Scene, change: SceneChange) -> tuple[str, ...]:
+    return () if change.ground_echo else tuple(o.name for o in scene.obstacles if o.category == "ground")
 
 
 def _stays(obstacle: Obstacle, targets: tuple[str, ...]) -> bool:

@@ -14,7 +14,10 @@ from benchmarks.cells.standing import standing_situation
 from benchmarks.cells.variation import changed_phone, changed_walk, varied
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
 from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
-from simulator import Phone, Scene, StraightWalk
+from scenes.obstacles import ground, wall
+from scenes.placing import placed
+from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk, render_walk
+from simulator.render import heard_without, trace_walk
 
 BEEP = BeepDesign()
 PERIOD_S = BEEP.period_s
@@ -142,3 +145,60 @@ def test_a_second_phone_in_another_band_leaves_ours_alone():
         peaks.append(MatchedFilter(ours, 0.03).compress(heard).magnitude.max())
     assert peaks[0] > 0.0
     assert 20 * np.log10(peaks[1] / peaks[0]) < -50.0
+
+
+def wall_on_ground() -> Scene:
+    ahead = placed(Obstacle(wall(3.0, 2.5), Material.named("brick"), "wall", category="wall"), (2.0, 0.0))
+    return Scene([Obstacle(ground(), Material.named("asphalt"), "ground", category="ground"), ahead])
+
+
+def test_the_ground_s_own_echo_is_gated_out_and_its_corner_with_the_wall_stays():
+    """Straight down 2 x 1.3 m, by the image; nothing else of the street moves."""
+    phone, scene, speed = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.01, 0.0], [0.0, -0.01, 0.0]]), wall_on_ground(), 0.0
+    walk = StraightWalk(np.array([0.0, 0.0, 1.3]), 0.0, speed, 2 * PERIOD_S)
+    paths = trace_walk(scene, phone, walk, BEEP, Fidelity(max_order=2))[0]
+    kept = heard_without(paths, ["ground"])
+    assert set(paths.obstacle[~kept]) == {"ground"}
+    np.testing.assert_allclose(paths.delay_s[~kept] * scene.air.sound_speed_m_s, 2.6, atol=1e-3)
+    assert {"", "wall", "wall > ground", "ground > wall"} <= set(paths.obstacle[kept])
+    heard, gated = (render_walk(scene, phone, walk, BEEP, unheard=names).samples for names in ((), ("ground",)))
+    alone = render_walk(Scene(scene.obstacles[:1]), phone, walk, BEEP).samples
+    direct = render_walk(Scene(()), phone, walk, BEEP).samples
+    np.testing.assert_allclose(heard - gated, alone - direct, atol=2e-7 * np.abs(heard).max())
+    with pytest.raises(ValueError, match=r"names of the scene's obstacles, .* got \['sky'\]"):
+        render_walk(scene, phone, walk, BEEP, unheard=("sky",))
+
+
+def test_a_cell_without_the_ground_s_echo_names_its_ground():
+    cell = Cell(
+        kind="approach", scene="campus", category="dustbin", index=1, phone="galaxy-s5", seed=3, collision=True,
+        detectors=("PaperDetector",), scene_change=SceneChange(ground_echo=False),
+    )  # fmt: skip
+    plain = approach_situation(cell)
+    assert plain.unheard == ()
+    changed = varied(plain, cell)
+    assert changed.unheard == ("ground",)
+    assert changed.scene.obstacles == plain.scene.obstacles
+
+
+def test_a_better_microphone_hears_more_and_its_noise_stays():
+    """10 dB more of every sound at microphone 1, and the same noise under the direct sound."""
+    phone, walk = Phone.named("galaxy-s5"), StraightWalk(np.array([0.0, 0.0, 1.3]), 0.0, 0.0, 2 * PERIOD_S)
+    better = changed_phone(phone, PhoneChange(mic_level_db=(0.0, 10.0)))
+    silent = [changed_phone(each, PhoneChange(noise_spl_db=-200.0)) for each in (phone, better)]
+    plain, louder = (render_walk(wall_on_ground(), each, walk, BEEP).samples for each in silent)
+    np.testing.assert_array_equal(plain[0], louder[0])
+    np.testing.assert_allclose(louder[1], 10.0**0.5 * plain[1], atol=1e-6 * np.abs(plain[1]).max())
+    quiet, noisy = (
+        [render_walk(Scene(()), each, walk, BEEP).samples for each in pair] for pair in (silent, (phone, better))
+    )
+    noise = [loud - still for loud, still in zip(noisy, quiet, strict=True)]
+    rounding = np.finfo(np.float32).eps * np.abs(louder).max()
+    assert noise[0].std() > 100.0 * rounding
+    np.testing.assert_allclose(noise[0], noise[1], rtol=0.0, atol=2.0 * rounding)
+
+
+def test_silence_that_json_cannot_hold_is_refused():
+    """-inf became null in a cell's JSON, and null the preset's own noise: a walk without noise had all of it."""
+    with pytest.raises(ValueError, match="finite number"):
+        PhoneChange(noise_spl_db=-np.inf)
