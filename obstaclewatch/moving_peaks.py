@@ -46,8 +46,9 @@ GROUND_M = (1.0, 1.7)
 """Heights above the ground at which a phone may be held."""
 GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
-USUAL_GROUND_M = 1.35
-"""Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees."""
+USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
+"""Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
+generously. Walls alongside and what comes by way of ground and body stand at their distances as well, often louder."""
 
 
 @dataclass(frozen=True)
@@ -194,12 +195,13 @@ class PeakFinder:
         return _highest(heard, height, round(0.35e-3 * self._filter.rate_hz))
 
     def _sound_the_ground(self, first_s: float) -> None:
-        """Height of microphone 0 above the ground: where clutter is strongest, if it stands out."""
-        clutter = self._clutter.mean
+        """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""
+        clutter, rate = self._clutter.mean, self._filter.rate_hz
         if clutter is None:
             return
-        low, high = (round((2.0 * height / self._c - first_s) * self._filter.rate_hz) for height in GROUND_M)
-        middle = _middle_that_stands_out(clutter, low, high)
+        heights_m, spread = (GROUND_M[0], USUAL_GROUND_M, GROUND_M[1]), 2.0 * GROUND_SPREAD_M / self._c * rate
+        low, usual, high = ((2.0 * height_m / self._c - first_s) * rate for height_m in heights_m)
+        middle = _middle_that_stands_out(clutter, round(low), round(high), usual, spread)
         if middle >= 0.0:
             self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
             self.ground_m = distance_of(self._ground_path_m, self._baseline_m, self._sin_pitch)
@@ -274,20 +276,25 @@ def _readings(path_m: Array, height: Array, noise: Array, baseline_m: float, one
 
 
 @numba.njit(cache=True)
-def _middle_that_stands_out(clutter: Array, low: int, high: int) -> float:
-    """Middle of the samples from low to high that are nearly the highest of them; -1 if there are none that stand out.
+def _middle_that_stands_out(clutter: Array, low: int, high: int, usual: float, spread: float) -> float:
+    """Middle of the peak of clutter from sample low to high that is highest for how far it is from the usual place.
 
-    The map's peaks are widened.
+    -1 if it does not stand out. The map's peaks are widened, so that the middle is that of what is nearly as high.
     """
     low, high = max(low, 0), min(high, len(clutter))
-    if high <= low or not clutter[low:high].max() > GROUND_CONTRAST * clutter.mean():
-        return -1.0
-    strongest = clutter[low:high].max()
-    moment, count = 0, 0
+    best, most = -1, 0.0
     for sample in range(low, high):
-        if clutter[sample] > 0.8 * strongest:
-            moment, count = moment + sample, count + 1
-    return moment / count
+        likely = clutter[sample] * np.exp(-0.5 * ((sample - usual) / spread) ** 2)
+        if likely > most:
+            best, most = sample, likely
+    if best < 0 or not clutter[best] > GROUND_CONTRAST * clutter.mean():
+        return -1.0
+    first, last, least = best, best, 0.8 * clutter[best]
+    while first > low and clutter[first - 1] > least:
+        first -= 1
+    while last < high - 1 and clutter[last + 1] > least:
+        last += 1
+    return 0.5 * (first + last)
 
 
 @numba.njit(cache=True)

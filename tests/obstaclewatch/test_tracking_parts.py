@@ -177,3 +177,14 @@ def test_the_ground_is_sounded(height_m):
     finder.reset()
     finder.find(record([], noise=0.02))
     assert finder.ground_m == 1.35
+
+
+@pytest.mark.parametrize(("height_m", "other_m", "gain"), [(1.38, 1.66, 0.35), (1.4, 1.04, 0.3), (1.3, 1.68, 0.28)])
+def test_the_ground_is_not_mistaken_for_what_else_stands_at_its_distance(height_m, other_m, gain):
+    """Regression: a louder way by ground and body was taken for the ground, or the middle between both."""
+    finder = PeakFinder(BEEP, PHONE, PaperSettings(), C)
+    ground = Point(PHONE.mics_m[0, 1] + height_m - 0.015, gain=0.3, carried=True, bob_m=0.02)
+    other = Point(PHONE.mics_m[0, 1] + other_m - 0.015, gain=gain, carried=True, bob_m=0.02)
+    for block in np.split(record([ground, other], beeps=12, noise=0.02), 12, axis=1):
+        finder.find(block)
+    assert finder.ground_m == pytest.approx(height_m, abs=0.03)
