@@ -84,6 +84,28 @@ def mcnemar(only_first: int, only_second: int) -> float:
     return 1.0 if discordant == 0 else float(stats.binomtest(only_first, discordant, 0.5).pvalue)
 
 
+def paired_interval(gained: int, lost: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Interval of the difference of two proportions on the same n walks, from the pairs that differ.
+
+    With the share d of pairs that differ as it was found, the difference is (2 p - 1) d, p the share of gains among
+    them, whose interval is exact (Clopper and Pearson 1934). It leaves 0 out where `mcnemar` is below 1 - confidence.
+    Without a differing pair, plus or minus the exact upper bound of d; NaN without walks.
+
+    Raises:
+        ValueError: counts that are negative or pass n.
+    """
+    differing = gained + lost
+    if min(gained, lost) < 0 or differing > n:
+        raise ValueError(f"gained and lost must be 0 or more and n at most together, got {gained}, {lost} and {n}")
+    if n == 0:
+        return float("nan"), float("nan")
+    if differing == 0:
+        most = float(stats.binomtest(0, n).proportion_ci(confidence, method="exact").high)
+        return -most, most
+    share = stats.binomtest(gained, differing).proportion_ci(confidence, method="exact")
+    return (2.0 * share.low - 1.0) * differing / n, (2.0 * share.high - 1.0) * differing / n
+
+
 def quantile_with_interval(
     values: ArrayLike, q: float, clusters: ArrayLike | None = None, seed: int = 0
 ) -> tuple[float, float, float, int]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from benchmarks.figures.alerts import alert_distances, alert_rate_by_miss, det, roc
 from benchmarks.figures.bins import errors_by_bin, missing_by_bin
 from benchmarks.figures.budget import calibration, losses, range_budget
+from benchmarks.figures.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
 from benchmarks.figures.claims import claims_table
 from benchmarks.figures.data import BarFigure, CurveFigure
 from benchmarks.figures.diagrams import (
@@ -105,6 +106,10 @@ _OF_A_SWEEP: dict[str, Builder] = {
     "fidelity": fidelity_table,
     "tolerance": tolerance_table,
     "sweep": sweep_curves,
+    "cause_budget": cause_budget,
+    "cause_strata": cause_strata,
+    "cause_table": cause_table,
+    "cause_table_strata": cause_table_strata,
     "claims": claims_table,
 }
 FIGURES: dict[str, Builder] = {name: of_one_variant(builder) for name, builder in _OF_ONE_VARIANT.items()} | _OF_A_SWEEP
@@ -112,7 +117,7 @@ FIGURES: dict[str, Builder] = {name: of_one_variant(builder) for name, builder i
 
 _NAMED_ONLY = {
     "fig18", "fig27", "table1", "holding", "sides", "interference", "tornado", "tornado_alerts", "roc", "det",
-    "tolerance",
+    "tolerance", "cause_budget", "cause_strata", "cause_table", "cause_table_strata",
 }  # fmt: skip
 """Drawn for suites that name them: other runs have data for them, but not of the kind that they are about."""
 _DRAWINGS = ("fig1", "fig2", "fig7", "fig13", *street_drawings())

@@ -121,6 +121,13 @@ def calibration(run: RunData) -> PlotFigure:
     )
 
 
+def heard_enough(walks: Table, beeps: Table) -> np.ndarray:
+    """(walks,) whether each walk's target has an estimate in `HEARD_BEEPS` beeps between 5 and 1 m."""
+    near = (beeps["true_range_m"] < 5.0) & (beeps["true_range_m"] > 1.0) & np.isfinite(beeps["range_m"])
+    labels, counts = np.unique(beeps["label"][near], return_counts=True)
+    return np.isin(walks["label"], labels[counts >= HEARD_BEEPS])
+
+
 def _budget(run: RunData, walking: Table, still: Table, reads_ahead: bool) -> tuple[np.ndarray, ...]:
     cells = [record["cell"]["beep"] for record in run.cells if record["cell"]["kind"] == "approach"][:1]
     beep = BeepDesign(**(cells[0] if cells else {}))
@@ -155,8 +162,7 @@ def _fates(run: RunData, detector: str) -> list[float]:
     walks = chosen(walks, walks["collides"])
     if len(walks["label"]) == 0:
         return [np.nan] * 4
-    near = (beeps["true_range_m"] < 5.0) & (beeps["true_range_m"] > 1.0) & np.isfinite(beeps["range_m"])
-    heard = np.array([np.sum(near & (beeps["label"] == label)) >= HEARD_BEEPS for label in walks["label"]])
+    heard = heard_enough(walks, beeps)
     alert, in_time = walks["alert"], walks["true_alert"]
     parts = (in_time, alert & ~in_time, ~alert & heard, ~alert & ~heard)
     return [100.0 * float(part.mean()) for part in parts]

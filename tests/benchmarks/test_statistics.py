@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.statistics import lower_bound, mcnemar, quantile_with_interval, wilson
+from benchmarks.statistics import lower_bound, mcnemar, paired_interval, quantile_with_interval, wilson
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0.0, 1.0))
@@ -83,3 +83,24 @@ def test_no_estimate_at_all_is_nan() -> None:
 def test_an_interval_holds_its_median_also_for_one_walk() -> None:
     value, low, high, _ = quantile_with_interval([2.0, 4.0], 0.5, ["one", "one"])
     assert np.isnan([low, high]).all() or low <= value <= high
+
+
+@given(gained=st.integers(0, 40), lost=st.integers(0, 40), same=st.integers(1, 200))
+@settings(max_examples=100)
+def test_a_paired_interval_leaves_zero_out_where_mcnemar_says_so(gained: int, lost: int, same: int) -> None:
+    n = gained + lost + same
+    low, high = paired_interval(gained, lost, n)
+    assert low <= (gained - lost) / n <= high
+    assert (low > 0.0 or high < 0.0) == (mcnemar(gained, lost) < 0.05)
+    mirrored = paired_interval(lost, gained, n)
+    np.testing.assert_allclose([low, high], [-mirrored[1], -mirrored[0]], atol=1e-12)
+
+
+def test_paired_intervals_at_their_ends() -> None:
+    """If all k differing pairs are gains, p exceeds 0.025 ** (1 / k); if none differs, d below 1 - 0.025 ** (1 / n)."""
+    low, high = paired_interval(10, 0, 50)
+    np.testing.assert_allclose([low, high], [(2 * 0.025**0.1 - 1) * 0.2, 0.2], atol=1e-12)
+    np.testing.assert_allclose(paired_interval(0, 0, 50), [-(1 - 0.025**0.02), 1 - 0.025**0.02], atol=1e-12)
+    assert np.isnan(paired_interval(0, 0, 0)).all()
+    with pytest.raises(ValueError, match="got 3, 4 and 6"):
+        paired_interval(3, 4, 6)
