@@ -6,6 +6,8 @@ noise averaged away; where a course is followed over beeps, no cycle needs to be
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,23 @@ SURE = 0.5
 """Posterior of the likeliest cycle below which the envelopes are left to say what they say."""
 
 
+class PathEvidence(NamedTuple):
+    """What is heard of n path differences, path 2 - path 1.
+
+    Attributes:
+        envelope_m, envelope_std_m: (n,) by the envelopes, and its deviation; NaN where microphone 1 hears nothing.
+        phase_rad, phase_std_rad: (n,) of microphone 1 over microphone 0, freed of what its channel adds, and its
+            deviation; NaN where it tells nothing.
+        cycle_m: wavelength at the profile's reference frequency.
+    """
+
+    envelope_m: Array
+    envelope_std_m: Array
+    phase_rad: Array
+    phase_std_rad: Array
+    cycle_m: float
+
+
 def phase_between(profile: EchoProfile, delay_s: Array, difference_s: Array) -> Array:
     """(n,) phase of microphone 1's envelope over microphone 0's, rad, at n delays and so much later; NaN stays NaN.
 
@@ -46,34 +65,57 @@ def _phases(envelope: NDArray[np.complex128], position0: Array, position1: Array
     return phase
 
 
-def within_cycle(
-    phase_rad: Array, envelope_m: Array, envelope_std_m: Array, phase_std_rad: Array, longest_m: Array, cycle_m: float
-) -> tuple[Array, Array]:
+def within_cycle(evidence: PathEvidence, longest_m: Array) -> tuple[Array, Array]:
     """Path differences by phase in the likeliest cycle, and their deviations, the chance of other cycles included.
 
     Cycles are weighed by the envelopes and by what is possible: nothing at the phone's height is further behind at
     microphone 1 than straight ahead. Where none is likelier than all others together, the envelopes' values stay.
 
     Args:
-        phase_rad: (n,) of microphone 1 over microphone 0, freed of what its channel adds.
-        envelope_m, envelope_std_m: (n,) path 2 - path 1 by the envelopes, and its deviation; NaN stays NaN.
-        phase_std_rad: (n,) deviation of the phase.
+        evidence: of n candidates.
         longest_m: (n,) path 2 - path 1 straight ahead.
-        cycle_m: wavelength at the profile's reference frequency.
 
     Returns:
         (n,) path differences and (n,) deviations.
     """
+    return likeliest_cycle(evidence, _weights(evidence, longest_m))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def nearest_place(phase_rad: float, envelope_m: float, cycle_m: float) -> float:
+    """Path difference of that phase that is nearest to the envelopes'."""
     off = -phase_rad / (2.0 * np.pi) * cycle_m - envelope_m
-    nearest = envelope_m + off - cycle_m * np.round(off / cycle_m)
-    places = nearest[:, None] + cycle_m * CYCLES
-    distance = (places - envelope_m[:, None]) / envelope_std_m[:, None]
-    beyond = np.maximum(places - longest_m[:, None], 0.0) / BEYOND_STD_M
-    weight = np.exp(-0.5 * (distance**2 + beyond**2))
-    total = weight.sum(axis=1)
-    best = np.argmax(weight, axis=1)[:, None]
-    chosen = np.take_along_axis(places, best, axis=1)
-    sure = np.take_along_axis(weight, best, axis=1)[:, 0] > SURE * total
-    other = np.sum(weight * (places - chosen) ** 2, axis=1) / np.where(sure, total, 1.0)
-    std = np.sqrt(other + (phase_std_rad / (2.0 * np.pi) * cycle_m) ** 2)
-    return np.where(sure, chosen[:, 0], envelope_m), np.where(sure, std, envelope_std_m)
+    return envelope_m + off - cycle_m * float(np.round(off / cycle_m))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def likeliest_cycle(evidence: PathEvidence, weight: Array) -> tuple[Array, Array]:
+    """(n,) path differences and (n,) deviations by weights (n, len(CYCLES)) of the cycles, of any sum."""
+    u_m, std_m = evidence.envelope_m.copy(), evidence.envelope_std_m.copy()
+    per_rad = evidence.cycle_m / (2.0 * np.pi)
+    for row in range(len(u_m)):
+        best = np.argmax(weight[row])
+        total = np.sum(weight[row])
+        if not weight[row, best] > SURE * total:
+            continue
+        nearest = nearest_place(evidence.phase_rad[row], evidence.envelope_m[row], evidence.cycle_m)
+        other = np.sum(weight[row] * (evidence.cycle_m * (CYCLES - CYCLES[best])) ** 2) / total
+        u_m[row] = nearest + evidence.cycle_m * CYCLES[best]
+        std_m[row] = np.sqrt(other + (per_rad * evidence.phase_std_rad[row]) ** 2)
+    return u_m, std_m
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _weights(evidence: PathEvidence, longest_m: Array) -> Array:
+    """(n, len(CYCLES)) likelihoods of the cycles; NaN stays NaN."""
+    weight = np.empty((len(longest_m), len(CYCLES)))
+    for row in range(len(longest_m)):
+        middle = evidence.envelope_m[row]
+        nearest = nearest_place(evidence.phase_rad[row], middle, evidence.cycle_m)
+        for column, cycles in enumerate(CYCLES):
+            place = nearest + evidence.cycle_m * cycles
+            distance = (place - middle) / evidence.envelope_std_m[row]
+            beyond = (place - longest_m[row]) / BEYOND_STD_M
+            beyond = beyond if beyond > 0.0 else 0.0
+            weight[row, column] = np.exp(-0.5 * (distance * distance + beyond * beyond))
+    return weight

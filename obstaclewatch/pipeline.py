@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from obstaclewatch.bearing import (
     walking_angle,
 )
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.carrier_cycle import OVERLAP_STD_M, PHASE_STD_RAD, phase_between, within_cycle
+from obstaclewatch.carrier_cycle import OVERLAP_STD_M, PHASE_STD_RAD, PathEvidence, phase_between, within_cycle
 from obstaclewatch.clutter import Motion, PeakHistory, judge_motion
 from obstaclewatch.detection import Flag
 from obstaclewatch.echoes import (
@@ -48,6 +49,16 @@ SIDELOBE_HALF_WIDTH_S = 2e-3
 """How far sidelobes reach at that height: at rest they are 95 dB down after 1 ms, at 1.3 m/s 113 dB after 3 ms."""
 SEPARATION_SHARE = 0.7
 """Least separation of two peaks as a share of the 0.5 ms window: 0.35 ms, the pulse's -3 dB width."""
+
+
+class Placed(NamedTuple):
+    """Where n candidates are: (n,) each, as in `Measurement`; `clamped` tells that Eq. 2 left arccos's domain."""
+
+    range_m: NDArray[np.float64]
+    range2_m: NDArray[np.float64]
+    bearing_rad: NDArray[np.float64]
+    bearing_std_rad: NDArray[np.float64]
+    clamped: NDArray[np.bool_]
 
 
 class EchoPipeline:
@@ -120,24 +131,23 @@ class EchoPipeline:
             difference = _unheard(len(echoes))
         else:
             difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
-        u_m, u_std_m = self._u(profile, echoes, snr, path1_m, difference)
-        range_m, range2_m = self._ranges(path1_m, u_m)
-        bearing_rad, clamped = self._bearing(range_m, range2_m)
-        size = self._size(profile, echoes, start_s[0], range_m, speed)
+        placed = self._placed(profile, float(start_s[0]), path1_m, self._evidence(profile, echoes, snr, difference))
+        size = self._size(profile, echoes, start_s[0], placed.range_m, speed)
+        confirmed = motion.judged or not self.settings.reject_static
         return Measurement(
             start_s=float(start_s[0]),
-            range_m=range_m,
-            range2_m=range2_m,
-            bearing_rad=bearing_rad,
+            range_m=placed.range_m,
+            range2_m=placed.range2_m,
+            bearing_rad=placed.bearing_rad,
             collision_angle_rad=size.collision_angle_rad,
             radius_m=size.radius_m,
             level_db=20.0 * np.log10(echoes.amplitude / direct.amplitude[0]),
             snr_db=10.0 * np.log10(snr),
             closing_speed_m_s=speed,
-            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), u_m),
-            bearing_std_rad=bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch),
+            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), placed.range2_m),
+            bearing_std_rad=placed.bearing_std_rad,
             may_vote=motion.closing[nearest] | (not self.settings.reject_static),
-            flags=_flags(clamped, difference, size.merged, motion.judged or not self.settings.reject_static, identical),
+            flags=_flags(placed.clamped, difference, size.merged, confirmed, identical),
             beep_flags=beep_flags,
         )
 
@@ -222,31 +232,44 @@ class EchoPipeline:
             whole_detour=settings.errata.whole_detour,
         )
 
-    def _u(
-        self,
-        profile: EchoProfile,
-        echoes: Echoes,
-        snr: NDArray[np.float64],
-        path1_m: NDArray[np.float64],
-        difference: PathDifference,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """u by the envelopes, and within its cycle by the carrier where microphone 1's phase is known; deviations."""
+    def _evidence(
+        self, profile: EchoProfile, echoes: Echoes, snr: NDArray[np.float64], difference: PathDifference
+    ) -> PathEvidence:
+        """What envelopes say of path differences, and the carrier where microphone 1's phase is known."""
         by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+        cycle_m = self.sound_speed_m_s / profile.reference_hz
         if self.settings.mic_phase_rad is None:
-            return difference.u_m, by_envelopes
+            unknown = np.full(len(echoes), np.nan)
+            return PathEvidence(difference.u_m, by_envelopes, unknown, unknown, cycle_m)
         straight_m = np.where(difference.body_deducted, np.nan, difference.u_m)
         phase = phase_between(profile, echoes.delay_s, straight_m / self.sound_speed_m_s)
         snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
         delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
-        half_m, length = 0.5 * path1_m, self._separation_m
-        return within_cycle(
-            phase - self.settings.mic_phase_rad,
+        return PathEvidence(
             difference.u_m,
             np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M),
+            phase - self.settings.mic_phase_rad,
             np.sqrt(1.0 / snr + 1.0 / snr2 + PHASE_STD_RAD**2),
-            longest_m=np.sqrt(half_m**2 + length**2 + 2.0 * half_m * length * self._cos_pitch) - half_m,
-            cycle_m=self.sound_speed_m_s / profile.reference_hz,
+            cycle_m,
         )
+
+    def _placed(
+        self, profile: EchoProfile, start_s: float, path1_m: NDArray[np.float64], evidence: PathEvidence
+    ) -> Placed:
+        """Ranges and bearings: u within the carrier's cycle if that is known, then Eq. 2."""
+        u_m, u_std_m = evidence.envelope_m, evidence.envelope_std_m
+        if self.settings.mic_phase_rad is not None:
+            u_m, u_std_m = within_cycle(evidence, self._longest_m(path1_m))
+        range_m, range2_m = self._ranges(path1_m, u_m)
+        bearing_rad, clamped = self._bearing(range_m, range2_m)
+        spread = bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch)
+        return Placed(range_m, range2_m, bearing_rad, spread, clamped)
+
+    def _longest_m(self, path1_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Path difference of what is straight ahead at the phone's height."""
+        half_m, length = 0.5 * path1_m, self._separation_m
+        longest: NDArray[np.float64] = np.sqrt(half_m**2 + length**2 + 2.0 * half_m * length * self._cos_pitch) - half_m
+        return longest
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
         """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
@@ -267,7 +290,7 @@ class EchoPipeline:
         range_m = ranges_of_pairs(path1_m, u_m, self._separation_m, baseline_m, self._speaker_cosine)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
 
-    def _range_std_m(self, delay_std_s: NDArray[np.float64], u_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _range_std_m(self, delay_std_s: NDArray[np.float64], range2_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,) deviation of D1: half of path 1's, and what the triangle takes of u = path 2 - path 1.
 
         To first order D1 = path 1 / 2 + k u with k = b s / (2 L), for a speaker at b and cosine s from microphone 0.
@@ -276,7 +299,7 @@ class EchoPipeline:
         if not self.settings.errata.one_way_range:
             return self.sound_speed_m_s * delay_std_s
         both = np.hypot(0.5 - share, share)
-        return self.sound_speed_m_s * delay_std_s * np.where(np.isnan(u_m), 0.5, both)
+        return self.sound_speed_m_s * delay_std_s * np.where(np.isnan(range2_m), 0.5, both)
 
     def _bearing(
         self, range_m: NDArray[np.float64], range2_m: NDArray[np.float64]

@@ -24,6 +24,7 @@ from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
+from obstaclewatch.standing_pipeline import StandingPipeline
 from obstaclewatch.swing import StepListener
 
 CONFIRMED_SCORE = 8.0
@@ -84,6 +85,8 @@ class TrackingDetector(EchoDetector):
         self._most_standing = asked.max_candidates
         listening = asked if asked.reject_static else standing_settings(asked, mic_phase_rad)
         super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
+        if not asked.reject_static and pitch_rad is not None:
+            self._pipeline = StandingPipeline(beep, phone, listening, sound_speed_m_s, pitch_rad)
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])

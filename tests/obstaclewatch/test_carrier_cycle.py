@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
-from obstaclewatch.carrier_cycle import CYCLES, phase_between, within_cycle
+from obstaclewatch.carrier_cycle import CYCLES, PathEvidence, phase_between, within_cycle
 from obstaclewatch.matched_filter import MatchedFilter
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, recording, true_range
 
@@ -22,7 +22,8 @@ def difference_of(point):
 def within(phase_rad, envelope_m, std_m=0.003, longest_m=0.14):
     """One candidate through `within_cycle`."""
     one = np.ones(1)
-    place, deviation = within_cycle(phase_rad * one, envelope_m * one, std_m * one, 0.1 * one, longest_m * one, CYCLE_M)
+    evidence = PathEvidence(envelope_m * one, std_m * one, phase_rad * one, 0.1 * one, CYCLE_M)
+    place, deviation = within_cycle(evidence, longest_m * one)
     return float(place[0]), float(deviation[0])
 
 
