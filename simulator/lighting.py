@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from simulator import specular
 from simulator.facets import Facets
 from simulator.frames import into_rest, out_of_rest, turned
-from simulator.mixed import Images
+from simulator.image_tree import Images
 from simulator.planar import crossed
 from simulator.visibility import OFFSET
 from simulator.world import Tracing

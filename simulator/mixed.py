@@ -6,15 +6,14 @@ of speaker and microphone, and the crossings of the mirrors are found afterwards
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
-
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import curved, specular
+from simulator import curved
+from simulator.body_images import images_lighting
 from simulator.candidates import Candidates, concatenated
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.image_tree import Images
 from simulator.ledger import Ledger
 from simulator.spreading import spreading
 from simulator.unfolding import Turns, matches, unfolded
@@ -22,39 +21,6 @@ from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-
-class Body(Protocol):
-    """What lighting needs to know of a surface: its obstacle and bounding sphere."""
-
-    @property
-    def obstacle(self) -> int: ...
-
-    @property
-    def center_m(self) -> Floats: ...
-
-    @property
-    def radius_m(self) -> float: ...
-
-
-@dataclass(frozen=True)
-class Images:
-    """Images of one point per pose in sequences of patches that can light a surface.
-
-    Attributes:
-        pose: (I,) sorted.
-        order: (I,) number of mirrors.
-        sequence: (I, N) patches from the point on, -1 padded.
-        point_m: (I, 3) the image.
-    """
-
-    pose: Ints
-    order: Ints
-    sequence: Ints
-    point_m: Floats
-
-    def __getitem__(self, index: Ints) -> Images:
-        return Images(self.pose[index], self.order[index], self.sequence[index], self.point_m[index])
 
 
 def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
@@ -70,19 +36,6 @@ def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: 
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
         parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
     return concatenated(parts)
-
-
-def images_lighting(
-    tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float, extent_m: float = 0.0
-) -> Images:
-    """Images of a point in the patches from which the surface's bounding sphere, and `extent_m` around, is reached."""
-    world = tracing.world
-    goal = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
-    found = specular.images_towards(
-        np.ascontiguousarray(point_m), tracing.placed, *specular.arrays(world.patches), world.follows, max_order,
-        limit_m, np.ascontiguousarray(goal), surface.radius_m + extent_m, surface.obstacle,
-    )  # type: ignore[call-arg]  # fmt: skip
-    return Images(*found)
 
 
 def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.body_images import images_lighting
 from simulator.candidates import Candidates
-from simulator.mixed import Images, image_pairs, images_lighting
+from simulator.image_tree import Images
+from simulator.mixed import image_pairs
 from simulator.world import Tracing
 
 Floats = NDArray[np.float64]

@@ -1,7 +1,4 @@
-"""Which patch can be lit through which: what the walks through sequences of mirrors pass over.
-
-Every enumeration of images (paths, images towards a body, images that light an edge) prunes with these.
-"""
+"""Which patch can be lit through which: what the walk through sequences of mirrors passes over."""
 
 from __future__ import annotations
 
@@ -14,11 +11,17 @@ def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+@numba.njit(cache=True, inline="always")
+def distance(a, b):
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
 @numba.njit(cache=True)
 def far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
     """Whether the next patch cannot be lit through the previous one within the path length allowed."""
-    gap = max(np.sqrt(np.sum((image - center) ** 2)) - radius, 0.0)
-    onwards = max(np.sqrt(np.sum((goal - center) ** 2)) - radius - goal_radius, 0.0)
+    gap = max(distance(image, center) - radius, 0.0)
+    onwards = max(distance(goal, center) - radius - goal_radius, 0.0)
     if gap + onwards > limit:
         return True
     return previous_radius > 0.0 and aside(image, center, radius, previous_center, previous_radius)
@@ -27,11 +30,13 @@ def far_or_aside(image, center, radius, previous_center, previous_radius, goal, 
 @numba.njit(cache=True)
 def aside(image, center, radius, window, window_radius):
     """Whether a sphere lies outside the cone from an image through another sphere."""
-    a, b = np.sqrt(np.sum((center - image) ** 2)), np.sqrt(np.sum((window - image) ** 2))
+    a, b = distance(center, image), distance(window, image)
     if a <= radius or b <= window_radius:
         return False
-    cosine = dot(center - image, window - image) / (a * b)
-    angle = np.arccos(min(1.0, max(-1.0, cosine)))
+    product = 0.0
+    for x in range(3):
+        product += (center[x] - image[x]) * (window[x] - image[x])
+    angle = np.arccos(min(1.0, max(-1.0, product / (a * b))))
     return angle > np.arcsin(radius / a) + np.arcsin(window_radius / b)
 
 

@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator import curved
+from simulator.body_images import images_lighting
 from simulator.candidates import Candidates, concatenated, nothing
 from simulator.floor import Audible
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.image_tree import Images
 from simulator.ledger import Ledger, Turned
-from simulator.mixed import Images, images_lighting
 from simulator.paths import REFERENCE_HZ
 from simulator.reflectors import SmoothSurface
 from simulator.settling import Place, settle

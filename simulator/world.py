@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import specular
 from simulator.borders import Border, border_of
 from simulator.contacts import exposed
 from simulator.frames import Carrier, Frames
+from simulator.mirrors import Mirrors, facing, placed_mirrors
 from simulator.phone import Phone
 from simulator.pose import Pose
 from simulator.reflectors import MeshReading, PlanarPatches, SmoothSurface, merge_patches, read_mesh, reflectors_in
@@ -90,6 +90,11 @@ class Tracing:
     mics_m: Floats
     placed: Floats
 
+    @cached_property
+    def mirrors(self) -> Mirrors:
+        """The patches where they stand at each pose."""
+        return placed_mirrors(self.world.patches, self.world.follows, self.placed)
+
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
     """(O, 3) constant velocities."""
@@ -113,7 +118,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         every = merge_wedges([wedges_of(reading, i, int(first[i])) for i, reading in enumerate(readings)])
         wedges = exposed(every, blockers, np.array([o is phone.body for o in obstacles], dtype=bool))
     return World(
-        obstacles, origin_m, patches, specular.facing(patches, moves), surfaces, wedges,
+        obstacles, origin_m, patches, facing(patches, moves), surfaces, wedges,
         tuple((reading, surface) for reading, (_, surface) in zip(readings, found, strict=True)), blockers,
     )  # fmt: skip
 

@@ -121,6 +121,22 @@ def test_low_bin_is_heard_by_way_of_the_ground(box, cylinder, phone):
     np.testing.assert_allclose(mixed.delay_s * C, slant, atol=0.15)
 
 
+def test_mirror_that_turns_its_back_to_a_body_lights_it_by_way_of_another(box, cylinder, phone):
+    # the search used to pass over a face behind whose plane the body stands, with all that follows it
+    near, behind = box((0.2, 0.6, 4.0), (1.1, 0.0, 0.0), "near"), box((0.2, 8.0, 4.0), (-1.1, 0.0, 0.0), "behind")
+    scene = Scene([near, behind, cylinder(0.2, 0.6, (2.5, 1.5, 0.0), 64)], Air.lossless(C))
+    pose = Pose([0.0, 0.0, 0.0], held_rotation(0.0))
+    paths = trace_paths(scene, phone, pose, Fidelity(mechanisms=("specular", "curved"), max_order=3))
+    found = paths[np.isin(paths.obstacle, ["near > behind > cylinder"])]
+    assert found.mic.tolist() == [0, 1]
+    image = np.array([-2.0 - 1.95, 0.0])  # of the speaker, at 0.05, mirrored at 1, then at -1
+    angle = np.linspace(0.0, 2.0 * np.pi, 100_000)
+    point = np.array([2.5, 1.5])[:, None] + 0.2 * np.stack([np.cos(angle), np.sin(angle)])
+    for mic, place in enumerate((0.07, -0.07)):
+        ways = np.hypot(*(point - image[:, None])) + np.hypot(point[0] - place, point[1])
+        assert found.delay_s[mic] * C == pytest.approx(ways.min(), abs=1e-5)
+
+
 def test_flat_surface_reads_the_facets_as_they_are(phone):
     mesh = trimesh.creation.cylinder(0.25, 3.0, sections=16)
     mesh.apply_translation([3.25, 0.0, 1.5])
