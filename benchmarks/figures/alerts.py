@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -9,13 +10,17 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from benchmarks.cells.detectors import parse_detector
-from benchmarks.figures.measured import detectors_of, quantile_over_walks
+from benchmarks.figures.measured import detectors_of
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.results import RunData
-from benchmarks.scores import Table, approach_table, rate, true_negative_rate, true_positive_rate
+from benchmarks.scores import Table, approach_table, chosen, rate, true_negative_rate, true_positive_rate
+from benchmarks.statistics import Rate
 
 MISS_BINS_M = (0.0, 1e-6, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5)
 """Distances in plan between obstacle and line of walk; the first bin holds those whose line meets the obstacle."""
+AT_LEAST = np.linspace(0.0, 5.0, 101)
+MARGINS_M = (0.0, 1.0, 2.0, 3.0)
+"""Ways left for which shares of alerts are told with an interval: 1 m is the rule, 3 m the paper's danger distance."""
 SWEPT = (
     "Points of one colour differ in one constant alone (for PaperDetector the walker's half width in Eq. 4, 0 to 4 m)."
 )
@@ -62,31 +67,24 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
 
 
 def alert_distances(run: RunData) -> PlotFigure:
-    """How far, and how long, before contact the first alert of a collision comes."""
-    panels = []
-    said = []
-    for column, title, unit, end in (
-        ("alert_distance_m", "way from alert to contact, m", "m", 5.0),
-        ("alert_lead_s", "time from alert to contact, s", "s", 5.0),
+    """The share of collisions alerted, over the way and the time that must be left: TP as the margin grows."""
+    panels, said = [], []
+    for column, title, unit in (
+        ("alert_distance_m", "way from alert to contact, m", "m"),
+        ("alert_lead_s", "time from alert to contact, s", "s"),
     ):
-        lines = []
-        for detector in plain_detectors(run):
+        lines: list[Line] = []
+        for k, detector in enumerate(plain_detectors(run)):
             table = approach_table(run, detector)
-            hits = table["collides"]
-            values = table[column][hits]
-            at_least = np.linspace(0.0, end, 101)
-            share = np.array(
-                [np.mean(np.nan_to_num(values, nan=-1.0) >= t) if len(values) else np.nan for t in at_least]
-            )
-            lines.append(Line(detector, detector, at_least, 100.0 * share))
-            middle, low, high, count = quantile_over_walks(values, 0.5, table["label"][hits])
-            if count:
-                fifth = float(np.nanquantile(values, 0.05, method="inverted_cdf"))
-                ends = f" ({low:.1f}–{high:.1f})" if np.isfinite(low) else ""
-                said.append(
-                    f"{detector}: median {middle:.1f} {unit}{ends}, 5th percentile {fifth:.1f} {unit} of "
-                    f"{count} alerts on {int(hits.sum())} collisions."
+            left = chosen(table, table["collides"])[column]
+            lines.append(Line(detector, detector, AT_LEAST, 100.0 * _shares(left, AT_LEAST)))
+            if unit == "m" and len(left):
+                rates = [rate(left >= margin) for margin in MARGINS_M]
+                lines.append(_margin_line(detector, rates, 0.03 * k))
+                percents = ", ".join(
+                    f"{100 * found.value:.1f} % with {m:g} m" for m, found in zip(MARGINS_M, rates, strict=True)
                 )
+                said.append(f"{detector} alerts on {percents} or more left, of {len(left)} collisions.")
         guides = (Guide("x", 1.0, "in time"), Guide("x", 3.0, "the paper's 3 m")) if unit == "m" else ()
         panels.append(
             Panel(
@@ -95,16 +93,17 @@ def alert_distances(run: RunData) -> PlotFigure:
                 "collisions alerted, %",
                 tuple(lines),
                 guides,
-                x_range=(0.0, end),
+                x_range=(0.0 if unit == "s" else -0.06, 5.0),
                 y_range=(0.0, 103.0),
             )
         )
     return PlotFigure(
         "alert_distance",
-        "How early alerts come",
+        "How early alerts come: TP against the way, and the time, that must be left",
         tuple(panels),
         " ".join(said) or "No data.",
-        "At 0: all collisions alerted before contact. The rule of every other figure: 1 m of way.",
+        "At 0: all collisions alerted before contact. The rule of every other figure: 1 m of way. The paper's danger "
+        "distance is 3 m. Whiskers: 95 % Wilson intervals.",
     )
 
 
@@ -131,6 +130,18 @@ def _miss_line(table: Table, detector: str, shift_m: float) -> Line:
             high.append(100.0 * found.high)
     ends = np.array(low), np.array(high)
     return Line(detector, detector, np.array(x), np.array(y), "points", *ends)
+
+
+def _shares(left: NDArray[np.float64], at_least: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of collisions with at least so much left at the alert; NaN without collisions. No alert leaves nothing."""
+    if len(left) == 0:
+        return np.full(len(at_least), np.nan)
+    return np.mean(np.nan_to_num(left, nan=-1.0) >= at_least[:, None], axis=1)
+
+
+def _margin_line(detector: str, rates: Sequence[Rate], shift_m: float) -> Line:
+    value, low, high = (100.0 * np.array([getattr(each, name) for each in rates]) for name in ("value", "low", "high"))
+    return Line("", detector, np.array(MARGINS_M) + shift_m, value, "points", low, high)
 
 
 def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> PlotFigure:

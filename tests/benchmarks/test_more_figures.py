@@ -83,6 +83,10 @@ def test_alerts_by_miss_distance_and_before_contact(tmp_path):
     early = line_of(FIGURES["alert_distance"](run), "PaperDetector")
     at = {distance: early.y[np.argmin(np.abs(early.x - distance))] for distance in (0.0, 1.0, 1.6, 2.5)}
     assert at == {0.0: 100.0, 1.0: 75.0, 1.6: 50.0, 2.5: 25.0}
+    told = next(line for line in FIGURES["alert_distance"](run).panels[0].lines if line.style == "points")
+    assert told.y.tolist() == [100.0, 75.0, 50.0, 25.0]  # with 0, 1, 2 and the paper's 3 m left
+    np.testing.assert_allclose([told.low[1], told.high[1]], [30.06, 95.44], atol=0.01)  # Wilson, 3 of 4
+    assert "25.0 % with 3 m or more left, of 4 collisions" in FIGURES["alert_distance"](run).reading
 
 
 def test_fates_of_collisions_add_up(tmp_path):
