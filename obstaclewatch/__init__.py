@@ -14,6 +14,7 @@ from obstaclewatch.detection import Detection, Flag
 from obstaclewatch.detectors import DistanceOnlyDetector, PaperDetector
 from obstaclewatch.errata import Errata
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.mic_phase import MicPhase, measure_mic_phase
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recording_health import Fault, RecordingHealth, inspect_recording
 from obstaclewatch.settings import PaperSettings
@@ -30,6 +31,7 @@ __all__ = [
     "Fault",
     "Flag",
     "MatchedFilter",
+    "MicPhase",
     "NoBeepError",
     "PaperDetector",
     "PaperSettings",
@@ -39,6 +41,7 @@ __all__ = [
     "TrackingDetector",
     "assumed_sound_speed",
     "inspect_recording",
+    "measure_mic_phase",
     "read_recording",
     "write_recording",
 ]

@@ -66,8 +66,8 @@ class TrackingDetector(EchoDetector):
     hears ahead, and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
-            a property of the phone, measured once. 0 stands for equal channels, as simulated phones have; None for not
-            known, then only changes of phase from beep to beep count.
+            a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
+            phones have; None for not known, then only changes of phase from beep to beep count.
     """
 
     def __init__(

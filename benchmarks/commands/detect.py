@@ -34,6 +34,9 @@ ESTIMATES = (
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones`, or a scene file")
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="lift of the phone's top edge, degrees, if known")
+@click.option(
+    "--mic-phase", type=float, help="of the bottom microphone's channel, degrees; TrackingDetector  [default: 0]"
+)
 @click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
 @click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
 @click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted")
@@ -43,8 +46,9 @@ ESTIMATES = (
 @click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
 @click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with track and alerts, PNG")
 def detect(
-    recording: Path | None, live: float | None, phone: str, detector: str, pitch: float | None, temperature: float,
-    band: str, beep_ms: float, gap_ms: float, reach: float, swap: bool, as_json: bool, plot: Path | None,
+    recording: Path | None, live: float | None, phone: str, detector: str, pitch: float | None, mic_phase: float | None,
+    temperature: float, band: str, beep_ms: float, gap_ms: float, reach: float, swap: bool, as_json: bool,
+    plot: Path | None,
 ) -> None:  # fmt: skip
     """Run a detector on RECORDING, a stereo WAV or FLAC file of any rate and length that holds the beep.
 
@@ -54,6 +58,8 @@ def detect(
         raise click.UsageError("either RECORDING or --live SECONDS must be given")
     if live is not None and plot is not None:
         raise click.UsageError("--plot needs a RECORDING: what is heard live is not kept")
+    if mic_phase is not None and detector != "TrackingDetector":
+        raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
     geometry = _phone(phone).geometry
     shape = (*_band(band), 1e-3 * beep_ms, 1e-3 * gap_ms)
     if recording is not None:
@@ -67,7 +73,8 @@ def detect(
     settings = obstaclewatch.PaperSettings(far_m=reach)
     pitch_rad = None if pitch is None else math.radians(pitch)
     speed = obstaclewatch.assumed_sound_speed(temperature)
-    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad)
+    known = {} if mic_phase is None else {"mic_phase_rad": math.radians(mic_phase)}
+    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
     found = listener.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)

@@ -160,3 +160,25 @@ def test_the_air_s_temperature_scales_the_ranges(stored):
     both = sorted(warm.keys() & cold.keys())
     assert len(both) >= 15
     assert np.median([cold[k] / warm[k] for k in both]) == pytest.approx(np.sqrt(273.15 / 293.15), abs=0.003)
+
+
+def test_the_microphones_phase_is_for_the_detector_that_uses_it(stored):
+    refused = run(stored, "--mic-phase", 30.0)
+    assert refused.exit_code == 2
+    assert "--mic-phase is for TrackingDetector, got PaperDetector" in refused.output
+    bearings = [
+        [row["bearing_rad"] for row in map(json.loads, run(stored, "--json", "--detector", "TrackingDetector",
+                                                           "--mic-phase", degrees).output.splitlines())]
+        for degrees in (0.0, 170.0)
+    ]  # fmt: skip
+    assert any(bearings[0])
+    assert bearings[0] != bearings[1]
+
+
+def test_every_estimate_has_its_deviation(stored):
+    rows = [json.loads(line) for line in run(stored, "--json", "--detector", "TrackingDetector").output.splitlines()]
+    told = [row for row in rows if row["range_m"]]
+    assert len(told) >= 5
+    for row in told:
+        assert len(row["range_std_m"]) == len(row["bearing_std_rad"]) == len(row["radius_std_m"]) == len(row["range_m"])
+        assert [value is None for value in row["radius_m"]] == [value is None for value in row["radius_std_m"]]
