@@ -96,8 +96,8 @@ def test_rates_and_paired_intervals_are_those_counted(tmp_path):
     figure = FIGURES["cause_budget"](budget_run(tmp_path))
     tp = line_of(panel_of(figure, "TP"), "TrackingDetector")
     np.testing.assert_allclose(tp.x, [100 * 2 / 6, 100 * 3 / 6])
-    # two gained, one lost: Clopper and Pearson's 2 of 3 is 0.0943 to 0.9916, of half of the walks
-    shift = (2 * np.array([0.094299, 0.991596]) - 1) * 50.0
+    # two gained, one lost of six: Clopper and Pearson give 2 of 3 0.0943 to 0.9916, and 3 of 6 0.1181 to 0.8819
+    shift = (2 * np.array([0.094299, 0.991596]) - 1) * 100.0 * 0.881883
     np.testing.assert_allclose([tp.low[1], tp.high[1]], np.clip(100 * 2 / 6 + shift, 0.0, 100.0), atol=1e-3)
     late = line_of(panel_of(figure, "TP"), "alerted before contact, however late")
     np.testing.assert_allclose(late.x, [50.0, 50.0])  # one of them half a metre before

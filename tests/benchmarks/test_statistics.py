@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import multinomial
 
 from benchmarks.statistics import lower_bound, mcnemar, paired_interval, quantile_with_interval, wilson
 
@@ -97,10 +98,23 @@ def test_a_paired_interval_leaves_zero_out_where_mcnemar_says_so(gained: int, lo
 
 
 def test_paired_intervals_at_their_ends() -> None:
-    """If all k differing pairs are gains, p exceeds 0.025 ** (1 / k); if none differs, d below 1 - 0.025 ** (1 / n)."""
-    low, high = paired_interval(10, 0, 50)
-    np.testing.assert_allclose([low, high], [(2 * 0.025**0.1 - 1) * 0.2, 0.2], atol=1e-12)
+    """With one walk all is open; with none of 50 that differs, d is below 1 - 0.025 ** (1 / 50)."""
+    assert paired_interval(0, 0, 1) == pytest.approx((-0.975, 0.975))
     np.testing.assert_allclose(paired_interval(0, 0, 50), [-(1 - 0.025**0.02), 1 - 0.025**0.02], atol=1e-12)
+    all_gained = paired_interval(20, 0, 20)
+    assert all_gained == pytest.approx(((2 * 0.025**0.05 - 1) * 0.025**0.05, 1.0))
     assert np.isnan(paired_interval(0, 0, 0)).all()
     with pytest.raises(ValueError, match="got 3, 4 and 6"):
         paired_interval(3, 4, 6)
+
+
+@pytest.mark.parametrize("shares", [(0.01, 0.01), (0.1, 0.02), (0.3, 0.0), (0.25, 0.2)])
+def test_paired_intervals_cover_the_difference(shares: tuple[float, float]) -> None:
+    """Over all outcomes of 15 walks, weighted by their probability."""
+    covered = 0.0
+    for gained in range(16):
+        for lost in range(16 - gained):
+            low, high = paired_interval(gained, lost, 15)
+            if low <= shares[0] - shares[1] <= high:
+                covered += multinomial.pmf([gained, lost, 15 - gained - lost], 15, [*shares, 1.0 - sum(shares)])
+    assert covered >= 0.95
