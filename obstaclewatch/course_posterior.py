@@ -12,6 +12,7 @@ from obstaclewatch.breadth import narrow_radius
 from obstaclewatch.carrier_phase import log_agreement
 from obstaclewatch.course_evidence import Agreement
 from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
+from obstaclewatch.wall_ends import of_those_heard
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ def log_fit(misfit: float) -> float:
 
 
 class Meeting(NamedTuple):
-    """What H courses come to, (H,) each but for the last.
+    """What H courses come to, (H,) each but for the last two.
 
     Attributes:
         collision: probability that they are collisions.
@@ -65,7 +66,9 @@ class Meeting(NamedTuple):
         angle_rad: at which walls stay; 0 for other things.
         nearing: fall of a wall's distance along its normal per distance walked; 1 for other things.
         way: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
+        aside: how far aside a wall's nearest point lies per distance along its normal; infinite for other things.
         radii: (H, B) probabilities of the classes of radii, see `breadth`.
+        ends_m: how far aside passed walls end, see `wall_ends`.
     """
 
     collision: Array
@@ -73,7 +76,9 @@ class Meeting(NamedTuple):
     angle_rad: Array
     nearing: Array
     way: Array
+    aside: Array
     radii: Array
+    ends_m: tuple[float, float]
 
 
 class Course(NamedTuple):
@@ -128,25 +133,26 @@ def expectations(
     """
     bearing, cos_pitch, sin_pitch = np.zeros(len(share)), np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
     hit = left = left_of_hits = speed = mean = cosine = miss = variance = 0.0
-    for course in range(len(share)):
-        own = share[course]
+    line_m = np.maximum(ahead_m - closing_m_s * np.float32(later_s), NEAREST_M)
+    heard, collision = of_those_heard(share, meeting.collision, meeting.aside, line_m, meeting.ends_m)
+    for course in range(len(heard)):
+        own, ahead = heard[course], line_m[course]
         if own < NEGLIGIBLE:
             continue
-        ahead = max(ahead_m[course] - closing_m_s[course] * np.float32(later_s), NEAREST_M)
         height, aside = bodies.height_m[course], bodies.miss_m[course]
         seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, bodies.cos_angle[course])
         cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
         closing = float(closing_m_s[course]) / meeting.nearing[course]
         left_m = float(ahead) * meeting.way[course] + mic_m - meeting.contact_m[course]
         way = left_m * walked_share(closing)
-        hit, left_of_hits = hit + own * meeting.collision[course], left_of_hits + own * meeting.collision[course] * way
+        hit, left_of_hits = hit + own * collision[course], left_of_hits + own * collision[course] * way
         left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
         bearing[course] = meeting.angle_rad[course] + np.arctan2(float(aside), float(ahead))
         mean += own * bearing[course]
-    for course in range(len(share)):
-        variance += share[course] * (bearing[course] - mean) ** 2 if share[course] >= NEGLIGIBLE else 0.0
+    for course in range(len(heard)):
+        variance += heard[course] * (bearing[course] - mean) ** 2 if heard[course] >= NEGLIGIBLE else 0.0
     left = left_of_hits / hit if hit > 1e-6 else left
-    radius, radius_std = narrow_radius(share, meeting.radii)
+    radius, radius_std = narrow_radius(heard, meeting.radii)
     return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss, radius, radius_std)
 
 

@@ -31,6 +31,7 @@ from obstaclewatch.course_posterior import Course, Meeting, expectations, poster
 from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
 from obstaclewatch.swing import LEAST_COS, STEADY, Swing
+from obstaclewatch.wall_ends import ends_of_passed
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,9 @@ class CourseGrid:
             self._all.angle_rad,
             self._nearing,
             way,
+            np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf),
             radius_shares(self._all),
+            ends_of_passed(half_width_m),
         )
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
