@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from benchmarks.figures import FIGURES, picture, shown_figures
 from benchmarks.figures.measured import detectors_of, rules_text
 from benchmarks.figures.plots import Figure
+from benchmarks.figures.variants import first_point
 from benchmarks.report_cases import failures, strata_table, worst_cases
 from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report_verdict import headline, verdict_rows
@@ -60,7 +61,8 @@ def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
 
 def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
     """Everything that the templates show, as text."""
-    names, rows = detectors_of(run), verdict_rows(run)
+    judged, remark = first_point(run)  # pooled points of a sweep would be no measurement of anything
+    names, rows = detectors_of(run), verdict_rows(judged)
     drawn = [FIGURES[name](run) for name in shown_figures(run)]
     planned = len(run.manifest.get("plan") or run.cells)
     return {
@@ -68,15 +70,15 @@ def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dic
         "suite": run.manifest.get("suite") or "unknown",
         "tier": run.manifest.get("tier") or "unknown",
         "detectors": names,
-        "headline": headline(rows, names),
+        "headline": [*headline(rows, names), *([remark] if remark else [])],
         "rows": rows,
         "rules": rules_text(run),
         "counts": {"planned": planned, "ok": len(run.ok), "failed": len(run.cells) - len(run.ok),
                    "missing": planned - len(run.cells)},
         "figures": [_embedded(figure) for figure in drawn if not figure.empty],
         "empty_figures": [figure.title for figure in drawn if figure.empty],
-        "strata": strata_table(run),
-        "worst": worst_cases(run),
+        "strata": strata_table(judged),
+        "worst": worst_cases(judged),
         "failures": failures(run),
         "shown_walks": walks,
         "walk_numbers": _numbers(walks),

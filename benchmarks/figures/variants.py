@@ -49,14 +49,20 @@ def of_one_variant(builder: Callable[[RunData], Figure]) -> Callable[[RunData], 
     """The builder, given the first point of a sweep alone: pooled points would be no measurement of anything."""
 
     def build(run: RunData) -> Figure:
-        parts = variants(run)
-        if len(parts) < 2:
-            return builder(run)
-        name, first = next(iter(parts.items()))
+        first, remark = first_point(run)
         figure = builder(first)
-        return replace(figure, note=f"Of the sweep, the point '{name}' alone. {figure.note}")
+        return replace(figure, note=f"{remark} {figure.note}") if remark else figure
 
     return build
+
+
+def first_point(run: RunData) -> tuple[RunData, str]:
+    """The first point of a run's sweep and a remark that says so; without a sweep the run itself and no remark."""
+    parts = variants(run)
+    if len(parts) < 2:
+        return run, ""
+    name, first = next(iter(parts.items()))
+    return first, f"Of the sweep, the point '{name}' alone."
 
 
 def rates_by_band(run: RunData) -> BarFigure:

@@ -55,6 +55,21 @@ def test_numbers_are_those_made_up(tmp_path):
     assert rows["Walking: radius of targets up to 1 m wide, median"].cells[0].against == "better"
 
 
+def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
+    """Pooled over the points of the suite `budget`, 25 walks read as 300."""
+    cells = []
+    for name, distance in (("as it is", 2.0), ("deaf", None)):
+        for k in range(4):
+            stored = walk(index=k, alert_distance_m=distance)
+            variant = {"variant": {"name": name}}
+            cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
+    run = made_up_run(tmp_path, cells)
+    text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    assert "PaperDetector alerts in time on 100.0 % (51.0–100.0 %, 4 of 4) of the collisions" in text
+    assert "Of the sweep, the point &#39;as it is&#39; alone." in text
+    assert "[deaf]" not in text[text.index('<section id="cases">') : text.index('<section id="provenance">')]
+
+
 def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_path):
     run = made_up_run(tmp_path, [standing(1.5), standing(3.0, 1)])
     path = write_report(run)
