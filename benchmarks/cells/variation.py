@@ -94,11 +94,13 @@ def _of_material(obstacle: Obstacle, change: SceneChange, targets: tuple[str, ..
 
 def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:
     fields: dict[str, Any] = change.model_dump(include={"pitch_rad", "roll_rad", "holding"}, exclude_none=True)
-    gait = walk.motion
-    if change.speed_m_s is not None and walk.speed_m_s > 0.0:
+    gait, walks = walk.motion, walk.speed_m_s > 0.0
+    speed_m_s = walk.speed_m_s if change.speed_m_s is None else change.speed_m_s
+    if walks and (change.speed_m_s is not None or change.gait_scale != 1.0):
         # one beep more than the way takes: another gait surges otherwise, and contact must not fall off the end
-        beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / change.speed_m_s / period_s - 1e-9)
-        fields |= {"speed_m_s": change.speed_m_s, "duration_s": beeps * period_s}
-        gait = type(gait).at_speed(change.speed_m_s, gait.phase_rad)
+        beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / speed_m_s / period_s - 1e-9)
+        fields |= {"speed_m_s": speed_m_s, "duration_s": beeps * period_s}
+    if walks and change.speed_m_s is not None:
+        gait = type(gait).at_speed(speed_m_s, gait.phase_rad)
     amplitudes = ("bob_m", "sway_m", "surge_m", "pitch_wobble_rad", "roll_wobble_rad")
     return fields | {"gait": replace(gait, **{name: change.gait_scale * getattr(gait, name) for name in amplitudes})}
