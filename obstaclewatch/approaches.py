@@ -17,6 +17,8 @@ from obstaclewatch.approach_filter import begun, expected_reading, predicted, up
 from obstaclewatch.courses import Course, Posterior, Samples
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
+from obstaclewatch.swing import Swing
+from obstaclewatch.track_range import FITTED_BEEPS, Timing, TrackRange, track_range
 
 Array = NDArray[np.float64]
 Heard = tuple[float, float, float, NDArray[np.complex64]]
@@ -63,6 +65,8 @@ class Track:
         judged, course: the courses that it was last thought to take, and what was to be expected of them at the last
             beep; None before the first judgement.
         past: the last beeps' peaks: time, range, its deviation, and microphone 1 around it.
+        heard: peaks so far.
+        readings: (FITTED_BEEPS, 3) time, range and deviation of the last of them, in no order, see `track_range`.
     """
 
     state: Array
@@ -75,6 +79,8 @@ class Track:
     judged: Posterior | None = None
     course: Course | None = None
     past: deque[Heard] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
+    heard: int = 0
+    readings: Array = field(default_factory=lambda: np.empty((FITTED_BEEPS, 3)))
 
     def predict(self, time_s: float) -> None:
         """Move the state to another time, under white acceleration."""
@@ -91,7 +97,10 @@ class Track:
 
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
         """Keep a peak for the judgement of the course."""
-        self.past.append((time_s, float(peaks.range_m[which]), float(peaks.range_std_m[which]), peaks.second[which]))
+        reading = time_s, float(peaks.range_m[which]), float(peaks.range_std_m[which])
+        self.past.append((*reading, peaks.second[which]))
+        self.readings[self.heard % FITTED_BEEPS] = reading
+        self.heard += 1
         self.level_db, self.snr_db = float(peaks.level_db[which]), float(peaks.snr_db[which])
 
     def samples(self, ahead_s: float) -> Samples:
@@ -99,6 +108,10 @@ class Track:
         time, read, deviation, second = zip(*self.past, strict=True)
         rows = np.concatenate(second).reshape(len(second), -1)  # a third of what np.stack costs
         return Samples(np.array(time) + ahead_s, np.array(read), np.array(deviation), rows)
+
+    def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
+        """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""
+        return track_range(self.readings[: self.heard], self.time_s, timing, swing, course.bob, course.surge)
 
 
 class Approaches:

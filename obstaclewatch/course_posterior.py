@@ -92,6 +92,7 @@ class Course(NamedTuple):
         cosine: of the cone about the phone's long axis at which the echo arrives.
         miss_m: expected miss distance; walls count with 0.
         radius_m, radius_std_m: half its breadth; NaN of what is not thought narrow.
+        bob, surge: expected share by which the range grows as the phone rises, and falls as it surges ahead.
     """
 
     collision: float
@@ -103,6 +104,8 @@ class Course(NamedTuple):
     miss_m: float
     radius_m: float
     radius_std_m: float
+    bob: float
+    surge: float
 
     @property
     def contact_s(self) -> float:
@@ -132,7 +135,7 @@ def expectations(
         mic_m: how far microphone 0 is ahead of the phone's middle.
     """
     bearing, cos_pitch, sin_pitch = np.zeros(len(share)), np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
-    hit = left = left_of_hits = speed = mean = cosine = miss = variance = 0.0
+    hit = left = left_of_hits = speed = mean = cosine = miss = variance = bob = surge = 0.0
     line_m = np.maximum(ahead_m - closing_m_s * np.float32(later_s), NEAREST_M)
     heard, collision = of_those_heard(share, meeting.collision, meeting.aside, line_m, meeting.ends_m)
     for course in range(len(heard)):
@@ -141,6 +144,7 @@ def expectations(
             continue
         height, aside = bodies.height_m[course], bodies.miss_m[course]
         seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, bodies.cos_angle[course])
+        bob, surge = bob + own * bodies.stays[course] * height / seen, surge + own * toward * plan / seen
         cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
         closing = float(closing_m_s[course]) / meeting.nearing[course]
         left_m = float(ahead) * meeting.way[course] + mic_m - meeting.contact_m[course]
@@ -153,7 +157,7 @@ def expectations(
         variance += heard[course] * (bearing[course] - mean) ** 2 if heard[course] >= NEGLIGIBLE else 0.0
     left = left_of_hits / hit if hit > 1e-6 else left
     radius, radius_std = narrow_radius(heard, meeting.radii)
-    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss, radius, radius_std)
+    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss, radius, radius_std, bob, surge)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -25,7 +25,8 @@ from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
 from obstaclewatch.standing_pipeline import StandingPipeline
-from obstaclewatch.swing import StepListener
+from obstaclewatch.swing import STEADY, StepListener
+from obstaclewatch.track_range import Timing, TrackRange
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -52,6 +53,8 @@ COLUMNS = (
     "radius_std_m",
 )
 """Of a `Detection`; the first three need two different channels."""
+MOST_RANGE_STD_M = 0.03
+"""Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
 MOST_MISSES = 3
 """Beeps without a peak after which a track no longer raises an alert."""
 
@@ -59,11 +62,12 @@ MOST_MISSES = 3
 class TrackingDetector(EchoDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
-    Detections hold the confirmed tracks: ranges without range-Doppler bias, bearings and deviations from the posterior
-    over courses. Of several tracks one is judged anew in a beep, and the posteriors of the others are carried along
-    their courses; a track that begins is shown once it has been judged. range2_m and bearing_rad are NaN for identical
-    channels. With `reject_static=False` (measuring while standing, where nothing closes in) they hold what `standing`
-    hears ahead, and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
+    Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
+    bearings and their deviations are from the posterior over courses. Of several tracks one is judged anew in a beep,
+    and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
+    judged. range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
+    standing, where nothing closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments and
+    errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
@@ -103,6 +107,7 @@ class TrackingDetector(EchoDetector):
         self._steps = StepListener(
             self._separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
         )
+        self._swing = STEADY
 
     def reset(self) -> None:
         """Forget everything heard so far."""
@@ -110,6 +115,7 @@ class TrackingDetector(EchoDetector):
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
+        self._swing = STEADY
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `EchoDetector.process`."""
@@ -137,7 +143,8 @@ class TrackingDetector(EchoDetector):
         track = due([track for track in tracks if is_pressing(track)] or tracks, hit_s)
         if track is not None:
             ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
-            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._steps.swing(ground_m))
+            self._swing = self._steps.swing(ground_m)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._swing)
         for track in tracks:
             track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
 
@@ -148,7 +155,11 @@ class TrackingDetector(EchoDetector):
         return self.settings.danger_m
 
     def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
-        rows = [self._row(track, course) for track, course in zip(tracks, courses, strict=True)]
+        timing = Timing(self.beep.range_doppler_s, self.beep.period_s)
+        found = [track.ranged(course, self._swing, timing) for track, course in zip(tracks, courses, strict=True)]
+        alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
+        known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
+        rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
         columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(COLUMNS)).T.copy()
         if Flag.IDENTICAL_CHANNELS in flag:
             columns[:3] = np.nan
@@ -156,36 +167,34 @@ class TrackingDetector(EchoDetector):
             index=index,
             time_s=time_s,
             **dict(zip(COLUMNS, columns, strict=True)),
-            collides=np.array([course.collision >= 0.5 for course in courses], dtype=bool),
+            collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
             flags=np.full(len(rows), int(flag)),
             beep_flags=flag,
-            decision=self._decide(time_s, tracks, courses),
+            decision=self._decide(time_s, any(alarming), courses, found),
         )
 
-    def _row(self, track: Track, course: Course) -> tuple[float, ...]:
+    def _row(self, track: Track, course: Course, found: TrackRange) -> tuple[float, ...]:
         """One candidate's `COLUMNS`."""
-        read_m, speed = track.state.tolist()
         # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
-        range_m, length = read_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
+        range_m, length = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
         range2_m = sqrt(range_m**2 + length**2 + 2.0 * length * range_m * course.cosine)
-        range_std_m = sqrt(float(track.covariance[0, 0]))
         direction = range2_m, course.bearing_rad, course.bearing_std_rad
-        heard = range_m, range_std_m, speed, track.level_db, track.snr_db
+        heard = range_m, found.std_m, found.closing_m_s, track.level_db, track.snr_db
         return *direction, *heard, course.radius_m, course.radius_std_m
 
-    def _decide(self, time_s: float, tracks: list[Track], courses: list[Course]) -> Decision:
-        """Alert if any course collides surely enough at the distance at which that must be decided."""
+    def _decide(self, time_s: float, alert: bool, courses: list[Course], found: list[TrackRange]) -> Decision:
+        """Of the courses that rather collide, the first to do so."""
         likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
         if not likely:
             return Decision(False, time_s, np.nan, np.nan, 0)
-        alert = any(has_approached(tracks[k]) and self._is_alarming(courses[k]) for k in likely)
         first = min(likely, key=lambda k: courses[k].contact_s)
-        contact_s = courses[first].contact_s
-        return Decision(alert, time_s, float(tracks[first].state[0]), contact_s, len(likely))
+        return Decision(alert, time_s, found[first].range_m, courses[first].contact_s, len(likely))
 
-    def _is_alarming(self, course: Course) -> bool:
+    def _is_alarming(self, track: Track, course: Course) -> bool:
+        """Whether a course collides surely enough at the distance at which that must be decided."""
         nearest, farthest = ALERT_M
-        return nearest < course.left_m <= min(farthest, self.settings.danger_m) and course.collision >= SURE
+        due_now = nearest < course.left_m <= min(farthest, self.settings.danger_m)
+        return due_now and course.collision >= SURE and has_approached(track)
 
 
 def has_approached(track: Track) -> bool:

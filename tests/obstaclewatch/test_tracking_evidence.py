@@ -124,5 +124,5 @@ def test_what_was_not_heard_since_is_not_judged_again():
 def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     track = _track(1.6, 0.9, 0.9)
     assert not is_pressing(track)  # nothing is expected of it yet
-    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.3, 0.1), misses
+    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.3, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
