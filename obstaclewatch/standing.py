@@ -20,6 +20,9 @@ HELD_BEEPS = 16
 """In the running mean: 12 dB over one beep after as many, 15 dB at most."""
 CANDIDATES = 20
 """Measured before the direction is asked; of 96 rendered places none had more than 9."""
+GATE_MARGIN_M = 0.015
+"""How far a path difference may pass the phone's length: three deviations of what overlap leaves, 3.5 mm, and of noise
+at 30 dB."""
 OTHER_STD_M = 0.003
 """Deviation of a range by what is not noise: echoes that overlap, and the speed of sound."""
 BEHIND = 0.1
@@ -29,8 +32,14 @@ DIFFERENCE_TO_RANGE = 3.0
 
 
 def standing_settings(settings: PaperSettings, mic_phase_rad: float | None) -> PaperSettings:
-    """The settings with beeps averaged, more candidates measured, and the carrier used if its phase is known."""
-    return replace(settings, held_beeps=HELD_BEEPS, max_candidates=CANDIDATES, mic_phase_rad=mic_phase_rad)
+    """The settings with beeps averaged, more candidates measured, the carrier used if its phase is known."""
+    return replace(
+        settings,
+        held_beeps=HELD_BEEPS,
+        max_candidates=CANDIDATES,
+        mic_phase_rad=mic_phase_rad,
+        gate_margin_m=min(settings.gate_margin_m, GATE_MARGIN_M),
+    )
 
 
 def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:

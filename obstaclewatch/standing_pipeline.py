@@ -1,22 +1,28 @@
-"""The measurements of a phone held still: what is heard by both microphones, weighed with where things can be."""
+"""The measurements of a phone held still: crests parted into echoes, and bearings weighed with where things can be.
+
+Noise averaged away is what both need, and what a beep alone has not.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.bearing import PathDifference
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_cycle import PathEvidence, likeliest_cycle
 from obstaclewatch.cone_posterior import Attitude, bearing_posterior
+from obstaclewatch.echoes import Echoes, noise_amplitude
 from obstaclewatch.ground_height import GroundListener
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.overlap import Crests, parted_crests, phase_of_nearest, pulse_table
 from obstaclewatch.pipeline import EchoPipeline, Placed
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 
 
 class StandingPipeline(EchoPipeline):
-    """`EchoPipeline`, with bearings of things at any height once the ground is heard.
+    """`EchoPipeline` that parts overlapping echoes, with bearings of things at any height once the ground is heard.
 
     Arguments and errors as there, and the lift must be known.
     """
@@ -33,6 +39,29 @@ class StandingPipeline(EchoPipeline):
         self._sin_pitch = float(np.sin(pitch_rad))
         speaker_ahead_m = self._speaker_cosine * float(self._speaker_m[0])
         self._ground = GroundListener(self._separation_m, speaker_ahead_m, pitch_rad, self.sound_speed_m_s)
+        self._table = pulse_table(beep)
+        self._crests: dict[int, Crests] = {}  # of the beep in hand
+
+    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:
+        """Echoes at peaks of a channel: one each, or two where that explains the crest."""
+        noise = noise_amplitude(profile.magnitude[channel, profile.position(0.0) :])
+        self._crests[channel] = parted_crests(profile.envelope[channel], peaks, self._table, noise)
+        return self._crests[channel].echoes(profile)
+
+    def _evidence(
+        self, profile: EchoProfile, echoes: Echoes, snr: NDArray[np.float64], difference: PathDifference
+    ) -> PathEvidence:
+        """As there, with the phases of the echoes themselves instead of the crests'."""
+        heard = super()._evidence(profile, echoes, snr, difference)
+        if self.settings.mic_phase_rad is None:
+            return heard
+        delay2_s = echoes.delay_s + heard.envelope_m / self.sound_speed_m_s
+        first, second = (
+            phase_of_nearest(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
+            for channel, delay_s in enumerate((echoes.delay_s, delay2_s))
+        )
+        phase_rad = second - first - self.settings.mic_phase_rad
+        return heard._replace(phase_rad=np.where(np.isnan(heard.phase_rad), np.nan, phase_rad))
 
     def _placed(
         self, profile: EchoProfile, start_s: float, path1_m: NDArray[np.float64], evidence: PathEvidence

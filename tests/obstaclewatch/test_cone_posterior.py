@@ -180,13 +180,16 @@ def test_a_corner_is_heard_ahead_once_the_ground_is(bearing_deg):
 
 
 def test_what_stands_at_the_height_stays_the_same_without_the_ground():
+    """Positions of peaks come by another formula, the same to 0.2 um; the rest is as the paper's detector averages."""
     wall = (way_m(by_wall(2.5, 0.4)), (0.04, 0.03))
     found = tracked([wall])
     detector = PaperDetector(BEEP, PHONE, replace(STANDING, held_beeps=16, mic_phase_rad=0.0), pitch_rad=PITCH)
     alone = list(detector.stream(recorded([wall])))[-1]
     assert len(found) == len(alone) == 1
-    for name in ("range_m", "range2_m", "bearing_rad", "bearing_std_rad"):
-        assert np.array_equal(getattr(found, name), getattr(alone, name))
+    np.testing.assert_allclose(found.range_m, alone.range_m, atol=2e-7)
+    np.testing.assert_allclose(found.range2_m, alone.range2_m, atol=1e-5)
+    np.testing.assert_allclose(found.bearing_rad, alone.bearing_rad, atol=1e-3)
+    np.testing.assert_allclose(found.bearing_std_rad, alone.bearing_std_rad, rtol=0.01)
 
 
 def test_a_wall_is_read_the_same_with_the_ground():
