@@ -62,6 +62,7 @@ class Posterior:
         ahead_m: (H,) distances ahead then.
         closing_m_s: (H,) speeds at which these fall.
         bodies: what the courses lead to.
+        misfit: squared deviations, a reading, of the ranges from the course that they fit best; 1 is to be expected.
     """
 
     time_s: float
@@ -69,6 +70,7 @@ class Posterior:
     ahead_m: Singles
     closing_m_s: Singles
     bodies: Bodies
+    misfit: float
 
 
 class CourseGrid:
@@ -137,7 +139,8 @@ class CourseGrid:
         )
         density = speed_density(found.closing_m_s / self._nearing, swing.step_hz)
         share = posterior(self._all.log_prior, found, density, self._tells_phase, self._mic_phase_rad)
-        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies)
+        misfit = float(found.misfit.min()) / len(time_s)
+        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies, misfit)
 
     def _at_height(self, ground_m: float) -> Bodies:
         return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))

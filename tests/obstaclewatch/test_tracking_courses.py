@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,6 +22,7 @@ from obstaclewatch.course_prior import (
 from obstaclewatch.courses import Course, CourseGrid, Samples
 from obstaclewatch.gait import OTHER_M, READING_M, reading_covariance
 from obstaclewatch.swing import Swing
+from obstaclewatch.tracking import MOST_MISFIT
 
 from .synthetic import BEEP, PHONE, C
 
@@ -276,3 +279,16 @@ def test_gait_covariance_is_that_of_many_random_steps():
     surge = 0.020 * np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time + phase)
     expected = reading_covariance(time, np.zeros(8), READING_M) - OTHER_M**2 * np.eye(8)
     assert surge.T @ surge / len(surge) == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize("height", [0.0, GROUND_M])
+def test_readings_of_another_echo_fit_no_course(height):
+    """What a track began on shows in the misfit, and forgetting it mends it."""
+    grid, own = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M), _samples(height=height)
+    off_m = np.where(np.arange(len(own.time_s)) < 8, 0.25, 0.0)
+    mixed = replace(own, range_m=own.range_m + off_m)
+    late = Samples(own.time_s[8:], own.range_m[8:], own.range_std_m[8:], own.second[8:])
+    clean, jumped, left = (grid.posterior(samples, 0.0, GROUND_M).misfit for samples in (own, mixed, late))
+    assert clean < 1.0
+    assert left < 1.0
+    assert jumped > MOST_MISFIT

@@ -91,7 +91,7 @@ def test_local_noise_of_rayleigh_heights():
 
 def _track(range_m, judged_s, heard_s):
     """A track whose course was judged once and that was heard last at a time."""
-    judged = None if judged_s is None else Posterior(judged_s, *(np.ones(1) for _ in range(3)), None)
+    judged = None if judged_s is None else Posterior(judged_s, *(np.ones(1) for _ in range(3)), None, 1.0)
     return Track(
         np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, past=deque([(heard_s, range_m, 0.01, None)]), judged=judged
     )
@@ -105,7 +105,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
         for track in tracks:
             track.past.append((now_s, 1.0, 0.01, None))
         which = due(tracks, now_s)
-        which.judged = Posterior(now_s, *(np.ones(1) for _ in range(3)), None)
+        which.judged = Posterior(now_s, *(np.ones(1) for _ in range(3)), None, 1.0)
         turns.append(next(number for number, track in enumerate(tracks) if track is which))
     assert turns[0] == 2  # what never was judged comes first
     assert turns.count(0) > turns.count(1) > turns.count(2) >= 4
@@ -126,3 +126,12 @@ def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     assert not is_pressing(track)  # nothing is expected of it yet
     track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.3, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
+
+
+@pytest.mark.parametrize(("kept", "left"), [(24, 16), (9, 6), (8, 6), (7, 7), (3, 3)])
+def test_a_track_forgets_its_oldest_third_if_enough_are_left(kept, left):
+    track = _track(1.6, 0.9, 0.9)
+    track.past.clear()
+    track.past.extend((PERIOD_S * k, 1.0, 0.01, None) for k in range(kept))
+    track.forget_oldest()
+    assert [time_s for time_s, *_ in track.past] == [PERIOD_S * k for k in range(kept - left, kept)]
