@@ -53,7 +53,8 @@ def bearing_posterior(range_m: Array, evidence: PathEvidence, attitude: Attitude
 
     Returns:
         (n,) medians of the bearing, 0 to pi / 2, (n,) deviations from them; NaN where nothing ahead explains what was
-        heard. (n, len(CYCLES)) probabilities of the cycles around the one nearest to the envelopes' difference.
+        heard. (n, len(CYCLES)) probabilities of the cycles around the one nearest to the envelopes' difference; 0
+        without a phase.
     """
     return _posterior(range_m, evidence, attitude)
 
@@ -92,7 +93,7 @@ def _weigh(
     heard = not np.isnan(phase_rad)
     turn = 2.0 * np.pi / cycle_m
     odd = ODD / np.sqrt(2.0 * np.pi * sharpness)
-    nearest_m = nearest_place(phase_rad, middle_m, cycle_m) if heard else middle_m
+    nearest_m = nearest_place(phase_rad, middle_m, cycle_m)
     total = 0.0
     for kind in range(len(HEIGHTS_M)):
         down = min(HEIGHTS_M[kind], attitude.height_m) / range_m
@@ -110,11 +111,11 @@ def _weigh(
                 weight = HEIGHT_PRIOR[kind] * np.exp(-0.5 * off * off)
                 if heard:
                     weight *= (1.0 - ODD) * np.exp(sharpness * (np.cos(phase_rad + turn * u_m) - 1.0)) + odd
+                    cycle = round((u_m - nearest_m) / cycle_m) + len(cycles) // 2
+                    if 0 <= cycle < len(cycles):
+                        cycles[cycle] += weight
                 place[angle] += weight
                 total += weight
-                cycle = round((u_m - nearest_m) / cycle_m) + len(cycles) // 2
-                if 0 <= cycle < len(cycles):
-                    cycles[cycle] += weight
     return total
 
 

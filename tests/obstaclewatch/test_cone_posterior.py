@@ -144,8 +144,9 @@ def test_nothing_heard_or_explained_is_not_a_number():
 def test_without_a_phase_the_envelopes_decide():
     u_m = seen(2.0, 0.0, 0.6)
     heard = PathEvidence(np.array([u_m]), np.array([0.002]), np.full(1, np.nan), np.full(1, np.nan), CYCLE_M)
-    bearing, std, _ = bearing_posterior(np.array([2.0]), heard, ATTITUDE)
+    bearing, std, cycles = bearing_posterior(np.array([2.0]), heard, ATTITUDE)
     assert abs(bearing[0] - 0.6) < std[0] < 0.3
+    assert not cycles.any()
     assert len(BEARINGS_RAD) == 90
 
 
@@ -177,6 +178,15 @@ def test_a_corner_is_heard_ahead_once_the_ground_is(bearing_deg):
     assert abs(found.bearing_rad[0] - true) < found.bearing_std_rad[0] + np.deg2rad(5.0)
     level = tracked([corner])
     assert level.bearing_rad[0] > np.deg2rad(50.0)
+
+
+def test_without_the_channels_phase_both_ranges_are_still_said():
+    """Cycles that no phase tells were once weighed, and the path difference was lost."""
+    wall = (way_m(by_wall(1.5, 0.3)), (0.04, 0.03))
+    detector = TrackingDetector(BEEP, PHONE, STANDING, pitch_rad=PITCH, mic_phase_rad=None)
+    found = list(detector.stream(recorded([GROUND, wall])))[-1]
+    assert len(found) == 1
+    assert found.range2_m[0] == pytest.approx(tracked([GROUND, wall]).range2_m[0], abs=0.01)
 
 
 def test_what_stands_at_the_height_stays_the_same_without_the_ground():
