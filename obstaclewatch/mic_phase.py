@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 LEAST_BEEPS = 8
 LEAST_SNR_DB = 15.0
-"""Of the echo at each microphone, 2E/N0: 0.13 rad of phase from one beep, were it heard as well by both."""
+"""Of the echo at each microphone, 2E/N0: 0.25 rad of phase from one beep if neither hears it better."""
 MOST_SCATTER_RAD = 0.7
 """Between beeps: a phone that sways by 1 degree or an echo that fades has more."""
 MOST_LATE_M = 0.03
@@ -86,8 +86,9 @@ def measure_mic_phase(
         ValueError: arguments out of range; fewer than 8 beeps in which both microphones hear the echo; an echo that
             reaches microphone 1 at another time than the mirror's, or whose phase does not stay.
     """
-    _check(recording, beep, tilt_rad, tilt_std_rad, reach_m)
+    _check(recording, beep, tilt_std_rad, reach_m, sound_speed_m_s)
     delay_s = float(phone.speaker_to_mic_m[0]) / sound_speed_m_s if direct_delay_s is None else direct_delay_s
+    _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=delay_s)
     ear = _Ear(phone, tilt_rad, reach_m, sound_speed_m_s, delay_s)
     heard = [ear.hear(profile) for profile in _profiles(recording, beep, delay_s, 2.0 * reach_m[1] / sound_speed_m_s)]
     found = np.array([echo for echo in heard if echo is not None]).reshape(-1, 3)
@@ -188,14 +189,20 @@ def _mean_phase(phase_rad: Array, late_m: float, tilt_rad: float) -> tuple[float
 
 
 def _check(
-    recording: Recording, beep: BeepDesign, tilt_rad: float, tilt_std_rad: float, reach_m: tuple[float, float]
+    recording: Recording, beep: BeepDesign, tilt_std_rad: float, reach_m: tuple[float, float], sound_speed_m_s: float
 ) -> None:
     if recording.sample_rate_hz != beep.sample_rate_hz:
         raise ValueError(f"the recording's rate must be {beep.sample_rate_hz} Hz, got {recording.sample_rate_hz} Hz")
-    if not np.isfinite(tilt_rad):
-        raise ValueError(f"tilt_rad must be finite, got {tilt_rad}")
-    if not (np.isfinite(tilt_std_rad) and tilt_std_rad >= 0.0):
-        raise ValueError(f"tilt_std_rad must be at least 0 and finite, got {tilt_std_rad}")
+    if tilt_std_rad < 0.0:
+        raise ValueError(f"tilt_std_rad must be at least 0, got {tilt_std_rad}")
     nearest, farthest = reach_m
     if not (LEAST_REACH_M <= nearest < farthest < np.inf):
         raise ValueError(f"reach_m must rise from at least {LEAST_REACH_M:g} m and be finite, got {reach_m}")
+    if not 0.0 < sound_speed_m_s < np.inf:
+        raise ValueError(f"sound_speed_m_s must be positive and finite, got {sound_speed_m_s}")
+
+
+def _check_finite(**values: float) -> None:
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value}")

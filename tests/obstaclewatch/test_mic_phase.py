@@ -122,8 +122,11 @@ def test_what_cannot_be_measured_is_said():
     ("wrong", "rule"),
     [
         ({"tilt_rad": np.nan}, "tilt_rad must be finite, got nan"),
-        ({"tilt_std_rad": -0.1}, "tilt_std_rad must be at least 0 and finite, got -0.1"),
+        ({"tilt_std_rad": np.nan}, "tilt_std_rad must be finite, got nan"),
+        ({"tilt_std_rad": -0.1}, "tilt_std_rad must be at least 0, got -0.1"),
         ({"reach_m": (1.0, 0.5)}, r"reach_m must rise from at least 0.3 m and be finite, got \(1.0, 0.5\)"),
+        ({"sound_speed_m_s": 0.0}, "sound_speed_m_s must be positive and finite, got 0.0"),
+        ({"direct_delay_s": np.inf}, "direct_delay_s must be finite, got inf"),
         ({"reach_m": (0.1, 0.5)}, "reach_m must rise from at least 0.3 m"),
     ],
 )
