@@ -109,7 +109,7 @@ class TrackingDetector(EchoDetector):
         self._steps = StepListener(
             self._separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
         )
-        self._swing = STEADY
+        self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
         """Forget everything heard so far."""
@@ -159,8 +159,7 @@ class TrackingDetector(EchoDetector):
         return self.settings.danger_m
 
     def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
-        timing = Timing(self.beep.range_doppler_s, self.beep.period_s)
-        found = [track.ranged(course, self._swing, timing) for track, course in zip(tracks, courses, strict=True)]
+        found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
         alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
         known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
         rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
