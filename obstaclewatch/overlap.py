@@ -51,17 +51,28 @@ AS_ONE, AS_ONE_NOISE = 0.03, 2.5
 
 
 class Pair(NamedTuple):
-    """Two echoes: positions in samples, complex amplitudes; `found` says whether they explain the crest."""
+    """Two echoes: positions and their deviations by noise in samples, complex amplitudes.
+
+    `found` says whether they explain the crest.
+    """
 
     position: tuple[float, float]
+    std: tuple[float, float]
     amplitude: tuple[complex, complex]
     found: bool
 
 
 class Crests(NamedTuple):
-    """Echoes of one channel, crests parted: (n,) positions in samples and (n,) complex amplitudes, in order."""
+    """Echoes of one channel, crests parted, in order.
+
+    Attributes:
+        position: (n,) in samples.
+        std: (n,) deviation of it by noise where a crest was parted, 0 elsewhere.
+        amplitude: (n,) complex.
+    """
 
     position: Array
+    std: Array
     amplitude: Complexes
 
     def echoes(self, profile: EchoProfile) -> Echoes:
@@ -94,7 +105,8 @@ def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Array, no
         table: from `pulse_table`.
         noise: rms of the envelope's noise.
     """
-    position, amplitude = np.empty(2 * len(peaks)), np.empty(2 * len(peaks), dtype=np.complex128)
+    position, std = np.empty(2 * len(peaks)), np.zeros(2 * len(peaks))
+    amplitude = np.empty(2 * len(peaks), dtype=np.complex128)
     count, last = 0, -np.inf
     margin = REACH + SKIRT + 4
     for peak in peaks:
@@ -104,24 +116,26 @@ def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Array, no
             pair = two_echoes(envelope, peak, table, noise)
             if pair.found and pair.position[0] > last:
                 for which in range(2):
-                    position[count], amplitude[count] = pair.position[which], pair.amplitude[which]
+                    position[count], std[count] = pair.position[which], pair.std[which]
+                    amplitude[count] = pair.amplitude[which]
                     count += 1
                 last = pair.position[1]
                 continue
         position[count], amplitude[count] = _single(envelope, peak)
         last = position[count]
         count += 1
-    return Crests(position[:count], amplitude[:count])
+    return Crests(position[:count], std[:count], amplitude[:count])
 
 
 @numba.njit(cache=True, error_model="numpy")
-def phase_of_nearest(crests: Crests, position: Array) -> Array:
-    """(n,) phases of the echoes next to positions, rad; NaN stays NaN."""
-    phase = np.full(len(position), np.nan)
+def nearest_echoes(crests: Crests, position: Array) -> tuple[Array, Array]:
+    """(n,) phases, rad, and (n,) deviations, samples, of the echoes next to positions; NaN stays NaN."""
+    phase, std = np.full(len(position), np.nan), np.full(len(position), np.nan)
     for row in range(len(position)):
         if np.isfinite(position[row]):
-            phase[row] = np.angle(crests.amplitude[np.argmin(np.abs(crests.position - position[row]))])
-    return phase
+            nearest = np.argmin(np.abs(crests.position - position[row]))
+            phase[row], std[row] = np.angle(crests.amplitude[nearest]), crests.std[nearest]
+    return phase, std
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -137,7 +151,7 @@ def is_one_pulse(envelope: Complexes, peak: int, table: Array, noise: float) -> 
 @numba.njit(cache=True, error_model="numpy")
 def two_echoes(envelope: Complexes, peak: int, table: Array, noise: float) -> Pair:
     """The pair of echoes about a peak that explains most; arguments as of `parted_crests`."""
-    energy, early, late = _refined(envelope, _coarse(envelope, peak, table), table)
+    energy, early, late, sharpness = _refined(envelope, _coarse(envelope, peak, table), table)
     rho = pulse_at(table, late - early)
     first, second = smooth_at(envelope, early), smooth_at(envelope, late)
     one, other = (first - rho * second) / (1.0 - rho * rho), (second - rho * first) / (1.0 - rho * rho)
@@ -149,7 +163,8 @@ def two_echoes(envelope: Complexes, peak: int, table: Array, noise: float) -> Pa
         left = max(left, abs(envelope[sample] - modelled))
     explains = gains and left <= MOST_LEFT * strong + NOISE_LEFT * noise
     found = explains and late - early >= APART and weak >= LEAST_SHARE * strong
-    return Pair((early, late), (one, other), found)
+    std = noise * np.sqrt(sharpness[0]), noise * np.sqrt(sharpness[1])
+    return Pair((early, late), std, (one, other), found)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -207,10 +222,17 @@ def _coarse(envelope: Complexes, peak: int, table: Array) -> tuple[float, float,
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _refined(envelope: Complexes, start: tuple[float, float, float], table: Array) -> tuple[float, float, float]:
-    """The same, climbed to the top by parabolas through nine neighbours: two delays trade off along a ridge."""
+def _refined(
+    envelope: Complexes, start: tuple[float, float, float], table: Array
+) -> tuple[float, float, float, tuple[float, float]]:
+    """The same, climbed to the top by parabolas through nine neighbours: two delays trade off along a ridge.
+
+    With them the delays' variances over the noise power: J over that is the logarithm of the likelihood, so that they
+    are the diagonal of the inverse of minus its second derivatives.
+    """
     best, early, late = start
     energy, side = np.empty((3, 3)), np.empty((2, 3), dtype=np.complex128)
+    spread = (np.inf, np.inf)
     for _ in range(CLIMBS):
         for step in range(3):
             side[0, step] = smooth_at(envelope, early + (step - 1) * STENCIL)
@@ -220,16 +242,19 @@ def _refined(envelope: Complexes, start: tuple[float, float, float], table: Arra
                 rho = pulse_at(table, late - early + (other - one) * STENCIL)
                 energy[one, other] = explained(side[0, one], side[1, other], rho)
         best = energy[1, 1]
-        climb, widen = _to_top(energy)
+        climb, widen, spread = _to_top(energy)
         early, late = early + STENCIL * climb, max(late + STENCIL * widen, early + STENCIL * climb + CLOSEST)
         if max(abs(climb), abs(widen)) < CLOSE_ENOUGH:
             break
-    return best, early, late
+    return best, early, late, (spread[0] * STENCIL**2, spread[1] * STENCIL**2)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _to_top(energy: Array) -> tuple[float, float]:
-    """Steps to the top of the paraboloid through (3, 3) values; where they are none, to the highest of them."""
+def _to_top(energy: Array) -> tuple[float, float, tuple[float, float]]:
+    """Steps to the top of the paraboloid through (3, 3) values, and its inverse curvatures.
+
+    Where there is no top, to the highest of the values; the curvatures' inverses are then infinite.
+    """
     along = 0.5 * (energy[2, 1] - energy[0, 1])
     across = 0.5 * (energy[1, 2] - energy[1, 0])
     bend = energy[2, 1] - 2.0 * energy[1, 1] + energy[0, 1]
@@ -240,6 +265,6 @@ def _to_top(energy: Array) -> tuple[float, float]:
         first = (twist * across - bend2 * along) / determinant
         second = (twist * along - bend * across) / determinant
         most = max(abs(first), abs(second), MOST_STENCILS) / MOST_STENCILS
-        return first / most, second / most
+        return first / most, second / most, (-bend2 / determinant, -bend / determinant)
     highest = int(np.argmax(energy))
-    return highest // 3 - 1.0, highest % 3 - 1.0
+    return highest // 3 - 1.0, highest % 3 - 1.0, (np.inf, np.inf)

@@ -15,7 +15,7 @@ from obstaclewatch.cone_posterior import Attitude, bearing_posterior
 from obstaclewatch.echoes import Echoes, noise_amplitude
 from obstaclewatch.ground_height import GroundListener
 from obstaclewatch.matched_filter import EchoProfile
-from obstaclewatch.overlap import Crests, parted_crests, phase_of_nearest, pulse_table
+from obstaclewatch.overlap import Crests, nearest_echoes, parted_crests, pulse_table
 from obstaclewatch.pipeline import EchoPipeline, Placed
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
@@ -51,17 +51,19 @@ class StandingPipeline(EchoPipeline):
     def _evidence(
         self, profile: EchoProfile, echoes: Echoes, snr: NDArray[np.float64], difference: PathDifference
     ) -> PathEvidence:
-        """As there, with the phases of the echoes themselves instead of the crests'."""
+        """As there, with phases of the echoes themselves instead of the crests', and what parting costs in delay."""
         heard = super()._evidence(profile, echoes, snr, difference)
-        if self.settings.mic_phase_rad is None:
-            return heard
         delay2_s = echoes.delay_s + heard.envelope_m / self.sound_speed_m_s
-        first, second = (
-            phase_of_nearest(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
+        (first, std), (second, std2) = (
+            nearest_echoes(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
             for channel, delay_s in enumerate((echoes.delay_s, delay2_s))
         )
-        phase_rad = second - first - self.settings.mic_phase_rad
-        return heard._replace(phase_rad=np.where(np.isnan(heard.phase_rad), np.nan, phase_rad))
+        parting_m = self.sound_speed_m_s / profile.rate_hz * np.hypot(std, std2)
+        phase_rad = second - first - (self.settings.mic_phase_rad or 0.0)
+        return heard._replace(
+            envelope_std_m=np.hypot(heard.envelope_std_m, parting_m),
+            phase_rad=np.where(np.isnan(heard.phase_rad), np.nan, phase_rad),
+        )
 
     def _placed(
         self, profile: EchoProfile, start_s: float, path1_m: NDArray[np.float64], evidence: PathEvidence

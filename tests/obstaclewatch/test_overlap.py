@@ -10,8 +10,8 @@ from obstaclewatch.overlap import (
     CLOSEST,
     FINE,
     is_one_pulse,
+    nearest_echoes,
     parted_crests,
-    phase_of_nearest,
     pulse_at,
     pulse_table,
     smooth_at,
@@ -99,16 +99,18 @@ def bound_m(apart_m, turn_rad, ratio, snr):
 @pytest.mark.parametrize(("apart_m", "turn_rad"), [(0.072, 0.0), (0.072, 3.0), (0.1, 0.0), (0.14, 2.5)])
 def test_delays_reach_the_bound_of_two_echoes(apart_m, turn_rad):
     """At 34 dB."""
-    snr, rng, errors = 10.0**3.4, np.random.default_rng(3), []
+    snr, rng, errors, claims = 10.0**3.4, np.random.default_rng(3), [], []
     paths = np.array([4.0, 4.0 + apart_m])
     clean = crest(paths, [1.0, 0.8 * np.exp(1j * turn_rad)])
     for _ in range(60):
         envelope = clean + noise_of(snr, rng)
         pair = two_echoes(envelope, int(np.argmax(np.abs(envelope))), TABLE, np.sqrt(2.0 / snr))
         errors.append((pair.position[0] - position_of(4.0)) * STEP_M)
+        claims.append(pair.std[0] * STEP_M)
     bound = bound_m(apart_m, turn_rad, 0.8, snr)
     assert bound > C / (2.0 * np.pi * 707.0 * np.sqrt(snr))
     assert 0.75 * bound < np.std(errors) < 1.35 * bound
+    assert np.median(claims) == pytest.approx(bound, rel=0.15)
     assert abs(np.mean(errors)) < 0.002
 
 
@@ -143,9 +145,10 @@ def test_both_peaks_of_a_pair_give_it_once_and_phases_are_its_own():
     assert np.diff(crests.position)[0] > CLOSEST
     alone = [crest(paths[k : k + 1], gains[k : k + 1]) for k in range(2)]
     expected = [np.angle(smooth_at(alone[k], crests.position[k])) for k in range(2)]
-    phase = phase_of_nearest(crests, np.append(crests.position, np.nan))
+    phase, std = nearest_echoes(crests, np.append(crests.position, np.nan))
     np.testing.assert_allclose(np.exp(1j * phase[:2]), np.exp(1j * np.array(expected)), atol=0.1)
     assert np.isnan(phase[2])
+    assert (std[:2] > 0.0).all()
 
 
 def test_a_corner_beside_a_wall_is_placed_to_a_few_millimetres():
