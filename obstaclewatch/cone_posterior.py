@@ -15,11 +15,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.bearing import law_of_cosines
 from obstaclewatch.carrier_cycle import CYCLES, PathEvidence, nearest_place
 
 Array = NDArray[np.float64]
 
-BEARINGS_RAD = np.deg2rad(np.arange(0.5, 90.0))
+STEP_RAD = np.deg2rad(1.0)
+BEARINGS_RAD = STEP_RAD * np.arange(0.5, 90.0)
 COS_BEARING = np.cos(BEARINGS_RAD)
 HEIGHTS_M = np.array([0.0, 0.3, 0.6, np.inf])
 """Phone above reflecting point; the last stands for the corner with the ground."""
@@ -28,7 +30,7 @@ HEIGHT_PRIOR = np.array([0.45, 0.1, 0.1, 0.35])
 within 10 cm of the phone's height, 12 % between and 36 % at the foot; of cars, which these lack, all between."""
 IMAGES = np.array([1.0, 2.0])
 """Distance that waves seem to come from over the range: a point's or a round thing's own, twice that of a mirror."""
-REACH = 5.0
+REACH = 4.0
 """How far from the envelopes' path difference, in its deviations, another may lie."""
 ODD = 0.05
 """Share of phases that tell nothing."""
@@ -101,13 +103,12 @@ def _weigh(
             continue
         along, below = np.sqrt(1.0 - down * down) * attitude.cos_pitch, down * attitude.sin_pitch
         for image in IMAGES:
-            for angle in range(len(place)):
-                u_m = difference(range_m * image, along * COS_BEARING[angle] - below, attitude.separation_m)
+            image_m = range_m * image
+            most = law_of_cosines(image_m, image_m + middle_m + REACH * std_m, attitude.separation_m)
+            least = law_of_cosines(image_m, image_m + middle_m - REACH * std_m, attitude.separation_m)
+            for angle in range(_step_at((most + below) / along), _step_at((least + below) / along)):
+                u_m = difference(image_m, along * COS_BEARING[angle] - below, attitude.separation_m)
                 off = (u_m - middle_m) / std_m
-                if off < -REACH:  # the further aside, the less
-                    break
-                if off > REACH:
-                    continue
                 weight = HEIGHT_PRIOR[kind] * np.exp(-0.5 * off * off)
                 if heard:
                     weight *= (1.0 - ODD) * np.exp(sharpness * (np.cos(phase_rad + turn * u_m) - 1.0)) + odd
@@ -120,6 +121,13 @@ def _weigh(
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _step_at(cosine: float) -> int:
+    """The first of `BEARINGS_RAD` that is at least as far aside as a cosine says."""
+    aside = np.arccos(min(max(cosine, 0.0), 1.0))
+    return min(int(np.ceil(aside / STEP_RAD - 0.5)), len(BEARINGS_RAD))
+
+
+@numba.njit(cache=True, error_model="numpy")
 def difference(range_m: float, cosine: float, separation_m: float) -> float:
     """Path difference of what is seen at a cosine to the phone's long axis, its waves from that far away."""
     return float(np.sqrt(range_m * (range_m + 2.0 * separation_m * cosine) + separation_m**2) - range_m)
@@ -128,10 +136,10 @@ def difference(range_m: float, cosine: float, separation_m: float) -> float:
 @numba.njit(cache=True, error_model="numpy")
 def _middle(share: Array) -> tuple[float, float]:
     """Median of the bearing, and root mean square departure from it."""
-    step, passed, median = BEARINGS_RAD[1] - BEARINGS_RAD[0], 0.0, np.nan
+    passed, median = 0.0, np.nan
     for angle in range(len(share)):
         if passed + share[angle] >= 0.5:
-            median = BEARINGS_RAD[angle] + step * ((0.5 - passed) / share[angle] - 0.5)
+            median = BEARINGS_RAD[angle] + STEP_RAD * ((0.5 - passed) / share[angle] - 0.5)
             break
         passed += share[angle]
     return median, np.sqrt(np.sum(share * (BEARINGS_RAD - median) ** 2))

@@ -179,10 +179,11 @@ class EchoPipeline:
         else:
             best = highest_of_windows(heard, window)
             peaks = self._high_enough(heard, best, profile.rate_hz, direct)
-        return self._echoes_of(profile, 0, peaks + first), noise_amplitude(heard)
+        noise = noise_amplitude(heard)
+        return self._echoes_of(profile, 0, peaks + first, noise), noise
 
-    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:
-        """Echoes at peaks of a channel: one each."""
+    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
+        """Echoes at peaks of a channel, under noise of that rms: one each."""
         return echoes_at(profile, channel, peaks)
 
     def _high_enough(
@@ -222,7 +223,7 @@ class EchoPipeline:
         least = noise * 10.0 ** (settings.second_mic_snr_db / 20.0) / np.sqrt(2.0)
         first = profile.position(start_s)
         peaks = separated_peaks(profile.magnitude[1, first:], least, 1) + first
-        echoes2 = self._echoes_of(profile, 1, peaks)
+        echoes2 = self._echoes_of(profile, 1, peaks, noise)
         return path_difference(
             path1_m,
             self._path_m(echoes2, start_s),

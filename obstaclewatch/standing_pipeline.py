@@ -12,7 +12,7 @@ from obstaclewatch.bearing import PathDifference
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_cycle import PathEvidence, likeliest_cycle
 from obstaclewatch.cone_posterior import Attitude, bearing_posterior
-from obstaclewatch.echoes import Echoes, noise_amplitude
+from obstaclewatch.echoes import Echoes
 from obstaclewatch.ground_height import GroundListener
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.overlap import Crests, nearest_echoes, parted_crests, pulse_table
@@ -42,9 +42,8 @@ class StandingPipeline(EchoPipeline):
         self._table = pulse_table(beep)
         self._crests: dict[int, Crests] = {}  # of the beep in hand
 
-    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp]) -> Echoes:
+    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
         """Echoes at peaks of a channel: one each, or two where that explains the crest."""
-        noise = noise_amplitude(profile.magnitude[channel, profile.position(0.0) :])
         self._crests[channel] = parted_crests(profile.envelope[channel], peaks, self._table, noise)
         return self._crests[channel].echoes(profile)
 

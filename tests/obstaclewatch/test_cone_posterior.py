@@ -102,7 +102,7 @@ def slow_posterior(range_m, heard):
             k = heard.phase_std_rad[0] ** -2
             turned = np.exp(k * (np.cos(heard.phase_rad[0] + 2.0 * np.pi * u / CYCLE_M) - 1.0))
             phase = 0.95 * turned + 0.05 / np.sqrt(2.0 * np.pi * k)
-            total += prior * np.exp(-0.5 * off**2) * phase * (np.abs(off) <= 5.0)
+            total += prior * np.exp(-0.5 * off**2) * phase * (np.abs(off) <= 4.0)
     share = total / total.sum()
     median = fine[np.searchsorted(np.cumsum(share), 0.5)]
     return median, np.sqrt(np.sum(share * (fine - median) ** 2))
