@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from simulator.candidates import Candidates
 from simulator.chain_ways import Ways, candidates_over, face_factor, free_of_obstacles, turned_ways
-from simulator.diffracted import at_poses, outside, seen
+from simulator.diffracted import at_poses, bent_once, outside, seen
 from simulator.edge_integrals import Face, face_of, half_way, over_three, over_two
 from simulator.edge_nodes import nodes_of
 from simulator.edge_view import APEX, END, START
 from simulator.floor import Audible
 from simulator.frames import into_rest
 from simulator.ledger import Ledger, Turned
-from simulator.longer_chains import LONGEST, Kept, Order, longer_chains
+from simulator.longer_chains import LONGEST, NEGLIGIBLE, Kept, Order, longer_chains
 from simulator.panels import linked_edges
 from simulator.wedges import Wedges
 from simulator.windowed_chains import Windowed, ways_of, windowed_chains
@@ -80,6 +80,7 @@ class Heard:
         pressure: (T, K) with the travel phase; 0 where not worked out.
         bound: (T,) greatest magnitude, or an estimate from above of what was not worked out.
         loud: (T,) what is kept.
+        counts: (T,) False for chains of an order that cannot change what fewer edges add up to.
     """
 
     pose: int
@@ -87,6 +88,7 @@ class Heard:
     pressure: Complexes
     bound: Floats
     loud: Flags
+    counts: Flags
 
 
 def integrable(wedges: Wedges) -> bool:
@@ -117,7 +119,7 @@ def integrated_chains(
     pose, mic, row = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
     pressure = [np.zeros((0, len(frequency_hz)), dtype=np.complex128)]
     for n in np.flatnonzero((heard & ~mirrored).any(axis=1)):
-        for found in _at_pose(over, int(n), np.flatnonzero(heard[n] & ~mirrored[n])):
+        for found in _at_pose(over, int(n), np.flatnonzero(heard[n] & ~mirrored[n]), NEGLIGIBLE):
             loud = np.flatnonzero(found.loud)
             _turn_faint_away(over, found, width, ledger)
             pose.append(np.full(len(loud), found.pose))
@@ -147,21 +149,28 @@ def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> NDArray[np.bool_]:
     return (facing & (nearest <= limit_m)).reshape(poses, 2)
 
 
-def _at_pose(over: Panel, pose: int, mics: Ints) -> list[Heard]:
-    """All chains at some microphones of one pose."""
+def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Heard]:
+    """All chains at some microphones of one pose, of orders that are worth more than a share of the lower ones."""
     tracing, face, longest = over.tracing, over.face, int(over.chains.count.max(initial=0))
     points = np.stack([tracing.source_m[pose], *tracing.mics_m[pose, mics]])
     frame = tracing.placed[[pose] * len(points), tracing.world.wedges.obstacle[over.edge[0]]]
     source, *receivers = into_rest(points, frame)
-    before, after = half_way(face, source), [half_way(face, each) for each in receivers]
     windowed = [[over_two(face, source, each)] for each in receivers]
     if longest > 2:
+        before, after = half_way(face, source), [half_way(face, each) for each in receivers]
         windowed = [[*sums, over_three(face, before, half)] for sums, half in zip(windowed, after, strict=True)]
     kept = [_loud_enough(over.audible, windowed[n], float(over.loudest[pose, mic])) for n, mic in enumerate(mics)]
     longer: list[list[Order]] = [[] for _ in mics]
     if longest > 3:
-        longer = longer_chains(face, before, after, [sums[1] for sums in windowed], kept, longest)
+        lower = [_wholes(over, pose, int(mic), sums) for mic, sums in zip(mics, windowed, strict=True)]
+        longer = longer_chains(face, before, after, [sums[1] for sums in windowed], lower, kept, longest, negligible)
     return [_heard_chains(over.chains, pose, int(mic), windowed[n], longer[n], kept[n]) for n, mic in enumerate(mics)]
+
+
+def _wholes(over: Panel, pose: int, mic: int, windowed: list[Complexes]) -> Complexes:
+    """(3, K) all that one, two and three edges bend."""
+    single = bent_once(over.tracing, over.edge, pose, mic, over.wavenumber)
+    return np.stack([single, *(each.reshape(-1, len(single)).sum(axis=0) for each in windowed)])
 
 
 def _loud_enough(audible: Audible, sums: list[Complexes], loudest: float) -> Kept:
@@ -183,7 +192,10 @@ def _heard_chains(
         own = np.abs(pressure[-1]).max(axis=1, initial=0.0)
         bound.append(np.where(order.known[first, last], own, order.bound[first, last]))
     every = np.concatenate(bound)
-    return Heard(pose, mic, np.concatenate(pressure), every, kept(every))
+    counts = np.ones(len(chains), dtype=bool)
+    for count, order in enumerate(longer, start=4):
+        counts[chains.count == count] = order.counts
+    return Heard(pose, mic, np.concatenate(pressure), every, kept(every) & counts, counts)
 
 
 def _of_windows(sums: Complexes, chains: Windowed, count: int) -> Complexes:
@@ -193,18 +205,20 @@ def _of_windows(sums: Complexes, chains: Windowed, count: int) -> Complexes:
 
 
 def _turn_faint_away(over: Panel, found: Heard, width: int, ledger: Ledger) -> None:
-    row = np.flatnonzero(~found.loud)
-    pose, mic = (np.full(len(row), each) for each in (found.pose, found.mic))
-    ledger.turn_away("faint second edge", len(row), lambda: _turned(over, row, pose, mic, found.bound[row], width))
+    """Book what is faint by itself, and the orders that fewer edges drown."""
+    masks = {"faint second edge": found.counts & ~found.loud, "drowned by fewer edges": ~found.counts}
+    for name, chosen in masks.items():
+        row = np.flatnonzero(chosen)
+        pose, mic = (np.full(len(row), each) for each in (found.pose, found.mic))
+        ledger.turn_away(name, len(row), partial(_turned, over, row, pose, mic, found.bound[row], width))
 
 
 def _turn_mirrored_away(over: Panel, where: Flags, width: int, ledger: Ledger) -> None:
     """Book every chain at poses and microphones (N, 2); how loud they are is only worked out for who asks."""
 
     def described() -> Turned:
-        found = [
-            each for n in np.flatnonzero(where.any(axis=1)) for each in _at_pose(over, int(n), np.flatnonzero(where[n]))
-        ]
+        rows = [(int(n), np.flatnonzero(where[n])) for n in np.flatnonzero(where.any(axis=1))]
+        found = [each for n, mics in rows for each in _at_pose(over, n, mics, 0.0)]
         pose, mic = (np.repeat([getattr(each, name) for each in found], len(over.chains)) for name in ("pose", "mic"))
         row, bound = np.tile(np.arange(len(over.chains)), len(found)), np.concatenate([each.bound for each in found])
         return _turned(over, row, pose, mic, bound, width)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from simulator.candidates import Candidates, joined
 from simulator.edge_images import EdgeImages, images_of
 from simulator.edge_view import APEX, END, START, EdgeView
-from simulator.edges import strength_bound
+from simulator.edges import edge_terms, strength_bound
 from simulator.floor import Audible
 from simulator.frames import out_of_rest, turned
 from simulator.ledger import Ledger, Turned
@@ -32,6 +32,7 @@ from simulator.world import Tracing
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
 
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
 
@@ -131,14 +132,33 @@ def _contributions(
     wedges, view = wedges[facing], view[facing]
     pairs, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
-        there = view.has(part) if part == APEX else wedges.radiates[:, part - START]
         which = np.full(len(view), part)
-        rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
+        rows = np.flatnonzero(_has(wedges, view, part) & (view.path_m(which) <= limit_m))
         pairs.append(facing[rows])
         parts.append(which[rows])
         points.append(edge_points(wedges[rows], view[rows], part))
         bounds.append(strength_bound(view[rows], which[rows], wavenumber))
     return np.concatenate(pairs), np.concatenate(parts), np.concatenate(points), np.concatenate(bounds)
+
+
+def _has(wedges: Wedges, view: EdgeView, part: int) -> NDArray[np.bool_]:
+    """(R,) whether an apex lies on its edge, or an end is one that radiates."""
+    return view.has(part) if part == APEX else wedges.radiates[:, part - START]
+
+
+def bent_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
+    """(K,) what some rigid edges (E,) bend alone at one pose, with its travel phase, whatever stands in the way."""
+    every = np.full(len(wedge), pose)
+    wedges = at_poses(tracing, wedge, every)
+    view = seen(wedges, tracing.source_m[every], tracing.mics_m[every, mic])
+    there = outside(wedges, view)
+    total = np.zeros(len(wavenumber), dtype=np.complex128)
+    for part in (APEX, START, END):
+        bent = view[np.flatnonzero(there & _has(wedges, view, part))]
+        which = np.full(len(bent), part)
+        turned_by = np.exp(-1j * bent.path_m(which)[:, None] * wavenumber)
+        total += (edge_terms(bent, which, wavenumber).sum(axis=1) * turned_by).sum(axis=0)
+    return total
 
 
 def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:

@@ -62,7 +62,7 @@ class Fidelity:
             edge-on.
         edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.2 dB off at
             most on plates of 0.2-0.9 m at any yaw where the echo is above -50 dB re a wall; 0.3 s a pose for a panel
-            of 0.3 m, 3 s for one of 0.9 m, and up to 1 and 8 s where it is alone or four edges are heard), or "apexes",
+            of 0.3 m, 3 s for one of 0.9 m, and up to 1 and 7 s where four or five edges are heard), or "apexes",
             their stationary points and single ends alone (2.1 dB, 0.03 s).
         diffraction: "btm", the line integral over the edge with its ends, or "utd", the uniform theory without them
             (1.3-2 dB off on plates, about half the cost).

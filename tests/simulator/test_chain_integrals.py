@@ -20,6 +20,7 @@ from simulator import (
     trace_rejected,
 )
 from simulator.band import nodes_hz
+from simulator.diffracted import bent_once
 from simulator.edge_integrals import face_of, half_way, over_three, over_two
 from simulator.edge_nodes import nodes_of
 from simulator.longer_chains import longer_chains
@@ -97,7 +98,9 @@ def test_sums_are_those_of_all_pairs_triples_and_more():
     before, after = half_way(face, source), half_way(face, receiver)
     third = over_three(face, before, after)
     assert third.sum() == pytest.approx(three, rel=4e-3)  # what is left out of the secant's transform
-    ((fourth, fifth),) = longer_chains(face, before, [after], [third], [lambda bound: bound >= 0.0], 5)
+    ((fourth, fifth),) = longer_chains(
+        face, before, [after], [third], [np.zeros((3, 1))], [lambda bound: bound >= 0.0], 5
+    )
     assert fourth.known.all()
     assert fourth.pressure.sum() == pytest.approx(four, rel=8e-3)
     assert fifth.pressure.sum() == pytest.approx(five, rel=1.2e-2)
@@ -241,7 +244,7 @@ def test_what_is_not_followed_is_fainter_than_its_bound():
     face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * np.array([20_000.0]) / C)
     source, receiver = towards(86.0) - origin, towards(80.0, height_m=0.1) - origin
     before, after = half_way(face, source), half_way(face, receiver)
-    args = face, before, [after], [over_three(face, before, after)]
+    args = face, before, [after], [over_three(face, before, after)], [np.zeros((3, 1))]
     (every,) = longer_chains(*args, [lambda bound: bound >= 0.0], 5)
     (loud,) = longer_chains(*args, [lambda bound: bound >= 0.5 * every[0].bound.max()], 5)
     for whole, part in zip(every, loud, strict=True):
@@ -250,6 +253,39 @@ def test_what_is_not_followed_is_fainter_than_its_bound():
             np.where(part.known[:, None, None, :, None, None], part.pressure - whole.pressure, 0.0), 0.0, atol=1e-10
         )
         assert (whole.bound <= part.bound * (1.0 + 1e-6))[~part.known].all()
+
+
+@pytest.mark.parametrize(("yaw_deg", "longest"), [(4.0, 3), (35.0, 4)])
+def test_orders_that_fewer_edges_drown_are_left_out(monkeypatch, yaw_deg, longest):
+    args = traced([_panel(0.12, 0.2)], towards(yaw_deg), towards(yaw_deg + 1.0))
+    few = trace_paths(*args)
+    assert few.order[few.mic == 0].max() == longest
+    assert few.rejected["drowned by fewer edges"] > 1000
+    monkeypatch.setattr("simulator.chain_integrals.NEGLIGIBLE", 0.0)
+    every = trace_paths(*args)
+    assert every.order[every.mic == 0].max() == 5
+    few, every = (p[p.order > 0].transfer_function(FREQUENCY)[0] for p in (few, every))
+    assert 0.0 < np.abs(few - every).max() <= 1e-3 * np.abs(every).max()
+
+
+def test_chains_that_fewer_edges_drown_are_booked():
+    turned = trace_rejected(*traced([_panel(0.1, 0.1)], towards(4.0), towards(5.0)), limit=20_000)
+    drowned = turned[turned.mask == "drowned by fewer edges"]
+    assert set(drowned.order) == {4, 5}
+    assert turned.counts["drowned by fewer edges"] == len(drowned)
+    assert np.isfinite(drowned.level_db).all()
+
+
+def test_single_edges_bend_what_their_paths_carry():
+    args = traced([_panel()], towards(40.0), towards(43.0), edge_order=1)
+    paths = trace_paths(*args)
+    tracing = still_tracing(*args[:3], np.zeros(1), args[3])
+    (edges,) = panels_of(tracing.world.wedges)
+    for mic in range(2):
+        bent = paths[(paths.kind == "edge") & (paths.mic == mic)]
+        assert len(bent) > 6
+        ours = bent_once(tracing, edges, 0, mic, 2.0 * np.pi * nodes_hz(6) / C)
+        np.testing.assert_allclose(ours, bent.transfer_function(nodes_hz(6))[mic], atol=1e-6 * np.abs(ours).max())
 
 
 def test_both_faces_of_a_plate_with_thickness_are_alike():
