@@ -255,6 +255,27 @@ def test_a_posterior_is_carried_along_its_courses(height):
     assert carried.left_m == pytest.approx(grid.course(before, 0.0).left_m - 0.18 * carried.speed_m_s, abs=0.02)
 
 
+def test_what_bob_and_surge_do_to_the_range_of_each_course():
+    """Of every single course: differences of the range with the phone 1 mm higher, and 1 mm further ahead."""
+    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    judged, step_m = grid.posterior(_samples(miss=0.3, height=GROUND_M, last_m=1.8), 0.0, GROUND_M), 1e-3
+    bodies, seen = judged.bodies, 0
+    for course in range(0, len(judged.share), 7):
+        height, radius, miss, cos_angle, stays = (float(column[course]) for column in bodies[:5])
+        ahead = float(judged.ahead_m[course])
+
+        def range_m(higher_m, further_m, at=(height, radius, miss, cos_angle, stays, ahead)):
+            height, radius, miss, cos_angle, stays, ahead = at
+            plan = np.hypot(ahead - further_m * cos_angle, miss) - radius
+            return np.hypot(plan, height + stays * higher_m)
+
+        alone = grid.course(replace(judged, share=np.eye(1, len(judged.share), course)[0]), 0.0)
+        seen += 1
+        assert alone.bob == pytest.approx((range_m(step_m, 0.0) - range_m(-step_m, 0.0)) / 2e-3, abs=1e-4)
+        assert alone.surge == pytest.approx((range_m(0.0, -step_m) - range_m(0.0, step_m)) / 2e-3, abs=1e-4)
+    assert seen == 55
+
+
 def test_channels_that_say_nothing_leave_the_ranges():
     samples = _samples()
     silent = Samples(samples.time_s, samples.range_m, samples.range_std_m, np.full_like(samples.second, np.nan))
