@@ -108,7 +108,7 @@ def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Array, no
     position, std = np.empty(2 * len(peaks)), np.zeros(2 * len(peaks))
     amplitude = np.empty(2 * len(peaks), dtype=np.complex128)
     count, last = 0, -np.inf
-    margin = REACH + SKIRT + 4
+    margin = REACH + CLIMBS + SKIRT + 3  # a climb moves a sample at most
     for peak in peaks:
         if peak < last + CLOSEST:
             continue

@@ -52,6 +52,8 @@ class StandingPipeline(EchoPipeline):
     ) -> PathEvidence:
         """As there, with phases of the echoes themselves instead of the crests', and what parting costs in delay."""
         heard = super()._evidence(profile, echoes, snr, difference)
+        if np.isnan(heard.envelope_m).all():  # equal channels are not even parted
+            return heard
         delay2_s = echoes.delay_s + heard.envelope_m / self.sound_speed_m_s
         (first, std), (second, std2) = (
             nearest_echoes(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)

@@ -11,6 +11,7 @@ from obstaclewatch.cone_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, 
 from obstaclewatch.ground_height import HEIGHTS_M as HELD_M
 from obstaclewatch.ground_height import GroundListener
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.recording import Recording
 from tests.obstaclewatch.lifted import (
     HEIGHT_M,
     LENGTH,
@@ -187,6 +188,18 @@ def test_without_the_channels_phase_both_ranges_are_still_said():
     found = list(detector.stream(recorded([GROUND, wall])))[-1]
     assert len(found) == 1
     assert found.range2_m[0] == pytest.approx(tracked([GROUND, wall]).range2_m[0], abs=0.01)
+
+
+@pytest.mark.parametrize("second", [1.0, 0.0])
+def test_equal_channels_and_a_deaf_microphone_leave_ranges(second):
+    """Equal channels have no second crest to part, which once was an error."""
+    heard = recorded([GROUND, (way_m(by_wall(1.5, 0.3)), (0.04, 0.03))])
+    samples = np.stack([heard.samples[0], second * heard.samples[0]])
+    detector = TrackingDetector(BEEP, PHONE, STANDING, pitch_rad=PITCH)
+    found = list(detector.stream(Recording(samples, heard.sample_rate_hz)))[-1]
+    assert np.abs(found.range_m - 1.5).min() < 0.01
+    assert np.isnan(found.bearing_rad).all()
+    assert np.isnan(found.range2_m).all()
 
 
 def test_what_stands_at_the_height_stays_the_same_without_the_ground():

@@ -160,3 +160,15 @@ def test_a_corner_beside_a_wall_is_placed_to_a_few_millimetres():
     settings = PaperSettings(reject_static=False, near_m=0.6)
     found = list(TrackingDetector(BEEP, PHONE, settings, pitch_rad=PITCH).stream(heard))[-1]
     assert np.abs(found.range_m - range_m).min() < 0.005
+
+
+@pytest.mark.parametrize("peak", [0, 3, 20, 27, -28, -4, -1])
+def test_peaks_at_the_ends_read_nothing_beyond(peak):
+    """A crest so near an end that its search would leave the envelope is one echo."""
+    rng = np.random.default_rng(1)
+    envelope = rng.standard_normal(80) + 1j * rng.standard_normal(80)
+    crests = parted_crests(envelope, np.array([peak % 80]), TABLE, 1e-3)
+    assert np.isfinite(crests.position).all()
+    assert len(crests.position) in (1, 2)
+    assert ((crests.position >= 0.0) & (crests.position < 80.0)).all()
+    assert len(parted_crests(envelope, np.array([], dtype=np.intp), TABLE, 1e-3).position) == 0
