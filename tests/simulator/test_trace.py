@@ -217,6 +217,25 @@ def test_poses_in_one_call_equal_poses_one_by_one(box, phone):
         np.testing.assert_allclose(together[k], alone, rtol=1e-9)
 
 
+def test_memory_for_the_search_does_not_decide_what_is_found(box, cylinder, phone, monkeypatch):
+    things = [
+        box((20.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground"),
+        box((0.2, 3.0, 3.0), (2.1, 0.0, 1.5), "wall"),
+        box((3.0, 0.2, 3.0), (0.0, 1.6, 1.5), "side"),
+        cylinder(0.2, 1.2, (1.2, -0.6, 0.6), 24),
+    ]
+    pose = Pose(np.array([[0.0, 0.0, 1.2], [0.3, 0.1, 1.3]]), held_rotation(np.array([0.0, 0.2])))
+    args = Scene(things, Air.lossless(C)), phone, pose, Fidelity(max_order=3)
+    whole = trace_paths(*args)
+    assert set(whole.order) == {0, 1, 2, 3}
+    assert {"specular", "edge", "mixed"} <= set(whole.kind)
+    monkeypatch.setattr("simulator.image_tree.TRIED_AT_ONCE", 50)  # three images at once
+    parts = trace_paths(*args)
+    np.testing.assert_array_equal(parts.sequence, whole.sequence)
+    np.testing.assert_array_equal(parts.band_gain, whole.band_gain)
+    assert parts.rejected == whole.rejected
+
+
 def test_order_of_obstacles_changes_only_the_order_of_summation(box, phone):
     obstacles = [box((0.2, 6.0, 3.0), (3.1, 0.4, 1.5), "wall"), box((20.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")]
     pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0, 0.5))
