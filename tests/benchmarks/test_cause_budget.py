@@ -129,6 +129,7 @@ def test_the_table_says_which_walks_differ(tmp_path):
     assert plain["change of TP, points"].endswith("+2 -1, p = 1")
     assert plain["change of TN, points"].endswith("+0 -1, p = 1")
     assert (plain["TP, %"], plain["TN, %"], plain["false alerts, %"]) == ("50.0 of 6", "50.0 of 4", "20.0")
+    assert plain["mean of both, %"] == "50.0"
     assert plain["same beeps, °"] == "5.0, 5.0"
     strata = FIGURES["cause_table_strata"](budget_run(tmp_path))
     assert [row["taken away"] for row in strata.rows()][:4] == [
