@@ -23,9 +23,8 @@ from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 Array = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-TABLE_S = 5e-3
-FINE = 16
-"""Table entries of the pulse per sample of the envelope."""
+TABLE_S, FINE = 5e-3, 16
+"""Of the pulse's table: reach of the filter that makes it, and entries per sample of the envelope."""
 REACH = 10
 """Samples on either side of a peak in which its echoes are looked for: 14 cm of path."""
 CLOSEST, FARTHEST = 2, 14

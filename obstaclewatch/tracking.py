@@ -68,8 +68,8 @@ class TrackingDetector(EchoDetector):
     bearings and their deviations are from the posterior over courses. Of several tracks one is judged anew in a beep,
     and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
     judged. range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
-    standing, where nothing closes in) they hold what `standing` hears ahead, and nothing raises an alert. Arguments and
-    errors as for `PaperDetector`, and
+    standing, where nothing closes in) they hold what `standing` hears ahead, with bearings over all heights once the
+    ground is heard (`standing_pipeline`), and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
