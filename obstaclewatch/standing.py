@@ -45,6 +45,8 @@ def standing_settings(settings: PaperSettings, mic_phase_rad: float | None) -> P
 def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:
     """The nearest candidates that do not arrive from behind the phone; their deviations count more than noise.
 
+    Their radii are not told: a crest's width said 63 cm too much or too little of what was measured on.
+
     Args:
         found: candidates, nearest first; those without a path difference stay.
         separation_m: between the microphones.
@@ -58,7 +60,7 @@ def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:
         range_m=found.range_m[kept],
         range2_m=found.range2_m[kept],
         bearing_rad=found.bearing_rad[kept],
-        radius_m=found.radius_m[kept],
+        radius_m=np.full(len(kept), np.nan),
         level_db=found.level_db[kept],
         snr_db=found.snr_db[kept],
         closing_speed_m_s=found.closing_speed_m_s[kept],

@@ -83,6 +83,7 @@ def test_what_arrives_from_behind_is_left_out():
     assert all(np.abs(ours.range_m - range_m).min() < 4e-3 for range_m in expected)
     assert (ours.range_std_m > 0.003).all()
     assert not ours.decision.alert
+    assert np.isnan(ours.radius_m).all()
 
 
 def test_the_nearest_are_kept_and_a_reset_forgets():
