@@ -45,7 +45,7 @@ def standing_settings(settings: PaperSettings, mic_phase_rad: float | None) -> P
 def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:
     """The nearest candidates that do not arrive from behind the phone; their deviations count more than noise.
 
-    Their radii are not told: a crest's width said 63 cm too much or too little of what was measured on.
+    Their radii are not told: by the width of crests they are 63 cm off in the median.
 
     Args:
         found: candidates, nearest first; those without a path difference stay.

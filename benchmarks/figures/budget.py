@@ -92,7 +92,8 @@ def calibration(run: RunData) -> PlotFigure:
         for detector in judged_detectors(run):
             for kind, state in (("approach", "walking"), ("standing", "standing")):
                 table = beep_table(run, detector, kind)
-                ratio = np.abs(table[column] - table[truth]) / table[claim]
+                claimed = table.get(claim, np.nan)  # runs of earlier versions hold no deviation of radii
+                ratio = np.abs(table[column] - table[truth]) / claimed
                 ratio = ratio[np.isfinite(ratio)]
                 if len(ratio) == 0:
                     continue
