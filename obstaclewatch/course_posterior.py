@@ -8,11 +8,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.breadth import narrow_radius
 from obstaclewatch.carrier_phase import log_agreement
 from obstaclewatch.course_evidence import Agreement
 from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
-from obstaclewatch.wall_ends import of_those_heard
+from obstaclewatch.wall_ends import still_heard
 
 Array = NDArray[np.float64]
 
@@ -58,7 +57,7 @@ def log_fit(misfit: float) -> float:
 
 
 class Meeting(NamedTuple):
-    """What H courses come to, (H,) each but for the last two.
+    """What H courses come to, (H,) each but for the last.
 
     Attributes:
         collision: probability that they are collisions.
@@ -67,7 +66,6 @@ class Meeting(NamedTuple):
         nearing: fall of a wall's distance along its normal per distance walked; 1 for other things.
         way: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
         aside: how far aside a wall's nearest point lies per distance along its normal; infinite for other things.
-        radii: (H, B) probabilities of the classes of radii, see `breadth`.
         ends_m: how far aside passed walls end, see `wall_ends`.
     """
 
@@ -77,7 +75,6 @@ class Meeting(NamedTuple):
     nearing: Array
     way: Array
     aside: Array
-    radii: Array
     ends_m: tuple[float, float]
 
 
@@ -91,7 +88,6 @@ class Course(NamedTuple):
         bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
         cosine: of the cone about the phone's long axis at which the echo arrives.
         miss_m: expected miss distance; walls count with 0.
-        radius_m, radius_std_m: half its breadth; NaN of what is not thought narrow.
         bob, surge: expected share by which the range grows as the phone rises, and falls as it surges ahead.
     """
 
@@ -102,8 +98,6 @@ class Course(NamedTuple):
     bearing_std_rad: float
     cosine: float
     miss_m: float
-    radius_m: float
-    radius_std_m: float
     bob: float
     surge: float
 
@@ -134,14 +128,14 @@ def expectations(
         pitch_rad: lift of the phone's top edge.
         mic_m: how far microphone 0 is ahead of the phone's middle.
     """
-    bearing, cos_pitch, sin_pitch = np.zeros(len(share)), np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
-    hit = left = left_of_hits = speed = mean = cosine = miss = variance = bob = surge = 0.0
-    line_m = np.maximum(ahead_m - closing_m_s * np.float32(later_s), NEAREST_M)
-    heard, collision = of_those_heard(share, meeting.collision, meeting.aside, line_m, meeting.ends_m)
-    for course in range(len(heard)):
-        own, ahead = heard[course], line_m[course]
-        if own < NEGLIGIBLE:
+    cos_pitch, sin_pitch, later = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad)), np.float32(later_s)
+    total = hit = left = left_of_hits = speed = bearing = bearing2 = cosine = miss = bob = surge = 0.0
+    for course in range(len(share)):
+        if share[course] < NEGLIGIBLE:
             continue
+        ahead = max(ahead_m[course] - closing_m_s[course] * later, NEAREST_M)
+        hits = share[course] * meeting.collision[course]
+        own = hits + (share[course] - hits) * still_heard(meeting.aside[course] * ahead, meeting.ends_m)
         height, aside = bodies.height_m[course], bodies.miss_m[course]
         seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, bodies.cos_angle[course])
         bob, surge = bob + own * bodies.stays[course] * height / seen, surge + own * toward * plan / seen
@@ -149,15 +143,15 @@ def expectations(
         closing = float(closing_m_s[course]) / meeting.nearing[course]
         left_m = float(ahead) * meeting.way[course] + mic_m - meeting.contact_m[course]
         way = left_m * walked_share(closing)
-        hit, left_of_hits = hit + own * collision[course], left_of_hits + own * collision[course] * way
+        total, hit, left_of_hits = total + own, hit + hits, left_of_hits + hits * way
         left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
-        bearing[course] = meeting.angle_rad[course] + np.arctan2(float(aside), float(ahead))
-        mean += own * bearing[course]
-    for course in range(len(heard)):
-        variance += heard[course] * (bearing[course] - mean) ** 2 if heard[course] >= NEGLIGIBLE else 0.0
-    left = left_of_hits / hit if hit > 1e-6 else left
-    radius, radius_std = narrow_radius(heard, meeting.radii)
-    return Course(hit, left, speed, mean, np.sqrt(variance), cosine, miss, radius, radius_std, bob, surge)
+        angle = meeting.angle_rad[course] + np.arctan2(float(aside), float(ahead))
+        bearing, bearing2 = bearing + own * angle, bearing2 + own * angle * angle
+    left = left_of_hits / hit if hit > 1e-6 * total else left / total
+    bearing /= total
+    spread = np.sqrt(max(bearing2 / total - bearing * bearing, 0.0))
+    rest = cosine / total, miss / total, bob / total, surge / total
+    return Course(hit / total, left, speed / total, bearing, spread, *rest)
 
 
 @numba.njit(cache=True, error_model="numpy")

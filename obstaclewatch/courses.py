@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.breadth import radius_shares
+from obstaclewatch.breadth import narrow_radius, radius_shares
 from obstaclewatch.course_evidence import Ears, agreement
 from obstaclewatch.course_geometry import Bodies, Singles
 from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
@@ -63,6 +63,7 @@ class Posterior:
         closing_m_s: (H,) speeds at which these fall.
         bodies: what the courses lead to.
         misfit: squared deviations, a reading, of the ranges from the course that they fit best; 1 is to be expected.
+        radius_m, radius_std_m: half the breadth of what they lead to; NaN of what is not thought narrow.
     """
 
     time_s: float
@@ -71,6 +72,8 @@ class Posterior:
     closing_m_s: Singles
     bodies: Bodies
     misfit: float
+    radius_m: float
+    radius_std_m: float
 
 
 class CourseGrid:
@@ -117,9 +120,9 @@ class CourseGrid:
             self._nearing,
             way,
             np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf),
-            radius_shares(self._all),
             ends_of_passed(half_width_m),
         )
+        self._radii = radius_shares(self._all)
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
     def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
@@ -140,7 +143,8 @@ class CourseGrid:
         density = speed_density(found.closing_m_s / self._nearing, swing.step_hz)
         share = posterior(self._all.log_prior, found, density, self._tells_phase, self._mic_phase_rad)
         misfit = float(found.misfit.min()) / len(time_s)
-        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies, misfit)
+        radius = narrow_radius(share, self._radii)
+        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies, misfit, *radius)
 
     def _at_height(self, ground_m: float) -> Bodies:
         return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))

@@ -183,7 +183,8 @@ class TrackingDetector(EchoDetector):
         range2_m = sqrt(range_m**2 + length**2 + 2.0 * length * range_m * course.cosine)
         direction = range2_m, course.bearing_rad, course.bearing_std_rad
         heard = range_m, found.std_m, found.closing_m_s, track.level_db, track.snr_db
-        return *direction, *heard, course.radius_m, course.radius_std_m
+        size = (np.nan, np.nan) if track.judged is None else (track.judged.radius_m, track.judged.radius_std_m)
+        return *direction, *heard, *size
 
     def _decide(self, time_s: float, alert: bool, courses: list[Course], found: list[TrackRange]) -> Decision:
         """Of the courses that rather collide, the first to do so."""

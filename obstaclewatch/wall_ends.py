@@ -9,12 +9,6 @@ foot would lie beyond that end.
 from __future__ import annotations
 
 import numba
-import numpy as np
-from numpy.typing import NDArray
-
-from obstaclewatch.course_geometry import Singles
-
-Array = NDArray[np.float64]
 
 GAP_M = (0.08, 0.75)
 """Between the walker's side and the end of a wall that is passed, evenly; what ends farther off is no near miss."""
@@ -29,22 +23,12 @@ def ends_of_passed(half_width_m: float) -> tuple[float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def of_those_heard(
-    share: Array, collision: Array, aside: Array, ahead_m: Singles, ends_m: tuple[float, float]
-) -> tuple[Array, Array]:
-    """(H,) probabilities of courses, and of a collision on each, given that what they lead to is still heard.
+def still_heard(foot_m: float, ends_m: tuple[float, float]) -> float:
+    """Share of passed walls whose end lies nearer to the walker's line than their foot, and which are heard so.
 
     Args:
-        share: (H,) probabilities before, 1 together.
-        collision: (H,) probabilities of a collision before, above 0.
-        aside: (H,) how far aside a wall's foot lies per distance along its normal; infinite for what is no wall.
-        ahead_m: (H,) distances along the normal.
-        ends_m: how far aside passed walls end, at least and at most.
+        foot_m: how far aside the foot lies; infinite for what is no wall, and is heard until it is passed.
+        ends_m: how far aside walls end that are passed, at least and at most.
     """
-    heard, hit, (least_m, most_m) = np.empty(len(share)), np.empty(len(share)), ends_m
-    for course in range(len(share)):
-        end_is_nearer = (aside[course] * ahead_m[course] - least_m) / (most_m - least_m)
-        passed = (1.0 - collision[course]) * min(max(end_is_nearer, LEAST_HEARD), 1.0)
-        heard[course] = share[course] * (collision[course] + passed)
-        hit[course] = collision[course] / (collision[course] + passed)
-    return heard / heard.sum(), hit
+    least_m, most_m = ends_m
+    return min(max((foot_m - least_m) / (most_m - least_m), LEAST_HEARD), 1.0)

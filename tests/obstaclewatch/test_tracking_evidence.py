@@ -89,9 +89,15 @@ def test_local_noise_of_rayleigh_heights():
     assert local_noise(height, 192)[5_020] < 1.6
 
 
+def _posterior(time_s):
+    return Posterior(time_s, *(np.ones(1) for _ in range(3)), None, 1.0, np.nan, np.nan)
+
+
 def _track(range_m, judged_s, heard_s):
     """A track whose course was judged once and that was heard last at a time."""
-    judged = None if judged_s is None else Posterior(judged_s, *(np.ones(1) for _ in range(3)), None, 1.0)
+    judged = (
+        None if judged_s is None else _posterior(judged_s)
+    )
     return Track(
         np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, past=deque([(heard_s, range_m, 0.01, None)]), judged=judged
     )
@@ -105,7 +111,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
         for track in tracks:
             track.past.append((now_s, 1.0, 0.01, None))
         which = due(tracks, now_s)
-        which.judged = Posterior(now_s, *(np.ones(1) for _ in range(3)), None, 1.0)
+        which.judged = _posterior(now_s)
         turns.append(next(number for number, track in enumerate(tracks) if track is which))
     assert turns[0] == 2  # what never was judged comes first
     assert turns.count(0) > turns.count(1) > turns.count(2) >= 4
@@ -124,7 +130,7 @@ def test_what_was_not_heard_since_is_not_judged_again():
 def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     track = _track(1.6, 0.9, 0.9)
     assert not is_pressing(track)  # nothing is expected of it yet
-    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.3, 0.1, 0.0, 0.9), misses
+    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
 
 
