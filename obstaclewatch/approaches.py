@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.approach_filter import begun, expected_reading, predicted, updated
+from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.courses import Course, Posterior, Samples
+from obstaclewatch.last_rows import LastRows
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
 from obstaclewatch.swing import Swing
 from obstaclewatch.track_range import FITTED_BEEPS, Timing, TrackRange, track_range
 
 Array = NDArray[np.float64]
-Heard = tuple[float, float, float, NDArray[np.complex64]]
 
 SEARCH_BEEPS = 12
 GATE_M = 0.09
@@ -66,7 +67,9 @@ class Track:
         misses: beeps since that peak.
         judged, course: the courses that it was last thought to take, and what was to be expected of them at the last
             beep; None before the first judgement.
-        past: the last beeps' peaks: time, range, its deviation, and microphone 1 around it.
+        past: the last peaks: time, range and its deviation.
+        second: microphone 1 around them.
+        heard_s: time of the last.
         heard: peaks so far.
         readings: (FITTED_BEEPS, 3) time, range and deviation of the last of them, in no order, see `track_range`.
     """
@@ -80,7 +83,9 @@ class Track:
     misses: int = 0
     judged: Posterior | None = None
     course: Course | None = None
-    past: deque[Heard] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
+    past: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, 3))
+    second: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, len(OFFSETS_M), np.complex64))
+    heard_s: float = -np.inf
     heard: int = 0
     readings: Array = field(default_factory=lambda: np.empty((FITTED_BEEPS, 3)))
 
@@ -100,7 +105,9 @@ class Track:
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
         """Keep a peak for the judgement of the course."""
         reading = time_s, float(peaks.range_m[which]), float(peaks.range_std_m[which])
-        self.past.append((*reading, peaks.second[which]))
+        self.past.append(reading)
+        self.second.append(peaks.second[which])
+        self.heard_s = time_s
         self.readings[self.heard % FITTED_BEEPS] = reading
         self.heard += 1
         self.level_db, self.snr_db = float(peaks.level_db[which]), float(peaks.snr_db[which])
@@ -109,14 +116,13 @@ class Track:
         """Drop a third of the peaks kept for judgement, the oldest, if enough are left to judge."""
         dropped = len(self.past) // 3
         if len(self.past) - dropped >= LEFT_PEAKS:
-            for _ in range(dropped):
-                self.past.popleft()
+            self.past.drop(dropped)
+            self.second.drop(dropped)
 
     def samples(self, ahead_s: float) -> Samples:
         """What was measured, at the times that the readings stand for."""
-        time, read, deviation, second = zip(*self.past, strict=True)
-        rows = np.concatenate(second).reshape(len(second), -1)  # a third of what np.stack costs
-        return Samples(np.array(time) + ahead_s, np.array(read), np.array(deviation), rows)
+        time, read, deviation = self.past.rows.T.copy()
+        return Samples(time + ahead_s, read, deviation, self.second.rows)
 
     def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
         """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""

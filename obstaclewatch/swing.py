@@ -11,7 +11,6 @@ taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad r
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.echoes import refined_peak
+from obstaclewatch.last_rows import LastRows
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.order_statistic import median
 from obstaclewatch.sinusoid import common_sinusoid
@@ -132,7 +132,7 @@ class StepListener:
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
-        self._heard: deque[tuple[float, float, float]] = deque(maxlen=MEMORY_BEEPS)
+        self._heard = LastRows(MEMORY_BEEPS, 3)
 
     def clear(self) -> None:
         """Forget everything."""
@@ -150,7 +150,7 @@ class StepListener:
         """
         if len(self._heard) < LEAST_BEEPS:
             return STEADY
-        time_s, read_m, phase = np.array(self._heard).T.copy()
+        time_s, read_m, phase = self._heard.rows.T.copy()
         step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase), STEP_RAD_S)
         if max(shares) < LEAST_SHARE:
             return STEADY

@@ -203,8 +203,9 @@ class TrackingDetector(EchoDetector):
 
 def has_approached(track: Track) -> bool:
     """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
-    travel_m = track.past[0][1] - track.past[-1][1]
-    return track.misses <= MOST_MISSES and len(track.past) >= LEAST_BEEPS and travel_m >= LEAST_TRAVEL_M
+    range_m = track.past.rows[:, 1]
+    travelled = len(range_m) >= LEAST_BEEPS and range_m[0] - range_m[-1] >= LEAST_TRAVEL_M
+    return track.misses <= MOST_MISSES and bool(travelled)
 
 
 def is_pressing(track: Track) -> bool:
@@ -220,7 +221,7 @@ def due(tracks: list[Track], now_s: float) -> Track | None:
     def urgency(track: Track) -> float:
         if track.judged is None:
             return np.inf
-        waited_s = now_s - track.judged.time_s if track.past[-1][0] > track.judged.time_s else 0.0
+        waited_s = now_s - track.judged.time_s if track.heard_s > track.judged.time_s else 0.0
         return waited_s / float(track.state[0])
 
     most = max(tracks, key=urgency, default=None)

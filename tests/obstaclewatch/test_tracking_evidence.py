@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 import pytest
 
@@ -95,12 +93,8 @@ def _posterior(time_s):
 
 def _track(range_m, judged_s, heard_s):
     """A track whose course was judged once and that was heard last at a time."""
-    judged = (
-        None if judged_s is None else _posterior(judged_s)
-    )
-    return Track(
-        np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, past=deque([(heard_s, range_m, 0.01, None)]), judged=judged
-    )
+    judged = None if judged_s is None else _posterior(judged_s)
+    return Track(np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, heard_s=heard_s, judged=judged)
 
 
 def test_one_course_is_judged_at_a_time_the_nearest_most_often():
@@ -109,7 +103,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
     for beep in range(1, 41):
         now_s = PERIOD_S * beep
         for track in tracks:
-            track.past.append((now_s, 1.0, 0.01, None))
+            track.heard_s = now_s
         which = due(tracks, now_s)
         which.judged = _posterior(now_s)
         turns.append(next(number for number, track in enumerate(tracks) if track is which))
@@ -137,7 +131,9 @@ def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
 @pytest.mark.parametrize(("kept", "left"), [(24, 16), (9, 6), (8, 6), (7, 7), (3, 3)])
 def test_a_track_forgets_its_oldest_third_if_enough_are_left(kept, left):
     track = _track(1.6, 0.9, 0.9)
-    track.past.clear()
-    track.past.extend((PERIOD_S * k, 1.0, 0.01, None) for k in range(kept))
+    for k in range(kept):
+        track.past.append((PERIOD_S * k, 1.0, 0.01))
+        track.second.append(k)
     track.forget_oldest()
-    assert [time_s for time_s, *_ in track.past] == [PERIOD_S * k for k in range(kept - left, kept)]
+    assert track.past.rows[:, 0].tolist() == [PERIOD_S * k for k in range(kept - left, kept)]
+    assert track.second.rows[:, 0].tolist() == list(range(kept - left, kept))
