@@ -161,8 +161,9 @@ def two_echoes(envelope: Complexes, peak: int, table: Array, noise: float) -> Pa
         modelled = one * pulse_at(table, sample - early) + other * pulse_at(table, sample - late)
         left = max(left, abs(envelope[sample] - modelled))
     explains = gains and left <= MOST_LEFT * strong + NOISE_LEFT * noise
-    found = explains and late - early >= APART and weak >= LEAST_SHARE * strong
     std = noise * np.sqrt(sharpness[0]), noise * np.sqrt(sharpness[1])
+    is_top = np.isfinite(std[0]) and np.isfinite(std[1])
+    found = explains and is_top and late - early >= APART and weak >= LEAST_SHARE * strong
     return Pair((early, late), std, (one, other), found)
 
 

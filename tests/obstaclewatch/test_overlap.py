@@ -83,6 +83,20 @@ def test_exact_pairs_are_found(apart_m, error_m, turn_rad):
     assert not is_one_pulse(envelope, highest, TABLE, 1e-4)
 
 
+def test_a_pair_whose_delays_nothing_bounds_is_none():
+    """Regression: crests of several echoes were parted where the likelihood has no top, with infinite deviations."""
+    rng, tops, found = np.random.default_rng(5), 0, 0
+    for _ in range(300):
+        paths = 4.0 + np.sort(rng.uniform(0.0, 0.22, 4))
+        envelope = crest(paths, rng.uniform(0.4, 1.0, 4) * np.exp(2j * np.pi * rng.random(4)))
+        envelope = envelope + noise_of(1e3, rng)
+        pair = two_echoes(envelope, int(np.argmax(np.abs(envelope))), TABLE, 0.05)
+        tops += bool(np.isfinite(pair.std).all())
+        found += pair.found
+        assert np.isfinite(pair.std).all() or not pair.found
+    assert 0 < found <= tops < 300
+
+
 def bound_m(apart_m, turn_rad, ratio, snr):
     """Deviation of the first one's path, all amplitudes and the other's delay unknown, from the beep's own spectrum."""
     samples = BEEP.samples()
