@@ -83,18 +83,112 @@ def test_exact_pairs_are_found(apart_m, error_m, turn_rad):
     assert not is_one_pulse(envelope, highest, TABLE, 1e-4)
 
 
+BESIDE_A_LOUDER_ONE = np.array(
+    [
+        0.27,
+        0.373,
+        0.485,
+        0.602,
+        0.717,
+        0.819,
+        0.903,
+        0.958,
+        0.981,
+        0.966,
+        0.913,
+        0.824,
+        0.704,
+        0.561,
+        0.404,
+        0.243,
+        0.087,
+        -0.055,
+        -0.174,
+        -0.268,
+        -0.332,
+        -0.368,
+        -0.376,
+        -0.361,
+        -0.328,
+        -0.281,
+        -0.225,
+        -0.164,
+        -0.101,
+        -0.038,
+        0.023,
+        0.082,
+        0.138,
+        0.192,
+        0.243,
+        0.291,
+        0.335,
+        0.375,
+        0.409,
+        0.438,
+        0.459,
+        0.474,
+        0.48,
+        0.478,
+        0.466,
+    ]
+)
+BESIDE_A_LOUDER_ONE = BESIDE_A_LOUDER_ONE + 1j * np.array(
+    [
+        0.026,
+        0.054,
+        0.086,
+        0.118,
+        0.148,
+        0.173,
+        0.191,
+        0.198,
+        0.196,
+        0.184,
+        0.163,
+        0.136,
+        0.106,
+        0.074,
+        0.043,
+        0.015,
+        -0.008,
+        -0.027,
+        -0.042,
+        -0.051,
+        -0.057,
+        -0.06,
+        -0.06,
+        -0.058,
+        -0.056,
+        -0.054,
+        -0.055,
+        -0.059,
+        -0.069,
+        -0.086,
+        -0.11,
+        -0.142,
+        -0.181,
+        -0.224,
+        -0.267,
+        -0.308,
+        -0.34,
+        -0.361,
+        -0.365,
+        -0.352,
+        -0.319,
+        -0.268,
+        -0.2,
+        -0.119,
+        -0.029,
+    ]
+)
+"""Heard by a phone held still about a peak on a flank, sample 22: development split of `ranging`, a wall at 1.5 m."""
+
+
 def test_a_pair_whose_delays_nothing_bounds_is_none():
-    """Regression: crests of several echoes were parted where the likelihood has no top, with infinite deviations."""
-    rng, tops, found = np.random.default_rng(5), 0, 0
-    for _ in range(300):
-        paths = 4.0 + np.sort(rng.uniform(0.0, 0.22, 4))
-        envelope = crest(paths, rng.uniform(0.4, 1.0, 4) * np.exp(2j * np.pi * rng.random(4)))
-        envelope = envelope + noise_of(1e3, rng)
-        pair = two_echoes(envelope, int(np.argmax(np.abs(envelope))), TABLE, 0.05)
-        tops += bool(np.isfinite(pair.std).all())
-        found += pair.found
-        assert np.isfinite(pair.std).all() or not pair.found
-    assert 0 < found <= tops < 300
+    """Regression: a crest was parted where the likelihood has no top, with infinite deviations."""
+    pair = two_echoes(BESIDE_A_LOUDER_ONE, 22, TABLE, 0.0656)
+    assert not np.isfinite(pair.std).all()
+    assert not pair.found
 
 
 def bound_m(apart_m, turn_rad, ratio, snr):
