@@ -6,6 +6,7 @@ The threshold is meant for a tracker: it lets some noise pass, which no straight
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sin
 
 import numba
 import numpy as np
@@ -15,6 +16,7 @@ from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
 from obstaclewatch.echoes import Echoes, echoes_at, keep_separated, local_maxima, noise_amplitude, sidelobe_floor
+from obstaclewatch.lift import LiftListener
 from obstaclewatch.line_evidence import log_ratio
 from obstaclewatch.local_noise import local_noise
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
@@ -46,6 +48,8 @@ GROUND_M = (1.0, 1.7)
 """Heights above the ground at which a phone may be held."""
 GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
+LIFT_STEP_RAD = np.deg2rad(1.5)
+"""By how much the lift that is heard must depart from the one in use to replace it."""
 USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
 generously. Walls alongside and what comes by way of ground and body stand at their distances as well, often louder."""
@@ -99,10 +103,12 @@ class PeakFinder:
         phone: speaker and microphones.
         settings: reach of the listening, and the calibrated direct sound.
         sound_speed_m_s: speed of sound.
-        pitch_rad: lift of the phone's top edge, for the height above the ground.
+        pitch_rad: lift of the phone's top edge, for the height above the ground; None for not told: it is then taken
+            for level until the ground is heard (`lift`).
 
     Attributes:
         ground_m: height of microphone 0 above the ground, as known so far.
+        pitch_rad: the lift, as told or as known so far.
         ground: the ground in the last beep; None before its place is known.
     """
 
@@ -112,7 +118,7 @@ class PeakFinder:
         phone: PhoneGeometry,
         settings: PaperSettings,
         sound_speed_m_s: float,
-        pitch_rad: float = 0.0,
+        pitch_rad: float | None = 0.0,
     ) -> None:
         self._settings, self._c = settings, sound_speed_m_s
         self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
@@ -125,8 +131,10 @@ class PeakFinder:
         # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
         self._heard = 0
-        self._sin_pitch = float(np.sin(pitch_rad))
         self._separation_m = phone.mic_separation_m
+        listener = LiftListener(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
+        self._lift = listener if pitch_rad is None else None
+        self.pitch_rad = pitch_rad or 0.0
         self._ground_path_m: float | None = None
         self.ground_m = USUAL_GROUND_M
         self.ground: GroundEcho | None = None
@@ -154,6 +162,9 @@ class PeakFinder:
         self._ground_path_m = None
         self.ground_m = USUAL_GROUND_M
         self.ground = None
+        if self._lift is not None:
+            self._lift.clear()
+            self.pitch_rad = 0.0
 
     def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | None:
         """Emission relative to the block's first sample, s, and the peaks; None if there is no beep."""
@@ -204,14 +215,21 @@ class PeakFinder:
         middle = _middle_that_stands_out(clutter, round(low), round(high), usual, spread)
         if middle >= 0.0:
             self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
-            self.ground_m = distance_of(self._ground_path_m, self._baseline_m, self._sin_pitch)
+            self.ground_m = distance_of(self._ground_path_m, self._baseline_m, sin(self.pitch_rad))
 
     def _ground_now(self, profile: EchoProfile, start_s: float) -> GroundEcho | None:
         """The ground in this beep; None before its place is known."""
         if self._ground_path_m is None:
             return None
-        difference_m = ground_path_difference_m(self.ground_m, self._separation_m, self._sin_pitch)
-        return ground_echo(profile, start_s, self._ground_path_m, difference_m, self._c)
+        difference_m = ground_path_difference_m(self.ground_m, self._separation_m, sin(self.pitch_rad))
+        ground = ground_echo(profile, start_s, self._ground_path_m, difference_m, self._c)
+        if self._lift is not None:
+            delay_s = start_s + 2.0 * ground.read_m / self._c
+            self._lift.add(profile.magnitude[1], (delay_s - profile.start_s) * profile.rate_hz)
+            heard_rad = self._lift.pitch_rad(self.ground_m)
+            if abs(heard_rad - self.pitch_rad) > LIFT_STEP_RAD:
+                self.pitch_rad = heard_rad
+        return ground
 
     def _second(self, rest: EchoProfile, echoes: Echoes, first: int, identical: bool) -> NDArray[np.complex64]:
         """(n, W) microphone 1 around each peak; NaN if both channels are the same."""

@@ -131,8 +131,12 @@ class StepListener:
 
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
-        self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
+        self.lift(pitch_rad)
         self._heard = LastRows(MEMORY_BEEPS, 3)
+
+    def lift(self, pitch_rad: float) -> None:
+        """Take another lift of the top edge for the mean; what was heard stays."""
+        self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
 
     def clear(self) -> None:
         """Forget everything."""

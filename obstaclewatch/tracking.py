@@ -69,7 +69,8 @@ class TrackingDetector(EchoDetector):
     and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
     judged. range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
     standing, where nothing closes in) they hold what `standing` hears ahead, with bearings over all heights once the
-    ground is heard (`standing_pipeline`), and nothing raises an alert. Arguments and errors as for `PaperDetector`, and
+    ground is heard (`standing_pipeline`), and nothing raises an alert. A lift that is not told is heard in the ground's
+    echo while walking (`lift`). Arguments and errors as for `PaperDetector`, and
 
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
@@ -93,22 +94,13 @@ class TrackingDetector(EchoDetector):
         super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
         if not asked.reject_static and pitch_rad is not None:
             self._pipeline = StandingPipeline(beep, phone, listening, sound_speed_m_s, pitch_rad)
-        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad or 0.0)
+        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, evidence)
-        self._grid = CourseGrid(
-            self._separation_m,
-            self._finder.wavelength_m,
-            pitch_rad or 0.0,
-            self.settings.walker_half_width_m,
-            beep.range_doppler_s,
-            mic_phase_rad,
-            self._baseline_m,
-        )
-        self._steps = StepListener(
-            self._separation_m, self._finder.wavelength_m, pitch_rad or 0.0, beep.range_doppler_s
-        )
+        wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
+        self._steps = StepListener(self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s)
+        self._lifted(self._finder.pitch_rad)
         self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
@@ -117,6 +109,7 @@ class TrackingDetector(EchoDetector):
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
+        self._lifted(self._finder.pitch_rad)
         self._swing = STEADY
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
@@ -129,6 +122,8 @@ class TrackingDetector(EchoDetector):
         if found is None:
             return self._report(index, begin_s, [], [], Flag.NO_BEEP)
         start_s, peaks = found
+        if self._finder.pitch_rad != self._pitch_rad:
+            self._lifted(self._finder.pitch_rad)
         emitted_s = begin_s + start_s
         hit_s = emitted_s + 0.5 * self.beep.duration_s
         if self._finder.ground is not None:
@@ -139,6 +134,20 @@ class TrackingDetector(EchoDetector):
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
         courses = [track.course for track in tracks if track.course is not None]
         return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
+
+    def _lifted(self, pitch_rad: float) -> None:
+        """Judge and listen from now on with that lift of the phone."""
+        self._pitch_rad = pitch_rad
+        self._steps.lift(pitch_rad)
+        self._grid = CourseGrid(
+            self._separation_m,
+            self._finder.wavelength_m,
+            pitch_rad,
+            self.settings.walker_half_width_m,
+            self.beep.range_doppler_s,
+            self._mic_phase_rad,
+            self._baseline_m,
+        )
 
     def _judge(self, tracks: list[Track], hit_s: float) -> None:
         """Judge one track anew, of those that may raise an alert if there are any: judging all tells no more."""
