@@ -70,8 +70,7 @@ class Track:
         past: the last peaks: time, range and its deviation.
         second: microphone 1 around them.
         heard_s: time of the last.
-        heard: peaks so far.
-        readings: (FITTED_BEEPS, 3) time, range and deviation of the last of them, in no order, see `track_range`.
+        readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no course.
     """
 
     state: Array
@@ -86,8 +85,7 @@ class Track:
     past: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, 3))
     second: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, len(OFFSETS_M), np.complex64))
     heard_s: float = -np.inf
-    heard: int = 0
-    readings: Array = field(default_factory=lambda: np.empty((FITTED_BEEPS, 3)))
+    readings: LastRows = field(default_factory=lambda: LastRows(FITTED_BEEPS, 3))
 
     def predict(self, time_s: float) -> None:
         """Move the state to another time, under white acceleration."""
@@ -108,8 +106,7 @@ class Track:
         self.past.append(reading)
         self.second.append(peaks.second[which])
         self.heard_s = time_s
-        self.readings[self.heard % FITTED_BEEPS] = reading
-        self.heard += 1
+        self.readings.append(reading)
         self.level_db, self.snr_db = float(peaks.level_db[which]), float(peaks.snr_db[which])
 
     def forget_oldest(self) -> None:
@@ -126,7 +123,7 @@ class Track:
 
     def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
         """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""
-        return track_range(self.readings[: self.heard], self.time_s, timing, swing, course.bob, course.surge)
+        return track_range(self.readings.rows, self.time_s, timing, swing, course.bob, course.surge)
 
 
 class Approaches:

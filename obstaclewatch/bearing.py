@@ -109,6 +109,12 @@ def law_of_cosines(range_m: Any, range2_m: Any, separation_m: float) -> Any:
     return (range2_m**2 - range_m**2 - separation_m**2) / (2.0 * range_m * separation_m)
 
 
+@numba.njit(cache=True, error_model="numpy")
+def path_difference_at(range_m: Any, cosine: Any, separation_m: float) -> Any:
+    """Its inverse: D2 - D1 of what is seen at a cosine to the phone's long axis, its waves from D1 away."""
+    return np.sqrt(range_m * (range_m + 2.0 * separation_m * cosine) + separation_m**2) - range_m
+
+
 def walking_angle(
     cosine: NDArray[np.float64], cos_pitch: float = 1.0, clamped: bool = True
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

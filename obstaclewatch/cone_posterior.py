@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.bearing import law_of_cosines
+from obstaclewatch.bearing import law_of_cosines, path_difference_at
 from obstaclewatch.carrier_cycle import CYCLES, PathEvidence, nearest_place
 
 Array = NDArray[np.float64]
@@ -107,7 +107,7 @@ def _weigh(
             most = law_of_cosines(image_m, image_m + middle_m + REACH * std_m, attitude.separation_m)
             least = law_of_cosines(image_m, image_m + middle_m - REACH * std_m, attitude.separation_m)
             for angle in range(_step_at((most + below) / along), _step_at((least + below) / along)):
-                u_m = difference(image_m, along * COS_BEARING[angle] - below, attitude.separation_m)
+                u_m = path_difference_at(image_m, along * COS_BEARING[angle] - below, attitude.separation_m)
                 off = (u_m - middle_m) / std_m
                 weight = HEIGHT_PRIOR[kind] * np.exp(-0.5 * off * off)
                 if heard:
@@ -125,12 +125,6 @@ def _step_at(cosine: float) -> int:
     """The first of `BEARINGS_RAD` that is at least as far aside as a cosine says."""
     aside = np.arccos(min(max(cosine, 0.0), 1.0))
     return min(int(np.ceil(aside / STEP_RAD - 0.5)), len(BEARINGS_RAD))
-
-
-@numba.njit(cache=True, error_model="numpy")
-def difference(range_m: float, cosine: float, separation_m: float) -> float:
-    """Path difference of what is seen at a cosine to the phone's long axis, its waves from that far away."""
-    return float(np.sqrt(range_m * (range_m + 2.0 * separation_m * cosine) + separation_m**2) - range_m)
 
 
 @numba.njit(cache=True, error_model="numpy")

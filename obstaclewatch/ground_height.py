@@ -15,7 +15,7 @@ from obstaclewatch.echoes import local_maxima, noise_amplitude, refined_peak
 from obstaclewatch.matched_filter import EchoProfile
 
 HEIGHTS_M = (1.0, 1.7)
-"""Of microphone 0."""
+"""Of microphone 0 above the ground, at which a phone may be held."""
 LEAST_HEIGHT = 4.0
 """Of the ground's echo at microphone 1, in rms of its noise: 15 dB."""
 

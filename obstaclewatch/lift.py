@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.echoes import refined_peak
+from obstaclewatch.order_statistic import median
 
 Array = NDArray[np.float64]
 
@@ -65,9 +66,11 @@ class LiftListener:
         Args:
             height_m: of microphone 0 above the ground.
         """
+        if self._count < LEAST_BEEPS:
+            return nan
         highest = int(np.argmax(self._power))
-        stands_out = self._power[highest] > LEAST_CONTRAST * np.median(self._power)
-        if self._count < LEAST_BEEPS or not stands_out or not 0 < highest < len(self._power) - 1:
+        stands_out = self._power[highest] > LEAST_CONTRAST * median(self._power)
+        if not stands_out or not 0 < highest < len(self._power) - 1:
             return nan
         offset, _ = refined_peak(np.sqrt(self._power), highest)
         u_m, length = (offset - self._reach) * self._sample_m, self._separation_m

@@ -16,6 +16,7 @@ from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
 from obstaclewatch.echoes import Echoes, echoes_at, keep_separated, local_maxima, noise_amplitude, sidelobe_floor
+from obstaclewatch.ground_height import HEIGHTS_M
 from obstaclewatch.lift import LiftListener
 from obstaclewatch.line_evidence import log_ratio
 from obstaclewatch.local_noise import local_noise
@@ -44,8 +45,6 @@ NOISE_WINDOW_S = 8e-3
 PEAK_TO_RMS = 1.7
 """Least height of a peak over noise, which noise alone passes in 5 % of the cells."""
 MOST_PEAKS = 20
-GROUND_M = (1.0, 1.7)
-"""Heights above the ground at which a phone may be held."""
 GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
 LIFT_STEP_RAD = np.deg2rad(1.5)
@@ -210,7 +209,7 @@ class PeakFinder:
         clutter, rate = self._clutter.mean, self._filter.rate_hz
         if clutter is None:
             return
-        heights_m, spread = (GROUND_M[0], USUAL_GROUND_M, GROUND_M[1]), 2.0 * GROUND_SPREAD_M / self._c * rate
+        heights_m, spread = (HEIGHTS_M[0], USUAL_GROUND_M, HEIGHTS_M[1]), 2.0 * GROUND_SPREAD_M / self._c * rate
         low, usual, high = ((2.0 * height_m / self._c - first_s) * rate for height_m in heights_m)
         middle = _middle_that_stands_out(clutter, round(low), round(high), usual, spread)
         if middle >= 0.0:

@@ -14,6 +14,7 @@ from obstaclewatch.bearing import (
     body_distance,
     cone_cosine,
     path_difference,
+    path_difference_at,
     walking_angle,
 )
 from obstaclewatch.beep import BeepDesign
@@ -272,8 +273,7 @@ class EchoPipeline:
 
     def _longest_m(self, path1_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Path difference of what is straight ahead at the phone's height."""
-        half_m, length = 0.5 * path1_m, self._separation_m
-        longest: NDArray[np.float64] = np.sqrt(half_m**2 + length**2 + 2.0 * half_m * length * self._cos_pitch) - half_m
+        longest: NDArray[np.float64] = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
         return longest
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:

@@ -7,12 +7,11 @@ each course, by ranges and microphone 1 (`courses`) -> an alert if that is sure 
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.approaches import Approaches, Track
+from obstaclewatch.bearing import path_difference_at
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.collision import Decision
 from obstaclewatch.courses import Course, CourseGrid
@@ -100,7 +99,8 @@ class TrackingDetector(EchoDetector):
         self._approaches = Approaches(beep.range_doppler_s, evidence)
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
         self._steps = StepListener(self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s)
-        self._lifted(self._finder.pitch_rad)
+        self._pitch_rad = np.nan
+        self._take_lift()
         self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
@@ -109,7 +109,7 @@ class TrackingDetector(EchoDetector):
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
-        self._lifted(self._finder.pitch_rad)
+        self._take_lift()
         self._swing = STEADY
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
@@ -122,8 +122,7 @@ class TrackingDetector(EchoDetector):
         if found is None:
             return self._report(index, begin_s, [], [], Flag.NO_BEEP)
         start_s, peaks = found
-        if self._finder.pitch_rad != self._pitch_rad:
-            self._lifted(self._finder.pitch_rad)
+        self._take_lift()
         emitted_s = begin_s + start_s
         hit_s = emitted_s + 0.5 * self.beep.duration_s
         if self._finder.ground is not None:
@@ -135,14 +134,16 @@ class TrackingDetector(EchoDetector):
         courses = [track.course for track in tracks if track.course is not None]
         return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
 
-    def _lifted(self, pitch_rad: float) -> None:
-        """Judge and listen from now on with that lift of the phone."""
-        self._pitch_rad = pitch_rad
-        self._steps.lift(pitch_rad)
+    def _take_lift(self) -> None:
+        """Judge and listen from now on with the lift that is known, if that is another than so far."""
+        if self._pitch_rad == self._finder.pitch_rad:
+            return
+        self._pitch_rad = self._finder.pitch_rad
+        self._steps.lift(self._pitch_rad)
         self._grid = CourseGrid(
             self._separation_m,
             self._finder.wavelength_m,
-            pitch_rad,
+            self._pitch_rad,
             self.settings.walker_half_width_m,
             self.beep.range_doppler_s,
             self._mic_phase_rad,
@@ -189,7 +190,7 @@ class TrackingDetector(EchoDetector):
         """One candidate's `COLUMNS`."""
         # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
         range_m, length = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
-        range2_m = sqrt(range_m**2 + length**2 + 2.0 * length * range_m * course.cosine)
+        range2_m = range_m + path_difference_at(range_m, course.cosine, length)
         direction = range2_m, course.bearing_rad, course.bearing_std_rad
         heard = range_m, found.std_m, found.closing_m_s, track.level_db, track.snr_db
         size = (np.nan, np.nan) if track.judged is None else (track.judged.radius_m, track.judged.radius_std_m)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
+from obstaclewatch.bearing import path_difference_at
 from obstaclewatch.carrier_cycle import CYCLES, PathEvidence
-from obstaclewatch.cone_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior, difference
+from obstaclewatch.cone_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior
 from obstaclewatch.ground_height import HEIGHTS_M as HELD_M
 from obstaclewatch.ground_height import GroundListener
 from obstaclewatch.matched_filter import MatchedFilter
@@ -55,7 +56,9 @@ def test_difference_is_that_of_coordinates():
         for bearing in (0.0, 0.7, 1.5):
             down = height_m / 2.0
             cosine = np.sqrt(1.0 - down**2) * np.cos(bearing) * ATTITUDE.cos_pitch - down * ATTITUDE.sin_pitch
-            assert difference(2.0, cosine, LENGTH) == pytest.approx(seen(2.0, height_m, bearing, 1.0), abs=1e-12)
+            assert path_difference_at(2.0, cosine, LENGTH) == pytest.approx(
+                seen(2.0, height_m, bearing, 1.0), abs=1e-12
+            )
 
 
 @pytest.mark.parametrize("range_m", [1.9, 3.3, 5.2])
