@@ -24,7 +24,7 @@ class BeepDesign:
 
     Raises:
         ValueError: a time or frequency is not positive, the two frequencies are equal, the band passes half the
-            sample rate, or the period is not a whole number of samples.
+            sample rate, the beep is shorter than two samples, or the period is not a whole number of samples.
     """
 
     start_hz: float = 18_000.0
@@ -47,6 +47,8 @@ class BeepDesign:
                 f"the band must end below half the sample rate, got {max(self.start_hz, self.stop_hz)} Hz "
                 f"at {self.sample_rate_hz} Hz"
             )
+        if round(self.duration_s * self.sample_rate_hz) < 2:  # the window's first sample is 0
+            raise ValueError(f"duration_s must be two samples or more, got {self.duration_s} s")
         if abs(self.period_s * self.sample_rate_hz - self.period_samples) > 1e-6:
             raise ValueError(f"duration_s + gap_s must be a whole number of samples, got {self.period_s} s")
 

@@ -47,7 +47,7 @@ class BlockGate:
             raise ValueError(f"time_s must be finite, got {begin_s}")
         if begin_s <= self._last_s:
             raise ValueError(f"time_s must be later than the last block's {self._last_s} s, got {begin_s} s")
-        return samples, begin_s
+        return samples.astype(np.float64) if samples.dtype.itemsize > 8 else samples, begin_s
 
     def passed(self, begin_s: float, time_s: float | None) -> int:
         """Number of the block that was just measured: checked to begin then, by the time that was given with it."""

@@ -23,7 +23,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.echoes import noise_amplitude, refined_peak
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
-from obstaclewatch.ranging import direct_sound
+from obstaclewatch.ranging import checked_direct_delay_s, direct_sound
 from obstaclewatch.recording import PhoneGeometry, Recording
 
 Array = NDArray[np.float64]
@@ -89,6 +89,7 @@ def measure_mic_phase(
     _check(recording, beep, tilt_std_rad, reach_m, sound_speed_m_s)
     delay_s = float(phone.speaker_to_mic_m[0]) / sound_speed_m_s if direct_delay_s is None else direct_delay_s
     _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=delay_s)
+    checked_direct_delay_s(delay_s)
     ear = _Ear(phone, tilt_rad, reach_m, sound_speed_m_s, delay_s)
     heard = [ear.hear(profile) for profile in _profiles(recording, beep, delay_s, 2.0 * reach_m[1] / sound_speed_m_s)]
     found = np.array([echo for echo in heard if echo is not None]).reshape(-1, 3)

@@ -37,7 +37,13 @@ from obstaclewatch.held_pose import HeldPose
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.measurement import Measurement, nothing_measured
 from obstaclewatch.pulse import pulse_shape
-from obstaclewatch.ranging import DirectSound, direct_sound, nearest_body_path, ranges_of_pairs
+from obstaclewatch.ranging import (
+    DirectSound,
+    checked_direct_delay_s,
+    direct_sound,
+    nearest_body_path,
+    ranges_of_pairs,
+)
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.size import Size, printed_rim_excess, rim_excess, size_from_crest
@@ -73,7 +79,8 @@ class EchoPipeline:
         pitch_rad: lift of the phone's top edge; None if not known.
 
     Raises:
-        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, or ranges beyond one period.
+        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, ranges beyond one period, or a
+            direct sound later than it is looked for.
     """
 
     def __init__(
@@ -154,7 +161,9 @@ class EchoPipeline:
 
     def _direct_delay_s(self, phone: PhoneGeometry) -> float:
         calibrated = self.settings.direct_delay_s
-        return float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s) if calibrated is None else calibrated
+        if calibrated is None:
+            return checked_direct_delay_s(float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s))
+        return checked_direct_delay_s(calibrated)
 
     def _start_s(self, direct: DirectSound) -> NDArray[np.float64]:
         """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""

@@ -45,6 +45,20 @@ def direct_sound(profile: EchoProfile) -> DirectSound:
     return DirectSound(profile.start_s + position / profile.rate_hz, amplitude, found)
 
 
+def checked_direct_delay_s(delay_s: float) -> float:
+    """Delay of microphone 0's direct peak after emission, if `direct_sound` can find it in a block that starts then.
+
+    Raises:
+        ValueError: it is not within `DIRECT_SEARCH_S`: no beep of a recording would ever be heard.
+    """
+    if not abs(delay_s) < DIRECT_SEARCH_S:
+        raise ValueError(
+            f"the direct sound must reach microphone 0 within {DIRECT_SEARCH_S * 1e3:g} ms of its emission, got "
+            f"direct_delay_s = {delay_s:g}"
+        )
+    return delay_s
+
+
 @numba.njit(cache=True)
 def _direct_peaks(
     magnitude: NDArray[np.float64], first: int, last: int

@@ -54,13 +54,16 @@ class Recording:
         sample_rate_hz: samples per second.
 
     Raises:
-        ValueError: not two channels, no samples, samples that are not finite, or a rate that is not positive.
+        ValueError: not two channels of real numbers, no samples, samples that are not finite, or a rate that is not
+            positive.
     """
 
     samples: NDArray[np.float32]
     sample_rate_hz: float
 
     def __post_init__(self) -> None:
+        if np.iscomplexobj(self.samples):
+            raise ValueError(f"samples must be real numbers, got {np.asarray(self.samples).dtype}")
         samples = np.ascontiguousarray(self.samples, dtype=np.float32)
         if samples.ndim != 2 or samples.shape[0] != 2:
             raise ValueError(f"samples must have shape (2, N), one row per microphone, got {samples.shape}")

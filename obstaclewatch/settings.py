@@ -8,6 +8,11 @@ import numpy as np
 
 from obstaclewatch.errata import Errata
 
+NOT_NEGATIVE = (
+    "threshold_factor", "cfar_factor", "static_tolerance_m", "closing_tolerance_m", "walker_half_width_m",
+    "gate_margin_m",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class PaperSettings:
@@ -87,19 +92,32 @@ class PaperSettings:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
         if not 1 <= self.votes_needed <= self.votes_of:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
-        if self.held_beeps < 1:
+        if not self.held_beeps >= 1:
             raise ValueError(f"held_beeps must be at least 1, got {self.held_beeps}")
         if self.mic_phase_rad is not None and not np.isfinite(self.mic_phase_rad):
             raise ValueError(f"mic_phase_rad must be finite or None, got {self.mic_phase_rad}")
-        if self.max_candidates < 1:
+        if not self.max_candidates >= 1:
             raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:
             raise ValueError(f"crest_level must lie between 0 and 1, got {self.crest_level}")
-        if not 0.0 < self.static_age_s < self.history_s:
+        if not 0.0 < self.static_age_s < self.history_s < np.inf:
             raise ValueError(
                 f"static_age_s must be positive and below history_s, got {self.static_age_s} and {self.history_s}"
             )
+        self._check_numbers()
         for name in ("closing_speed_m_s", "body_distance_m"):
             low, high = getattr(self, name)
             if not 0.0 < low < high:
                 raise ValueError(f"{name} must be (low, high) with 0 < low < high, got {(low, high)}")
+
+    def _check_numbers(self) -> None:
+        """Refuse what would silence a detector without a word: NaN is below, above and within nothing."""
+        for name in ("peak_window_s", "evaluation_m", "danger_m"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        for name in NOT_NEGATIVE:
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be finite and not negative, got {getattr(self, name)}")
+        for name in ("floor_db", "second_mic_snr_db", "second_mic_level_db"):
+            if not getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be a level in dB, got {getattr(self, name)}")

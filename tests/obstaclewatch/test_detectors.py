@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from obstaclewatch import (
+    BeepDesign,
     DistanceOnlyDetector,
     Errata,
     Flag,
@@ -15,6 +16,7 @@ from obstaclewatch import (
     PaperDetector,
     PaperSettings,
     PhoneGeometry,
+    Recording,
     TrackingDetector,
 )
 
@@ -220,6 +222,50 @@ def test_bad_input_is_one_clear_error():
         PaperDetector(BEEP, PHONE, PaperSettings(far_m=20.0))
     with pytest.raises(NoBeepError):
         detector.run(recording([], direct=(0.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ({"danger_m": np.nan}, "danger_m must be positive, got nan"),
+        ({"evaluation_m": -1.0}, "evaluation_m must be positive, got -1.0"),
+        ({"peak_window_s": 0.0}, "peak_window_s must be positive, got 0.0"),
+        ({"cfar_factor": np.nan}, "cfar_factor must be finite and not negative, got nan"),
+        ({"walker_half_width_m": -0.1}, "walker_half_width_m must be finite and not negative, got -0.1"),
+        ({"gate_margin_m": np.inf}, "gate_margin_m must be finite and not negative, got inf"),
+        ({"floor_db": np.nan}, "floor_db must be a level in dB, got nan"),
+        ({"history_s": np.inf}, "static_age_s must be positive and below history_s, got 0.25 and inf"),
+        ({"max_candidates": np.nan}, "max_candidates must be at least 1, got nan"),
+        ({"direct_delay_s": 0.5}, "within 1.2 ms of its emission, got direct_delay_s = 0.5"),
+        ({"direct_delay_s": np.nan}, "within 1.2 ms of its emission, got direct_delay_s = nan"),
+    ],
+)
+def test_settings_that_would_silence_the_detector_are_refused(wrong, rule):
+    """NaN compares as false with everything: with danger_m or cfar_factor NaN nothing was ever heard or alerted to."""
+    with pytest.raises(ValueError, match=rule):
+        PaperDetector(BEEP, PHONE, PaperSettings(**wrong))
+
+
+def test_a_speaker_too_far_off_is_refused():
+    """Its direct sound came after the window in which it is looked for: every beep was one not heard."""
+    far = PhoneGeometry("apart", [0.0, 0.6, 0.0], PHONE.mics_m)
+    with pytest.raises(ValueError, match=r"within 1.2 ms of its emission, got direct_delay_s = 0.00154"):
+        PaperDetector(BEEP, far)
+
+
+def test_samples_of_any_real_type():
+    """Compiled loops know no long double: it ended in numba's TypingError."""
+    block = record([Point(3.0)])
+    found = [PaperDetector(BEEP, PHONE).process(block.astype(kind)).range_m for kind in (np.float64, np.longdouble)]
+    np.testing.assert_array_equal(*found)
+    with pytest.raises(ValueError, match="samples must be real numbers, got complex128"):
+        Recording(block.astype(complex), BEEP.sample_rate_hz)
+
+
+def test_a_beep_of_one_sample_is_refused():
+    """Its only sample is the window's first, 0: the matched filter divided by an energy of 0."""
+    with pytest.raises(ValueError, match="duration_s must be two samples or more"):
+        BeepDesign(duration_s=1.0 / 192_000.0, gap_s=0.09)
 
 
 def test_pitch_known_to_the_detector_corrects_the_bearing():

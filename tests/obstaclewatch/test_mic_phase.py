@@ -127,6 +127,7 @@ def test_what_cannot_be_measured_is_said():
         ({"reach_m": (1.0, 0.5)}, r"reach_m must rise from at least 0.3 m and be finite, got \(1.0, 0.5\)"),
         ({"sound_speed_m_s": 0.0}, "sound_speed_m_s must be positive and finite, got 0.0"),
         ({"direct_delay_s": np.inf}, "direct_delay_s must be finite, got inf"),
+        ({"direct_delay_s": 0.44}, "within 1.2 ms of its emission, got direct_delay_s = 0.44"),
         ({"reach_m": (0.1, 0.5)}, "reach_m must rise from at least 0.3 m"),
     ],
 )
