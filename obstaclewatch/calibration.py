@@ -40,7 +40,7 @@ class Calibration:
             microphone 0 through the air is assumed.
         drift_s: (K, 2) how far each direct sound at each microphone lies off the first one plus whole periods.
         level: (K, 2) height of the direct peak at each microphone, relative to full scale.
-        mic_delay_s: microphone 1's direct sound after microphone 0's, median.
+        mic_delay_s: microphone 1's direct sound after microphone 0's, median; NaN if it is deaf.
         mic_gain_db: microphone 1's direct sound over microphone 0's, median; -inf if it is deaf.
         sound_speed_m_s: from the direct sound's way between the microphones; NaN if it is no speed of sound in air.
         response_hz: (F,) frequencies within the beep's band.
@@ -120,7 +120,7 @@ def _calibration(
     direct = rows[:, :1] + rows[:, 1:3]
     level = rows[:, 3:5]
     gain = np.median(level[:, 1] / level[:, 0])
-    delay = float(np.median(rows[:, 2] - rows[:, 1]))
+    delay = float(np.median(rows[:, 2] - rows[:, 1])) if gain > 0.0 else np.nan
     way_m = float(phone.speaker_to_mic_m[1] - phone.speaker_to_mic_m[0])
     speed = way_m / delay if delay > 0.0 and way_m > 0.0 else np.nan
     frequency, response = _response(power, compressor, beep)

@@ -33,6 +33,13 @@ SETTLED_BEEPS = 3
 ALIKE_SAMPLES, ALIKE_SHARE = 0.3, 0.1
 """How far the two microphones may differ in it: what is lost is lost to both, while an obstacle so near that its echo
 runs into the direct sound shifts each in its own way."""
+LEAST_PPM = 20.0
+"""Clock drift that is told; clean walks of 15 beeps read less than 1 ppm."""
+MANY_BEEPS = 8
+"""Beeps without which the clock's drift cannot be told from a gap, nor deafness from walking into something."""
+DEAF_DB, DEAF_S = -60.0, 0.2e-3
+"""Level of the direct sound against microphone 0's below which, and median deviation of its delay beyond which it is
+not heard: phones have -8 to -35 dB and 0.01 ms, noise alone 0.6 ms, since it is highest anywhere."""
 SWAPPED_S = 5e-6
 SWAPPED_DB = 2.0
 OTHER_RATE = 0.15
@@ -56,6 +63,7 @@ class Fault(Enum):
     CLIPPED = "clipped", False
     LIMITED = "limiter", False
     DROPPED_SAMPLES = "dropped samples", False
+    CLOCK_DRIFT = "clock drift", False
     MID_BEEP_START = "start in mid-beep", False
 
     @property
@@ -115,7 +123,7 @@ class RecordingHealth:
         if self.heard is not None:
             told.append(f"beep heard: {self.heard}")
         if self.calibration is not None:
-            told.extend(_calibration_lines(self.calibration))
+            told.extend(_calibration_lines(self.calibration, Fault.DEAF_MICROPHONE in self.faults))
         return told
 
 
@@ -144,7 +152,8 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
         *_channels(recording, calibration, phone),
         _clipped(recording, beep),
         _limited(recording, calibration, beep),
-        _dropped(recording, calibration),
+        _dropped(recording, calibration, beep),
+        _clock_drift(calibration, beep),
         _mid_beep_start(recording, calibration, beep),
     ]
     return RecordingHealth(tuple(f for f in findings if f is not None), heard, calibration)
@@ -181,7 +190,23 @@ def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeomet
         return [Finding(Fault.IDENTICAL_CHANNELS, "one is a multiple of the other: no bearing, range only")]
     if not recording.samples[1].any():
         return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded silence: no bearing, range only")]
+    if _is_deaf(calibration):
+        return [Finding(Fault.DEAF_MICROPHONE, _unheard(calibration))]
     return [_swapped(calibration, phone)]
+
+
+def _unheard(calibration: Calibration) -> str:
+    return (
+        "microphone 1 does not hear the speaker, "
+        f"{calibration.mic_gain_db:.0f} dB against microphone 0 where it should: no bearing, range only"
+    )
+
+
+def _is_deaf(calibration: Calibration) -> bool:
+    """Whether what is loudest at microphone 1 around the direct sound is not that."""
+    later_s = calibration.drift_s[:, 1] - calibration.drift_s[:, 0]
+    scatter_s = float(np.median(np.abs(later_s - np.median(later_s))))
+    return calibration.mic_gain_db < DEAF_DB or (len(later_s) >= MANY_BEEPS and scatter_s > DEAF_S)
 
 
 def _swapped(calibration: Calibration, phone: PhoneGeometry) -> Finding | None:
@@ -221,10 +246,11 @@ def _limited(recording: Recording, calibration: Calibration, beep: BeepDesign) -
     return None
 
 
-def _dropped(recording: Recording, calibration: Calibration) -> Finding | None:
+def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Finding | None:
     rate = recording.sample_rate_hz
-    drift = calibration.drift_s * rate
-    if not recording.samples[1].any():
+    trend_s = _clock_ratio(calibration, beep) * (calibration.emission_s - calibration.emission_s[0])
+    drift = (calibration.drift_s - trend_s[:, None]) * rate
+    if _is_deaf(calibration):
         drift = drift[:, [0, 0]]
     steps, others = (drift[np.minimum(np.arange(len(drift)) + SETTLED_BEEPS, len(drift) - 1)] - drift).T
     alike = np.abs(steps - others) < np.maximum(ALIKE_SAMPLES, ALIKE_SHARE * np.abs(steps))
@@ -233,7 +259,8 @@ def _dropped(recording: Recording, calibration: Calibration) -> Finding | None:
         first = int(jumps[0])
         return Finding(
             Fault.DROPPED_SAMPLES,
-            f"the beat of the beeps jumps by {steps[first]:+.0f} samples after {calibration.emission_s[first]:.2f} s",
+            f"the beat of the beeps jumps by {steps[first]:+.0f} samples after "
+            f"{max(calibration.emission_s[first], 0.0):.2f} s",
         )
     begin, end = (round(edge * rate) for edge in calibration.emission_s[[0, -1]])
     runs = longest_zero_runs(recording.samples[:, max(begin, 0) : end])
@@ -244,6 +271,33 @@ def _dropped(recording: Recording, calibration: Calibration) -> Finding | None:
                 f"microphone {mic} holds {length} zeros in a row at {(begin + start) / rate:.2f} s",
             )
     return None
+
+
+def _clock_ratio(calibration: Calibration, beep: BeepDesign) -> float:
+    """Share by which the beeps' period is heard longer than designed; 0 if too few or too irregular to be a clock's.
+
+    The median over a quarter of the beeps each, of which one gap spoils a third.
+    """
+    count = len(calibration.drift_s)
+    if count < MANY_BEEPS:
+        return 0.0
+    span = count // 4
+    elapsed_s = calibration.emission_s[span:] - calibration.emission_s[:-span]
+    ratio = (calibration.drift_s[span:, 0] - calibration.drift_s[:-span, 0]) / elapsed_s
+    middle = float(np.median(ratio))
+    is_steady = np.median(np.abs(ratio - middle)) < 0.5 * abs(middle) < 0.5 * OTHER_PERIOD
+    return middle if is_steady else 0.0
+
+
+def _clock_drift(calibration: Calibration, beep: BeepDesign) -> Finding | None:
+    ppm = 1e6 * _clock_ratio(calibration, beep)
+    if abs(ppm) < LEAST_PPM:
+        return None
+    return Finding(
+        Fault.CLOCK_DRIFT,
+        f"the beeps' period is {ppm:+.0f} ppm off: another clock plays than records, or samples are lost in every "
+        "beep; where the beeps have left their place they are searched for anew",
+    )
 
 
 def _stands_out(recording: Recording, mic: int, start: int) -> bool:
@@ -286,13 +340,16 @@ def _designed(beep: BeepDesign) -> str:
     return str(HeardBeep(*band, beep.duration_s, beep.period_s, band))
 
 
-def _calibration_lines(calibration: Calibration) -> list[str]:
+def _calibration_lines(calibration: Calibration, deaf: bool) -> list[str]:
     low, high = calibration.usable_band_hz(0)
     speed = calibration.sound_speed_m_s
     told = f"{speed:.0f} m/s" if np.isfinite(speed) else "not observable, the direct sound comes through the case"
-    return [
+    balance = (
         f"microphone 1 hears the speaker {calibration.mic_delay_s * 1e6:+.0f} us and {calibration.mic_gain_db:+.1f} dB "
-        "against microphone 0",
+        "against microphone 0"
+    )
+    return [
+        *([] if deaf else [balance]),
         f"direct sound within 10 dB of its best from {low / 1e3:.1f} to {high / 1e3:.1f} kHz; "
         f"beep to beep {calibration.beep_to_beep_db[0]:.2f} dB",
         f"speed of sound: {told}",

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from obstaclewatch import BeepDesign, Fault, Recording, inspect_recording
 from obstaclewatch.heard_beep import heard_beep
@@ -60,6 +61,13 @@ def limited(samples, depth):
     return samples * np.repeat(gain, 192)
 
 
+def at_another_clock(samples, ratio):
+    """What a recorder hears whose clock runs that share faster than the player's, from 10 ms before the first beep."""
+    time = np.arange(-1_920, samples.shape[1]) / (1.0 + ratio)
+    heard = CubicSpline(np.arange(samples.shape[1]), samples, axis=1)(np.clip(time, 0, samples.shape[1] - 1))
+    return np.where(time < 0.0, 0.0, heard)
+
+
 @pytest.mark.parametrize("name", list_phones())
 @pytest.mark.parametrize("bits", [24, 16])
 def test_clean_recordings_raise_no_alarm(name, bits):
@@ -80,6 +88,8 @@ def test_clean_recordings_raise_no_alarm(name, bits):
         (Fault.IDENTICAL_CHANNELS, lambda x: np.stack([x[0], -0.3 * x[0]])),
         (Fault.SWAPPED_CHANNELS, lambda x: x[::-1]),
         (Fault.DEAF_MICROPHONE, lambda x: np.stack([x[0], 0.0 * x[1]])),
+        (Fault.DEAF_MICROPHONE, lambda x: np.stack([x[0], noise(x[1].shape, 1e-4)])),
+        (Fault.DEAF_MICROPHONE, lambda x: np.stack([x[0], np.where(np.arange(x.shape[1]) < 60_000, x[1], 0.0)])),
         (Fault.NO_BEEP, lambda x: np.stack([0.0 * x[0], x[1]])),
         (Fault.NO_BEEP, lambda x: noise(x.shape, 1e-3)),
         (Fault.NO_BEEP, lambda x: 0.0 * x),
@@ -90,6 +100,8 @@ def test_clean_recordings_raise_no_alarm(name, bits):
         (Fault.DROPPED_SAMPLES, lambda x: np.delete(x, np.s_[150_000:150_480], axis=1)),
         (Fault.DROPPED_SAMPLES, lambda x: np.insert(x, np.full(20, 90_000), 0.0, axis=1)),
         (Fault.DROPPED_SAMPLES, lambda x: np.where((np.arange(x.shape[1]) // 96) == 1200, 0.0, x)),
+        (Fault.CLOCK_DRIFT, lambda x: at_another_clock(x, 100e-6)),
+        (Fault.CLOCK_DRIFT, lambda x: at_another_clock(x, -2e-3)),
         (Fault.MID_BEEP_START, lambda x: x[:, 4000:]),
     ],
 )
@@ -98,6 +110,27 @@ def test_each_damage_has_its_finding_and_no_other(name, fault, damage):
     assert health.faults == {fault}
     assert health.usable is not fault.fatal
     assert str(health.findings[0]).startswith(fault.label)
+
+
+@pytest.mark.parametrize("ratio", [100e-6, -400e-6])
+def test_the_clocks_drift_is_measured_beside_a_gap(ratio):
+    """100 ppm moved the beat by 1.7 samples a beep, which was told as samples dropped after the first one."""
+    drifting = at_another_clock(walk("galaxy-s8-plus"), ratio)
+    health = inspect(drifting, "galaxy-s8-plus")
+    assert health.faults == {Fault.CLOCK_DRIFT}
+    told = float(health.findings[0].message.split(" is ")[1].split(" ppm")[0])
+    assert told == pytest.approx(1e6 * ratio, abs=3.0)
+    health = inspect(np.delete(drifting, np.s_[120_000:120_020], axis=1), "galaxy-s8-plus")
+    assert health.faults == {Fault.CLOCK_DRIFT, Fault.DROPPED_SAMPLES}
+    assert "by -20 samples" in str(health.findings[0])
+
+
+def test_a_deaf_microphone_has_no_delay():
+    """It was said to hear the speaker 1238 us before the other one, at the edge of where that is looked for."""
+    health = inspect(np.stack([walk("galaxy-s5")[0], 0.0 * walk("galaxy-s5")[1]]))
+    assert health.calibration is not None
+    assert np.isnan(health.calibration.mic_delay_s)
+    assert not any("hears the speaker" in line for line in health.lines())
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
