@@ -62,12 +62,21 @@ def main() -> None:
     except click.exceptions.Abort:
         click.echo("interrupted; the same command goes on where it stopped", err=True)
         sys.exit(130)
-    except click.ClickException as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
-        sys.exit(error.exit_code)
-    except (ValueError, FileNotFoundError, IsADirectoryError) as error:
-        click.echo(f"obstaclewatch: {' '.join(str(error).split())}", err=True)
         sys.exit(USAGE)
+    except click.ClickException as error:
+        _complain(error.format_message(), getattr(error, "ctx", None))
+        sys.exit(error.exit_code)
+    except (ValueError, OSError) as error:  # OSError: a file that is missing, a folder that cannot be written
+        _complain(str(error))
+        sys.exit(USAGE)
+
+
+def _complain(message: str, context: click.Context | None = None) -> None:
+    """One line on stderr, after the command that is meant where it is known."""
+    path = "obstaclewatch" if context is None else context.command_path
+    click.echo(f"{path}: {' '.join(message.split())}", err=True)
 
 
 if __name__ == "__main__":

@@ -44,10 +44,7 @@ def load_run(folder: str | Path) -> RunData:
     path = folder / "manifest.json"
     if not path.is_file():
         raise ValueError(f"a run folder must hold manifest.json, got '{folder}'")
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        raise ValueError(f"'{path}' must be JSON: {error}") from error
+    manifest = _manifest(path)
     cells, costs = [], []
     for digest in manifest["plan"]:
         record = read_cell(cell_path(folder, digest), digest)
@@ -56,6 +53,24 @@ def load_run(folder: str | Path) -> RunData:
         cells.append(record)
         costs.append(read_cost(cost_path(folder, digest)))
     return RunData(folder, manifest, tuple(cells), tuple(costs))
+
+
+NEEDED: dict[str, type] = {
+    "argv": list, "suite": str, "tier": str, "split": str, "seed": int, "plan": list,
+}  # fmt: skip
+"""What every manifest holds: see `benchmarks.manifest`."""
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"'{path}' must be JSON: {error}") from error
+    held = found if isinstance(found, dict) else {}
+    wrong = [name for name, kind in NEEDED.items() if not isinstance(held.get(name), kind)]
+    if wrong:
+        raise ValueError(f"'{path}' must be the manifest of a run, but lacks {', '.join(wrong)}")
+    return held
 
 
 COLUMNS = (

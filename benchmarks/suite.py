@@ -233,7 +233,10 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         node = node.setdefault(parent, {})
         if not isinstance(node, dict):
             raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
-    node[last] = yaml.safe_load(value)
+    try:
+        node[last] = yaml.safe_load(value)
+    except yaml.YAMLError as error:
+        raise ValueError(f"setting '{key}' must be YAML, got '{value}': {' '.join(str(error).split())}") from error
 
 
 def _first_error(error: ValidationError) -> str:

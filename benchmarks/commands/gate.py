@@ -19,7 +19,9 @@ from benchmarks.results import load_run
 @click.argument("run_folder", type=click.Path(path_type=Path))
 @click.option("--gates", "gates_file", default="project", show_default=True, help="name or YAML file of the gates")
 @click.option("--baseline", "baseline_file", type=click.Path(path_type=Path), help="replaces the gates file's own")
-@click.option("--seed", default=0, show_default=True, help="of the noise in the physics gates")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="of the noise in the physics gates"
+)
 def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: int) -> None:
     """Judge RUN_FOLDER and leave gate.json, junit.xml and gate.md in it.
 

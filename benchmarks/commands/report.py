@@ -14,8 +14,16 @@ from benchmarks.results import RunData, load_run
 
 @click.command()
 @click.argument("run_folder", type=click.Path(path_type=Path))
-@click.option("--walks", default=MOST_WALKS, show_default=True, help="how many walks to pack for watching, at most")
-@click.option("-j", "--jobs", default=1, show_default=True, help="worker processes for those walks")
+@click.option(
+    "--walks",
+    type=click.IntRange(min=0),
+    default=MOST_WALKS,
+    show_default=True,
+    help="how many walks to pack for watching, at most",
+)
+@click.option(
+    "-j", "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="worker processes for those walks"
+)
 def report(run_folder: Path, walks: int, jobs: int) -> None:
     """Write report.html and report.md of RUN_FOLDER.
 

@@ -30,18 +30,30 @@ INCOMPLETE, NOTHING_MEASURED = 3, 4
 @click.command()
 @click.argument("suite")
 @click.option("--tier", default="ci", show_default=True, help="smoke, ci or full")
-@click.option("-j", "--jobs", default=1, show_default=True, help="worker processes")
-@click.option("--seed", type=int, help="replaces the suite's seed")
+@click.option("-j", "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="worker processes")
+@click.option("--seed", type=click.IntRange(min=0), help="replaces the suite's seed")
 @click.option("--split", type=click.Choice(["dev", "test"]), help="which seeds: dev to tune, test to report")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
-@click.option("--limit", type=int, help="so many of the cells at most, spread evenly")
+@click.option("--limit", type=click.IntRange(min=1), help="so many of the cells at most, spread evenly")
 @click.option("--only", metavar="LABEL", help="one cell alone, e.g. supermarket/dustbin/17")
 @click.option("-k", "expression", metavar="EXPR", help="cells whose label fits, e.g. 'dustbin and not campus'")
 @click.option("--executor", type=click.Choice(EXECUTORS), help="where cells are computed  [local if -j > 1]")
 @click.option("--scheduler", metavar="ADDR", help="of a Dask scheduler, e.g. tcp://10.0.0.1:8786; --executor dask")
-@click.option("--retries", default=1, show_default=True, help="how often failed or lost cells are tried again")
+@click.option(
+    "--retries",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    help="how often failed or lost cells are tried again",
+)
 @click.option("--keep-going/--fail-fast", default=True, show_default=True, help="after a cell has failed")
-@click.option("--walks", default=MOST_WALKS, show_default=True, help="how many to pack into the report, at most")
+@click.option(
+    "--walks",
+    type=click.IntRange(min=0),
+    default=MOST_WALKS,
+    show_default=True,
+    help="how many to pack into the report, at most",
+)
 @click.option("-n", "--dry-run", is_flag=True, help="print the plan and stop")
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 def run(
@@ -64,10 +76,10 @@ def run(
     click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
     try:
         tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
+        finish(folder, walks, jobs)
     except OSError as error:
-        click.echo(f"cannot store cells: {error}; what is done is kept, the same command goes on", err=True)
+        click.echo(f"cannot store results: {error}; what is done is kept, the same command goes on", err=True)
         sys.exit(INCOMPLETE)
-    finish(folder, walks, jobs)
     _say_what_failed(folder, tally)
     if not tally.ok:
         sys.exit(NOTHING_MEASURED)

@@ -30,7 +30,7 @@ def scene() -> None:
 
 @scene.command()
 @click.argument("name")
-@click.option("--seed", default=0, show_default=True)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 @click.option(
     "--cost/--no-cost", default=True, show_default=True, help="render some beeps to say what a walk takes and needs"
@@ -108,9 +108,9 @@ def _as_text(
 @scene.command()
 @click.argument("name")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="a .html or .png file")
-@click.option("--seed", default=0, show_default=True)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--category", help="one approach instead of the whole street")
-@click.option("--index", default=0, show_default=True)
+@click.option("--index", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--collision/--no-collision", default=True, show_default=True)
 def preview(name: str, output: Path, seed: int, category: str | None, index: int, collision: bool) -> None:
     """Draw NAME (a scene or a YAML file): .html to turn in a browser, with its sound; .png from above."""

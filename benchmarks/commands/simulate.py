@@ -29,7 +29,9 @@ STRAIGHT = ("start", "heading", "speed", "duration", "pitch")
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="of scene, walk and noise")
 @click.option("--category", help="an approach to a wall, dustbin, car, sign or pedestrian of a named scene")
-@click.option("--index", default=0, show_default=True, help="which approach of the category")
+@click.option(
+    "--index", type=click.IntRange(min=0), default=0, show_default=True, help="which approach of the category"
+)
 @click.option("--collision/--no-collision", default=True, show_default=True, help="whether the approach ends in one")
 @click.option("--start", default="0,0,1.3", show_default=True, metavar="X,Y,Z", help="start of a walk, m")
 @click.option("--heading", default=0.0, show_default=True, help="direction of a walk, degrees from +x")

@@ -19,7 +19,9 @@ INCOMPLETE = 3
 @click.command()
 @click.argument("run_folder", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="for machines")
-@click.option("--failures", default=5, show_default=True, help="how many failed cells to name")
+@click.option(
+    "--failures", type=click.IntRange(min=0), default=5, show_default=True, help="how many failed cells to name"
+)
 def status(run_folder: Path, as_json: bool, failures: int) -> None:
     """Count the cells of RUN_FOLDER that are done, failed and missing. Exit code 3 unless all are done."""
     run = load_run(run_folder)

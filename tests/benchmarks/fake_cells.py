@@ -20,6 +20,11 @@ def fake_plan(count: int) -> list[Cell]:
     ]  # fmt: skip
 
 
+def fake_manifest(digests: list[str]) -> dict[str, Any]:
+    """What a run of these cells says of itself."""
+    return {"argv": ["run"], "suite": "street", "tier": "smoke", "split": "test", "seed": 0, "plan": digests}
+
+
 def fake_work(wait_s: float = 0.0, failing: tuple[int, ...] = ()) -> Work:
     """Work that any process can be sent: numbers that follow from the seed, and a cost that does not.
 

@@ -20,7 +20,7 @@ from benchmarks.plan import plan_digest
 from benchmarks.results import load_run
 from benchmarks.runner import run_cells
 from benchmarks.store import to_json, write_atomically
-from tests.benchmarks.fake_cells import fake_plan, fake_work
+from tests.benchmarks.fake_cells import fake_manifest, fake_plan, fake_work
 
 
 def timed(function: Callable[[], Any]) -> tuple[float, Any]:
@@ -36,7 +36,7 @@ def costs(folder: Path, count: int) -> dict[str, float]:
     plan_s, cells = timed(lambda: fake_plan(count))
     digest_s, digests = timed(lambda: [cell.digest(version) for cell in cells])
     hash_s, _ = timed(lambda: plan_digest(cells, version))
-    manifest_s, _ = timed(lambda: write_atomically(folder / "manifest.json", to_json({"plan": digests})))
+    manifest_s, _ = timed(lambda: write_atomically(folder / "manifest.json", to_json(fake_manifest(digests))))
     work_s, _ = timed(lambda: [done_by(cell, version, work) for cell in cells[:2000]])
     run_s, tally = timed(lambda: run_cells(folder, cells, progress=False, work=work))
     resume_s, _ = timed(lambda: run_cells(folder, cells, progress=False, work=work))

@@ -144,3 +144,31 @@ def test_a_mesh_with_nan_vertices_is_refused(monkeypatch, capsys, tmp_path):
     line = _complaint(monkeypatch, capsys, ["simulate", str(scene), "-o", str(tmp_path / "x.wav")])
     assert "thing" in line or "bad.obj" in line
     assert not (tmp_path / "x.wav").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["run", "paper", "--set", "detectors=[Paper"], "'detectors' must be YAML, got '[Paper'"),
+        (["run", "paper", "--tier", "smoke", "--retries", "-1"], "'--retries': -1"),
+        (["run", "paper", "--tier", "smoke", "--walks", "-1"], "'--walks': -1"),
+        (["run", "paper", "--tier", "smoke", "--limit", "1", "-o", "file"], "file"),
+        (["baseline", "update", "run", "--reason", "x", "--baseline", "file/b.json"], "run"),
+        (["gate", "run", "--seed", "-1"], "'--seed': -1"),
+        (["scene", "check", "supermarket", "--seed", "-1"], "'--seed': -1"),
+        (["baseline", "update", "run"], "obstaclewatch baseline update: Missing option '--reason'"),
+        (["status", "run"], "lacks argv, suite, tier, split, seed, plan"),
+    ],
+)
+def test_what_cannot_be_written_read_or_meant_is_one_line_too(monkeypatch, capsys, tmp_path, arguments, says):
+    """Broken YAML of --set, a folder that is a file and a manifest without a plan ended in a traceback; negative
+    retries left a run folder behind, and negative walks were refused only after all cells had been computed.
+    """
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "manifest.json").write_text("[]")
+    line = _complaint(monkeypatch, capsys, arguments)
+    assert says in line
+    assert "\n" not in line
+    assert {path.name for path in tmp_path.rglob("*")} == {"file", "run", "manifest.json"}

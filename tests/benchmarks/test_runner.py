@@ -18,7 +18,7 @@ from benchmarks.results import load_run
 from benchmarks.runner import run_cells
 from benchmarks.store import cell_path, only_one_process, read_cell, to_json
 
-from .fake_cells import fake_plan, fake_work
+from .fake_cells import fake_manifest, fake_plan, fake_work
 
 FINGERPRINT = source_fingerprint()
 
@@ -54,7 +54,7 @@ def test_a_damaged_cell_is_found_and_computed_again(tmp_path, damage):
         "not text": b"\xff\xfe\x00" + text,
     }  # fmt: skip
     path.write_bytes(damaged[damage])
-    (tmp_path / "manifest.json").write_text(to_json({"plan": [cell.digest(FINGERPRINT) for cell in cells]}))
+    (tmp_path / "manifest.json").write_text(to_json(fake_manifest([cell.digest(FINGERPRINT) for cell in cells])))
     assert len(load_run(tmp_path).cells) == 2
     done = []
     run_cells(tmp_path, cells, work=lambda cell: done.append(cell.index) or fake_work()(cell))
