@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
+MOST_RETARDATIONS = 20
+SETTLED_S = 1e-12
 
 
 @dataclass(frozen=True)
@@ -108,11 +110,13 @@ def _retarded(
     receiver = _on_walk(walk, mics[found.mic], reception_s, tracing.world.origin_m)
     moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
     delay = moment.length_m() / speed_m_s
-    for _ in range(RETARDATIONS):
+    for count in range(1, MOST_RETARDATIONS + 1):
         emission = reception_s - delay
         source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
-        delay = moment.length_m() / speed_m_s
+        before, delay = delay, moment.length_m() / speed_m_s
+        if count >= RETARDATIONS and np.abs(delay - before).max(initial=0.0) < SETTLED_S:
+            break
     return delay, _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
 
 

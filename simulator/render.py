@@ -233,7 +233,9 @@ def _accumulate(total, rate, table, start, duration, mic, weight, middle, half_w
             if np.abs(weight[p, k]) > faintest:
                 for i in range(length):
                     mixed[i] += weight[p, k] * table[k, i]
-        reach = 0.5 * duration * 1.02 + margin
+        late = abs(_chebyshev_sum(delay[p], 0.0) - center_delay[p])
+        receding = delay[p, 1] / half_width if delay.shape[1] > 1 else 0.0  # over c; stretches the beep
+        reach = (0.5 * duration + late) * max(1.02, 1.001 / (1.0 - receding)) + margin
         first = max(int(np.ceil((middle[p] - reach) * rate)), 0)
         last = min(int(np.floor((middle[p] + reach) * rate)), total.shape[1] - 1)
         for n in range(first, last + 1):
