@@ -117,6 +117,8 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     """Tell the facets of an obstacle apart."""
     mesh = _cleaned(obstacle.mesh)
     closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
+    if not closed:
+        mesh = _wound_alike(_each_once(mesh))
     regions = _planar_regions(mesh)
     smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
     curved = _curved_faces(mesh, regions, smooth_edges)
@@ -166,6 +168,41 @@ def _cleaned(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     copy.update_faces(with_area(copy))
     copy.remove_unreferenced_vertices()
     return copy
+
+
+def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh without facets on the same corners as earlier ones, through which no facet would find its neighbour."""
+    first = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)[1]
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[np.sort(first)], process=False)
+
+
+def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
+
+    Every facet has two copies, as it is and turned over; copies that agree across a shared edge are joined. On what
+    cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
+    """
+    if mesh.is_winding_consistent:
+        return mesh
+    pairs, edges, count = mesh.face_adjacency, mesh.face_adjacency_edges, len(mesh.faces)
+    one, other = pairs.T
+    against = _runs_along(mesh.faces[one], edges) == _runs_along(mesh.faces[other], edges)
+    as_is, over = (
+        np.column_stack([one, other + count * against]),
+        np.column_stack([one + count, other + count * ~against]),
+    )
+    copy = _components(np.concatenate([as_is, over]), 2 * count)
+    _, first, part = np.unique(_components(pairs, count), return_index=True, return_inverse=True)
+    turned = copy[:count] != copy[first[part]]
+    faces = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
+    return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+def _runs_along(faces: Ints, edges: Ints) -> NDArray[np.bool_]:
+    """(A,) whether facets (A, 3) run through their edges (A, 2) from the first vertex to the second."""
+    forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
+    found: NDArray[np.bool_] = forth.any(axis=1)
+    return found
 
 
 def _components(pairs: Ints, count: int) -> Ints:

@@ -178,19 +178,22 @@ def _strongest(tracing: Tracing, met: Candidates) -> tuple[Floats, Floats]:
 
 def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
     """(R,) amplitude and (R,) path of what the rim returns between images of speaker and microphone."""
-    obstacle, border = tracing.world.surfaces[index].obstacle, tracing.world.borders[index]
+    surface, border = tracing.world.surfaces[index], tracing.world.borders[index]
+    obstacle = surface.obstacle
     frame = tracing.placed[pairs.pose, obstacle]
     source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
     to_source, to_receiver = (end[:, None] - border.point_m for end in (source, receiver))
     l, m = np.linalg.norm(to_source, axis=2), np.linalg.norm(to_receiver, axis=2)
     both = to_source / l[:, :, None] + to_receiver / m[:, :, None]
-    lit = np.einsum("rbx,bx->rb", both, border.normal) > 0.0
+    facing = np.einsum("rbx,bx->rb", both, border.normal)
+    lit = (facing > 0.0) | (not surface.closed)  # both sides of an open surface reflect
     path = np.where(lit & ~_touching(tracing, obstacle, border, pairs.pose), l + m, np.inf)
     first = path.argmin(axis=1)
     each = np.arange(len(pairs))
     l, m, shortest = l[each, first], m[each, first], path[each, first]
     slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
-    bent = 1.0 + 2.0 * np.maximum(border.bend_1_m[first], 0.0) * l * m / (l + m)
+    bend = border.bend_1_m[first] * np.where(facing[each, first] < 0.0, -1.0, 1.0)
+    bent = 1.0 + 2.0 * np.maximum(bend, 0.0) * l * m / (l + m)
     share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
     share *= _step(border, first, share, l * m / (l + m))
     amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))

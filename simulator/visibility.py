@@ -100,7 +100,8 @@ def blocker(meshes: Sequence[tuple[Floats, NDArray[np.int64]]], obstacle: int) -
     vertices = np.concatenate([mesh[0] for mesh in meshes])
     starts = np.cumsum([0] + [len(mesh[0]) for mesh in meshes[:-1]])
     faces = np.concatenate([mesh[1] + start for mesh, start in zip(meshes, starts, strict=True)])
-    origin = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    used = vertices[np.unique(faces)]  # a stray vertex far away would clear whole obstacles off the rays' ends
+    origin = 0.5 * (used.min(axis=0) + used.max(axis=0))
     scene = EmbreeScene(robust=True)
     TriangleMesh(scene, (vertices - origin).astype(np.float32), faces.astype(np.int32))
-    return Blocker(scene, obstacle, origin, float(np.abs(vertices - origin).max()))
+    return Blocker(scene, obstacle, origin, float(np.abs(used - origin).max()))
