@@ -60,6 +60,10 @@ def detect(
         raise click.UsageError("--plot needs a RECORDING: what is heard live is not kept")
     if mic_phase is not None and detector != "TrackingDetector":
         raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
+    if pitch is not None and not abs(pitch) < 90.0:
+        raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {pitch:g}")
+    if plot is not None:
+        _check_picture(plot)
     geometry = _phone(phone).geometry
     shape = (*_band(band), 1e-3 * beep_ms, 1e-3 * gap_ms)
     if recording is not None:
@@ -69,12 +73,12 @@ def detect(
         pieces = live_pieces(BeepDesign(*shape, LIVE_RATE_HZ), float(live or 0.0))
         first = _joined(pieces, LIVE_LOOK_S)
     beep = BeepDesign(*shape, first.sample_rate_hz)
-    _inspect(first, beep, geometry, to_stderr=as_json)
     settings = obstaclewatch.PaperSettings(far_m=reach)
     pitch_rad = None if pitch is None else math.radians(pitch)
     speed = obstaclewatch.assumed_sound_speed(temperature)
     known = {} if mic_phase is None else {"mic_phase_rad": math.radians(mic_phase)}
     listener = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
+    _inspect(first, beep, geometry, to_stderr=as_json)
     found = listener.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)
@@ -84,6 +88,14 @@ def detect(
     columns = Columns()
     _tell(_noting(found, columns), as_json)
     draw_echogram(_from_file(Path(str(recording)), swap), beep, geometry, columns, plot)
+
+
+def _check_picture(path: Path) -> None:
+    """Before the recording is listened to: that may take long."""
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"--plot draws a .png, got '{path.name}'")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"no folder '{path.parent}' to draw '{path.name}' to")
 
 
 def _from_file(path: Path, swap: bool) -> Iterator[Recording]:
@@ -176,7 +188,7 @@ def _line(detection: Detection) -> str:
     )
     alert = "  ALERT" if detection.decision.alert else ""
     lost = "no beep here" if obstaclewatch.Flag.NO_BEEP in detection.beep_flags else ""
-    return f"{detection.time_s:7.2f} s  {candidates}{lost}{alert}"
+    return f"{round(detection.time_s, 2) + 0.0:7.2f} s  {candidates}{lost}{alert}"  # + 0.0: never "-0.00"
 
 
 def _angle(bearing_rad: float) -> str:

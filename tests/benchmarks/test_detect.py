@@ -105,6 +105,38 @@ def test_the_band_must_fit_the_files_rate(tmp_path, monkeypatch, capsys):
     assert "got 23000.0 Hz at 44100.0 Hz" in complaint(monkeypatch, capsys, tmp_path / "walk.wav")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        (("--plot", "missing/walk.png"), "no folder 'missing' to draw 'walk.png' to"),
+        (("--plot", "walk.txt"), "--plot draws a .png, got 'walk.txt'"),
+        (("--reach", "20"), "far_m must be heard within one beep period, got 20.0 m"),
+        (("--temperature", "200"), "temperature_c must lie within -80..70, got 200.0"),
+    ],
+)
+def test_wrong_options_are_told_before_anything_else(stored, monkeypatch, capsys, wrong, rule):
+    """A picture's place was tried when the whole recording had been listened to, and all was already printed."""
+    monkeypatch.setattr("sys.argv", ["obstaclewatch", "detect", str(stored), "--phone", "ideal", *wrong])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert rule in told.err
+
+
+def test_a_pitch_of_a_right_angle_is_refused_in_degrees(stored):
+    refused = run(stored, "--pitch", "95")
+    assert refused.exit_code == 2
+    assert "--pitch must lie between -90 and 90 degrees, got 95" in refused.output
+
+
+def test_time_zero_has_no_sign(tmp_path):
+    """A beep emitted 5 us before the file's start was one at -0.00 s."""
+    write_recording(Recording(walk().samples[:, 1:], 192_000.0), tmp_path / "walk.wav")
+    assert "\n   0.00 s  " in run(tmp_path / "walk.wav").stdout
+
+
 def test_either_a_file_or_live(stored, monkeypatch, capsys):
     assert run().exit_code == 2
     assert run(stored, "--live", "1").exit_code == 2
