@@ -43,10 +43,9 @@ def environment_lines(manifest: Mapping[str, Any]) -> Lines:
         ("tier, split, seed", ", ".join(_shown(manifest, key) for key in ("tier", "split", "seed"))),
         ("started", _shown(manifest, "started")),
         ("git revision", _revision(manifest)),
-        ("source fingerprint", _shown(manifest, "source")),
+        ("source fingerprint", _shown(manifest, "source_sha256")),
         ("platform", _shown(manifest, "platform")),
-        ("processor", f"{_shown(manifest, 'cpu')}, {_shown(manifest, 'cpus')} logical"),
-        ("Python", _shown(manifest, "python")),
+        ("processor", _shown(manifest, "cpu")),
         ("packages", ", ".join(f"{k} {UNKNOWN if v is None else v}" for k, v in sorted(versions.items())) or UNKNOWN),
     ]
 
@@ -54,7 +53,7 @@ def environment_lines(manifest: Mapping[str, Any]) -> Lines:
 def reproduction_command(manifest: Mapping[str, Any]) -> str:
     """The run's own command line."""
     argv = manifest.get("argv")
-    return shlex.join(argv) if argv else UNKNOWN
+    return shlex.join(["obstaclewatch", *argv]) if argv else UNKNOWN
 
 
 def _shown(manifest: Mapping[str, Any], key: str) -> str:

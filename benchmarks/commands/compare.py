@@ -23,7 +23,7 @@ def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: 
     Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
     paired differences, with its 90 % bootstrap interval; a star where that leaves out zero.
     """
-    asked = dict(_pair(text) for text in pairs) or None
+    asked = [_pair(text) for text in pairs] or None
     found = compare_runs(load_run(first_run), load_run(second_run), asked)
     if as_json:
         click.echo(json.dumps([_as_data(one) for one in found]))
@@ -46,7 +46,7 @@ def _as_data(found: Comparison) -> dict[str, object]:
         "first": found.first,
         "second": found.second,
         "turned": found.turned,
-        "rates": {rate: asdict(change) | {"points": -change.loss_points} for rate, change in found.rates.items()},
+        "rates": {rate: asdict(change) | {"points": 0.0 - change.loss_points} for rate, change in found.rates.items()},
         "shifts": [
             {"kind": kind, "quantity": quantity, "unit": unit} | asdict(shift)
             for (kind, quantity, unit), shift in found.shifts.items()

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from benchmarks.figures import draw_figures
+from benchmarks.figures.measured import detectors_of
 from benchmarks.results import load_run
 from benchmarks.store import write_atomically
 
@@ -23,6 +24,9 @@ def figures(run_folder: Path, names: tuple[str, ...], detector: str | None, othe
     if others and detector is None:
         raise ValueError("--with needs --claims DETECTOR")
     further = [load_run(folder) for folder in others]
+    known = {name for each in (run, *further) for name in detectors_of(each)}
+    if detector is not None and detector not in known:
+        raise ValueError(f"--claims must name a detector of the runs, {sorted(known)}, got '{detector}'")
     for path in draw_figures(run, list(names) or None):
         click.echo(path)
     if detector is not None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from benchmarks.gates.paired import Change, Shift, change_of, shift_of
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.results import RunData
+
+Walk = tuple[str, int]
+"""Label and seed, which tell a walk."""
 
 
 @dataclass(frozen=True)
@@ -28,27 +32,42 @@ class Comparison:
     turned: int
 
 
-def compare_runs(first: RunData, second: RunData, pairs: Mapping[str, str] | None = None) -> list[Comparison]:
+def compare_runs(first: RunData, second: RunData, pairs: Sequence[tuple[str, str]] | None = None) -> list[Comparison]:
     """Compare detectors, first -> second; by default those that both runs have.
 
     Raises:
-        ValueError: no detector in common, an unknown one, or no walk in common.
+        ValueError: no detector in common, an unknown one, or no walk in common: those of another seed or split have the
+            same labels, but are others.
     """
     here, there = detectors_of(first), detectors_of(second)
-    asked = {name: name for name in sorted(here & there)} if pairs is None else dict(pairs)
+    asked = [(name, name) for name in sorted(here & there)] if pairs is None else list(pairs)
     if not asked:
         raise ValueError(f"the runs must have a detector in common, got {sorted(here)} and {sorted(there)}")
-    for known, names in ((here, asked.keys()), (there, asked.values())):
-        if unknown := sorted(set(names) - known):
+    for known, side in ((here, 0), (there, 1)):
+        if unknown := sorted({pair[side] for pair in asked} - known):
             raise ValueError(f"a detector must be one of {sorted(known)}, got {unknown}")
-    if not {cell["label"] for cell in first.ok} & {cell["label"] for cell in second.ok}:
+    shared = _walks(first) & _walks(second)
+    if not shared:
         raise ValueError("the runs must have walks in common, got none; same suite, split and seed")
-    return [_compare(first, second, *pair) for pair in asked.items()]
+    alike = _only(first, shared), _only(second, shared)
+    return [_compare(*alike, *pair) for pair in asked]
 
 
 def detectors_of(run: RunData) -> set[str]:
     """Names of all detectors of a run."""
     return {name for record in run.ok for name in (record["result"].get("detectors") or {})}
+
+
+def _walks(run: RunData) -> set[Walk]:
+    return {_walk(record) for record in run.ok}
+
+
+def _walk(record: Mapping[str, Any]) -> Walk:
+    return record["label"], record["cell"]["seed"]
+
+
+def _only(run: RunData, kept: set[Walk]) -> RunData:
+    return RunData(run.folder, run.manifest, tuple(record for record in run.ok if _walk(record) in kept))
 
 
 def _compare(first: RunData, second: RunData, name: str, other: str) -> Comparison:
@@ -81,7 +100,7 @@ def comparison_lines(found: Comparison) -> list[str]:
         lines.append(f"  {found.turned} walks collide in one run only and are left out")
     for rate, change in found.rates.items():
         lines.append(
-            f"  {rate:<34}{-change.loss_points:+8.1f} points   {change.gained} gained, {change.lost} lost "
+            f"  {rate:<34}{0.0 - change.loss_points:+8.1f} points   {change.gained} gained, {change.lost} lost "
             f"of {change.n}, McNemar p = {change.p:.2g}"
         )
     for (kind, quantity, unit), shift in found.shifts.items():

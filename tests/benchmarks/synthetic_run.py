@@ -16,7 +16,7 @@ DETECTORS = ("PaperDetector", "DistanceOnlyDetector")
 RANGE_ERROR_M, RANGE2_ERROR_M = 0.004, 0.012
 BEARING_ERROR_RAD, RADIUS_ERROR_M = math.radians(5.0), 0.02
 MANIFEST = {
-    "argv": ["obstaclewatch", "run", "paper", "--tier", "smoke", "--set", "scoring.alert_margin_m=0.5"],
+    "argv": ["run", "paper", "--tier", "smoke", "--set", "scoring.alert_margin_m=0.5"],
     "suite": "paper", "title": "Made up & counted", "tier": "smoke", "split": "test", "seed": 2018,
     "git_revision": "0123abc", "git_dirty": False, "platform": "nowhere", "versions": {"numpy": "2.0"},
 }  # fmt: skip

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
 from benchmarks import paper_values
+from benchmarks.cli import cli
 from benchmarks.figures.claims_measured import Measurement, exact_rate, more_often
 from benchmarks.figures.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 
+from .gated_runs import run_of
 from .synthetic_run import made_up_run, walk
+from .test_gates import stored
 
 
 @given(st.integers(1, 60), st.integers(0, 60))
@@ -114,3 +118,13 @@ def test_markdown_has_a_line_a_claim(tmp_path) -> None:
     assert text.count("\n| ") == len(rows) + 0  # one for each; the head opens the text
     assert all(line.count("|") == 8 for line in text.splitlines() if line.startswith("| "))
     assert "not measured here" in text.splitlines()[-1]
+
+
+def test_claims_of_a_detector_that_no_run_has_are_refused(tmp_path) -> None:
+    """A name misspelt gave a table in which nothing was measured, and exit code 0."""
+    run = stored(run_of(tmp_path, [walk(index=k) for k in range(4)]), tmp_path / "run")
+    done = CliRunner().invoke(cli, ["figures", str(run), "fig16", "--claims", "PapreDetector"])
+    assert "got 'PapreDetector'" in str(done.exception)
+    assert not (run / "claims.md").exists()
+    assert CliRunner().invoke(cli, ["figures", str(run), "fig16", "--claims", "PaperDetector"]).exit_code == 0
+    assert (run / "claims.md").is_file()

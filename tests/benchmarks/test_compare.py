@@ -55,6 +55,25 @@ def test_runs_without_anything_in_common_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"a detector in common, got \['PaperDetector'\] and \['B'\]"):
         compare_runs(run, other)
     with pytest.raises(ValueError, match="walks in common"):
-        compare_runs(run, other, {DETECTOR: "B"})
+        compare_runs(run, other, [(DETECTOR, "B")])
     with pytest.raises(ValueError, match=r"must be one of \['B'\], got \['C'\]"):
-        compare_runs(run, other, {DETECTOR: "C"})
+        compare_runs(run, other, [(DETECTOR, "C")])
+
+
+def test_walks_of_another_seed_are_others_whatever_they_are_called(tmp_path):
+    """Runs of two seeds were paired by label alone, and McNemar's test was made of walks that are not the same."""
+    run = good_run(tmp_path)
+    other = changed(run, lambda cell, k: cell["cell"].update(seed=10_000 + k))
+    with pytest.raises(ValueError, match="walks in common, got none; same suite, split and seed"):
+        compare_runs(run, other)
+    half = changed(run, lambda cell, k: cell["cell"].update(seed=cell["cell"]["seed"] + 10_000 * (k % 4 < 2)))
+    (found,) = compare_runs(run, half)
+    assert {rate: change.n for rate, change in found.rates.items()} == {"TP": 20, "TN": 20}
+
+
+def test_one_detector_against_several_and_no_minus_zero(tmp_path):
+    """Of two pairs with the same first name only the last was compared, without a word."""
+    run = good_run(tmp_path)
+    both = [(DETECTOR, DETECTOR)] * 2
+    assert len(compare_runs(run, run, both)) == 2
+    assert not any("-0.0" in line for found in compare_runs(run, run, both) for line in comparison_lines(found))

@@ -11,6 +11,7 @@ from dataclasses import replace
 import matplotlib.image
 import pytest
 
+from benchmarks.manifest import manifest
 from benchmarks.plan import plan_cells
 from benchmarks.report import write_report
 from benchmarks.report_cases import rerun_command, worst_cases
@@ -140,7 +141,7 @@ def test_the_command_repeats_the_same_walk(tmp_path):
 
 
 def test_a_suite_file_is_named_in_the_command(tmp_path):
-    run = made_up_run(tmp_path, argv=["obstaclewatch", "run", "my suite.yaml", "--split=dev", "-j", "2"])
+    run = made_up_run(tmp_path, argv=["run", "my suite.yaml", "--split=dev", "-j", "2"])
     assert rerun_command(run, "a/b/1") == (
         "obstaclewatch run 'my suite.yaml' --tier smoke --only a/b/1 --seed 2018 --split=dev"
     )
@@ -153,6 +154,19 @@ def test_what_the_manifest_lacks_is_unknown(tmp_path):
     assert lines["git revision"] == "unknown, changes unknown"
     assert lines["packages"] == "unknown"
     assert dict(environment_lines({})) == lines
+
+
+def test_a_real_manifest_leaves_nothing_unknown():
+    """The report asked for names of an older manifest (source, cpus, python), and its command was that of no program:
+    the made-up manifest of the tests had a word that `obstaclewatch run` does not store.
+    """
+    suite = load_suite("paper")
+    found = manifest(suite, "smoke", plan_cells(suite, "smoke", limit=1), ["run", "paper", "--tier", "smoke"])
+    known = {name: "1.0" for name in found["versions"]}  # what is not installed is rightly unknown
+    lines = dict(environment_lines(found | {"git_revision": "0123abc", "git_dirty": False, "versions": known}))
+    assert not [name for name, text in lines.items() if "unknown" in text]
+    assert lines["source fingerprint"] == found["source_sha256"]
+    assert reproduction_command(found) == "obstaclewatch run paper --tier smoke"
 
 
 def test_cost_is_summed_over_what_is_known(tmp_path):
