@@ -18,8 +18,9 @@ class Decision:
         time_s: emission of the beep, s from the start of the recording.
         range_m: to the nearest candidate that voted for a collision; NaN if none did.
         time_to_collision_s: that range over its closing speed; NaN likewise. Both are read 0.205 s ahead for the
-            paper's beep (see `ranging`).
-        votes: collision votes among the last `votes_of` beeps.
+            paper's beep (see `ranging`). `TrackingDetector` has the expected time to the first touch of a body,
+            just below 0 once that should have come.
+        votes: collision votes among the last `votes_of` beeps; of `TrackingDetector`, the candidates that vote now.
     """
 
     alert: bool
