@@ -36,8 +36,8 @@ class Detection:
     """Everything measured from one beep. Arrays run over the candidates, nearest first; at most five by default.
 
     NaN stands for "not estimated". Ranges and bearings hold for when the beep's centre meets the obstacle, half the
-    beep's length and range / c after `time_s`; the latter alone is 1.1 cm for a walker at 1.3 m/s, 3 m away. The paper's
-    detectors keep the range-Doppler bias: theirs hold for `range_doppler_s` later still.
+    beep's length and range / c after `time_s`; the latter alone is 1.1 cm for a walker at 1.3 m/s, 3 m away. The
+    paper's detectors keep the range-Doppler bias: theirs hold for `range_doppler_s` later still.
 
     Attributes:
         index: number of the beep since the start or the last reset.
@@ -49,8 +49,8 @@ class Detection:
         level_db: (n,) echo relative to the direct sound, at microphone 0.
         snr_db: (n,) 2E/N0 after the matched filter, at microphone 0; peak power over half the envelope's noise power.
         closing_speed_m_s: (n,) speed of approach, from the ranges of earlier beeps.
-        range_std_m: (n,) claimed standard deviation of range_m, without the range-Doppler bias, for a walk that goes on:
-            the track of one who stops within 0.4 s goes on for 0.3 s, to 17 cm too near at a claim of 2 cm.
+        range_std_m: (n,) claimed standard deviation of range_m, without the range-Doppler bias, for a walk that goes
+            on: the track of one who stops within 0.4 s goes on for 0.3 s, to 17 cm too near at a claim of 2 cm.
         bearing_std_rad: (n,) claimed standard deviation of bearing_rad.
         radius_std_m: (n,) claimed standard deviation of radius_m; NaN for one from a crest's width, which noise does
             not tell.
