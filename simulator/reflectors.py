@@ -19,6 +19,7 @@ from simulator.clusters import Clusters, clusters
 from simulator.nagata import bulges
 from simulator.rims import rims
 from simulator.scene import Obstacle, with_area
+from simulator.tips import tips_opened
 from simulator.vertex_normals import vertex_geometry
 
 Floats = NDArray[np.float64]
@@ -119,6 +120,7 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
     if not closed:
         mesh = _wound_alike(_each_once(mesh))
+    mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
     regions = _planar_regions(mesh)
     smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
     curved = _curved_faces(mesh, regions, smooth_edges)

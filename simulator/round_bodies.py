@@ -66,7 +66,9 @@ def _cone(point: Floats, facet_normal: Floats, slack: float) -> tuple[Floats, Fl
     first = _circle(point @ basis)
     guess = np.concatenate([[0.0, 0.0], first, [0.0]])
     if not np.isfinite(guess).all() or np.abs(_misfit(guess, point, start, basis)).max() > 0.5 * first[2]:
-        return None
+        guess = _tapered(point, start, basis)
+        if not np.abs(_misfit(guess, point, start, basis)).max() < 0.1:
+            return None
     best = least_squares(_misfit, guess, args=(point, start, basis), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60)
     radius = float(np.linalg.norm(_radial(best.x, point, start, basis)[1], axis=1).max())
     if radius > 50.0 or not _fits(best.fun, radius, slack):
@@ -79,6 +81,15 @@ def _circle(point: Floats) -> Floats:
     matrix = np.column_stack([2.0 * point, np.ones(len(point))])
     x, y, d = np.linalg.lstsq(matrix, np.sum(point**2, axis=1), rcond=None)[0]
     return np.array([x, y, np.sqrt(max(d + x * x + y * y, 0.0))])
+
+
+def _tapered(point: Floats, start: Floats, basis: Floats) -> Floats:
+    """(6,) shape of the upright cone nearest to (V, 3) points: |x|^2 is linear in its foot and quadratic in height."""
+    across, height = point @ basis, point @ start
+    matrix = np.column_stack([2.0 * across, np.ones(len(point)), height, height**2])
+    foot = np.linalg.lstsq(matrix, np.sum(across**2, axis=1), rcond=None)[0][:2]
+    radius = np.linalg.norm(across - foot, axis=1)
+    return np.concatenate([[0.0, 0.0], foot, np.polynomial.Polynomial.fit(height, radius, 1).convert().coef])
 
 
 def _radial(shape: Floats, point: Floats, start: Floats, basis: Floats) -> tuple[Floats, Floats, Floats]:

@@ -288,3 +288,33 @@ def _echo(mesh, level):
     scene = Scene([Obstacle(mesh, Material.named("brick"), "body")], Air.lossless())
     paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.1, 0.5)), Fidelity(level))
     return paths[paths.order > 0].transfer_function(np.linspace(18e3, 23e3, 21))
+
+
+@pytest.mark.parametrize(("radius", "height", "sections"), [(0.4, 1.0, 48), (0.2, 1.0, 32), (0.8, 0.2, 64)])
+def test_a_cone_echoes_off_its_side(radius, height, sections):
+    # Cause: tip and rim lie on a sphere, as which the cone was read: no echo, or one 10 to 42 cm early.
+    cone = Obstacle(trimesh.creation.cone(radius=radius, height=height, sections=sections), Material.rigid(), "cone")
+    slope = np.arctan2(radius, height)
+    for share, turn in ((0.3, 0.0), (0.5, 0.05), (0.7, 0.1)):  # up the side, and round it
+        outwards, round_it = np.array([np.cos(turn), np.sin(turn), 0.0]), np.array([-np.sin(turn), np.cos(turn), 0.0])
+        middle = radius * (1.0 - share) * outwards + [0.0, 0.0, height * share]
+        middle += 1.5 * (np.cos(slope) * outwards + [0.0, 0.0, np.sin(slope)])
+        phone = Phone.ideal(middle + 0.02 * round_it, [middle - 0.02 * round_it, middle - 0.1 * round_it])
+        paths = trace_paths(Scene([cone], Air.lossless()), phone, Pose([0.0, 0.0, 0.0], Rotation.identity()))
+        echo = paths[(paths.order == 1) & (paths.mic == 0)]
+        assert len(echo) == 1
+        curve = radius * (1.0 - share) / np.cos(slope)
+        exact = np.sqrt(curve / (curve + 1.5)) / 3.0
+        assert abs(20.0 * np.log10(np.abs(echo.gain[0]) / exact)) < 0.1
+        # 2 um found: the ends lie 2 cm beside the normal, and rows of facets are round only in their corners
+        assert abs(343.0 * echo.delay_s[0] - 2.0 * np.hypot(1.5, 0.02)) < 5e-6
+
+
+@pytest.mark.parametrize("top", [0.1, 0.04])
+def test_a_steeply_tapered_frustum_is_no_sphere(top):
+    # Cause: a cone was looked for from a cylinder's guess only, and any two rims lie on a sphere: echoes 1 m off.
+    side = [[0.0, 0.0], [0.4, 0.0], [top, 1.0], [0.0, 1.0]]
+    _, surface = _read(trimesh.creation.revolve(np.array(side), sections=48))
+    assert surface is not None
+    lean = np.arctan2(0.4 - top, 1.0)
+    np.testing.assert_allclose(surface.normal[:, :, 2], np.sin(lean), atol=1e-9)
