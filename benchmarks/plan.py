@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.check import check_cell
+from benchmarks.cells.check import check_cell, check_place
 from benchmarks.cells.detectors import parse_detector, source_digest
 from benchmarks.cells.own_scene import scene_digest
 from benchmarks.cells.spec import Cell
@@ -28,7 +28,8 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     `limit`, the cells kept are taken evenly over the whole list.
 
     Raises:
-        ValueError: an unknown tier, a limit below 1, a plan without a cell, or a cell that could not run.
+        ValueError: an unknown tier, a limit below 1, a plan without a cell or with one twice, or a cell that could not
+            run.
     """
     chosen = suite.tier(tier)
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
@@ -40,6 +41,7 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
     if not cells:
         raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
+    _tell_apart(cells)
     cells = thinned(cells, limit)
     _check(cells)
     return cells
@@ -169,9 +171,22 @@ def _with_sources(cell: Cell) -> Cell:
     return cell.model_copy(update={"detector_sources": sources}) if sources else cell
 
 
+def _tell_apart(cells: Sequence[Cell]) -> None:
+    """Refuse walks that stand twice under one label: they would be counted twice, or taken for one."""
+    counts = Counter((cell.label, cell.phone, cell.seed) for cell in cells)
+    twice = [label for (label, _, _), count in counts.items() if count > 1]
+    if twice:
+        raise ValueError(
+            f"walks must have labels of their own, but {len(twice)} stand more than once, the first is '{twice[0]}': "
+            "let the points of the sweep differ, or name them; join groups of one scene and category"
+        )
+
+
 def _check(cells: Sequence[Cell]) -> None:
     """Refuse what could not run before anything runs; cells that differ in their walk alone are looked at once."""
     seen = set()
+    for cell in {(cell.kind, cell.scene, cell.category): cell for cell in cells}.values():
+        check_place(cell)
     for cell in cells:
         alike = cell.model_copy(update={"index": 0, "seed": 0, "collision": False, "category": ""}).model_dump_json()
         if alike not in seen:

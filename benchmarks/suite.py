@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -20,9 +20,12 @@ from benchmarks.cells.spec import (
     SceneChange,
     Scoring,
     WalkChange,
+    first_error,
 )
 from benchmarks.sweep import Sweep
 
+FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
+"""A run's folder is called so: no path, and nothing that begins with a dot."""
 Count = Annotated[int, Field(ge=0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -114,7 +117,7 @@ class Suite(_Strict):
         figures: names of the figures that a run draws; none draws all that have data.
     """
 
-    name: str
+    name: FolderName
     title: str
     reproduces: str = ""
     seed: Annotated[int, Field(ge=0)]
@@ -153,6 +156,16 @@ class Suite(_Strict):
         labels = [detector_label(name) for name in names]
         if len(set(labels)) < len(labels):
             raise ValueError(f"detectors must have different names, module apart, got {labels}")
+        return names
+
+    @field_validator("figures")
+    @classmethod
+    def _known_figures(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from benchmarks.figures import FIGURES  # slow to import, and most suites that are read name some
+
+        unknown = [name for name in names if name not in FIGURES]
+        if unknown:
+            raise ValueError(f"figures must be among those of `obstaclewatch ls figures`, got {unknown}")
         return names
 
     @model_validator(mode="after")
@@ -197,7 +210,7 @@ def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None
     try:
         return Suite.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"suite '{name_or_path}': {_first_error(error)}") from error
+        raise ValueError(f"suite '{name_or_path}': {first_error(error)}") from error
 
 
 def _read(name_or_path: str) -> dict[str, Any]:
@@ -237,9 +250,3 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         node[last] = yaml.safe_load(value)
     except yaml.YAMLError as error:
         raise ValueError(f"setting '{key}' must be YAML, got '{value}': {' '.join(str(error).split())}") from error
-
-
-def _first_error(error: ValidationError) -> str:
-    first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
-    where = ".".join(str(part) for part in first["loc"]) or "the suite"
-    return f"{where}: {first['msg']}, got {first['input']!r}" if first["type"] != "missing" else f"{where} is missing"

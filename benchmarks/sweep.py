@@ -11,10 +11,10 @@ from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from scipy.stats import qmc
 
-from benchmarks.cells.spec import Cell
+from benchmarks.cells.spec import Cell, first_error, variant_text
 
 Point = dict[str, Any]
 NAME = "name"
@@ -166,7 +166,10 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
         else:
             _put(data, _path(name), value)
     data["variant"] = data["variant"] | dict(point)
-    return Cell.model_validate(data)
+    try:
+        return Cell.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(f"sweep, at {variant_text(dict(point))}: {first_error(error)}") from error
 
 
 def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from benchmarks.cells.detectors import detector_class, paper_settings, parse_detector
+import inspect
+
+from benchmarks.cells.detectors import check_detector, paper_settings
 from benchmarks.cells.interference import other_beep
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.variation import air_of, changed_phone
 from obstaclewatch import BeepDesign
+from scenes import list_scenes, make_approach
+from scenes.obstacles import CATEGORIES
 from simulator import Fidelity, Material, Phone
 
 
@@ -26,12 +30,35 @@ def check_cell(cell: Cell) -> None:
         for name in (cell.scene_change.target_material, cell.scene_change.ground_material):
             if name is not None:
                 Material.named(name)
-        paper_settings(cell.settings)
+        settings = paper_settings(cell.settings)
         for name in cell.detectors:
-            detector_class(parse_detector(name))
+            check_detector(name, settings)
+        if cell.kind == "approach":
+            _approach(cell)
         _fidelity(cell)
     except ValueError as error:
         raise ValueError(f"cell '{cell.label}': {error}") from error
+
+
+def check_place(cell: Cell) -> None:
+    """Look up the scene and the kind of obstacle of a walk or a standing measurement.
+
+    Raises:
+        ValueError: there is none of that name; the message names the cell.
+    """
+    if cell.kind == "approach" and cell.scene not in list_scenes():
+        raise ValueError(f"cell '{cell.label}': scene must be one of {list_scenes()}, got '{cell.scene}'")
+    if cell.kind in ("approach", "standing") and cell.category not in CATEGORIES:
+        raise ValueError(f"cell '{cell.label}': category must be one of {sorted(CATEGORIES)}, got '{cell.category}'")
+
+
+def _approach(cell: Cell) -> None:
+    try:
+        inspect.signature(make_approach).bind(
+            cell.scene, cell.category, cell.index, cell.phone, cell.seed, cell.collision, **cell.approach
+        )
+    except TypeError as error:
+        raise ValueError(f"approach must have the arguments of scenes.make_approach: {error}") from error
 
 
 def _fidelity(cell: Cell) -> Fidelity:

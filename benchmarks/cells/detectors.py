@@ -106,18 +106,35 @@ def build_detector(
     Raises:
         ValueError: an unknown class or constant, or a value out of range.
     """
-    name = parse_detector(text)
-    own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA}
-    errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
-    changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
-    settings = replace(settings, errata=replace(settings.errata, **errata), **changed)
-    wanted = detector_class(name)
+    wanted, settings, own = _taken_apart(text, settings)
     if sound_speed_m_s is not None and _takes(wanted, "sound_speed_m_s"):
         own = {"sound_speed_m_s": sound_speed_m_s} | own
     try:
         return wanted(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
     except TypeError as error:
         raise ValueError(f"detector '{text}' cannot be made: {error}") from error
+
+
+def check_detector(text: str, settings: PaperSettings) -> None:
+    """Whether `build_detector` could make it, without making it.
+
+    Raises:
+        ValueError: an unknown class or constant, or a value out of range of the settings.
+    """
+    wanted, settings, own = _taken_apart(text, settings)
+    try:
+        inspect.signature(wanted).bind(None, None, settings=settings, pitch_rad=None, **own)
+    except TypeError as error:
+        raise ValueError(f"detector '{text}' cannot be made: {error}") from error
+
+
+def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, PaperSettings, dict[str, Any]]:
+    """The class, the settings with its constants in brackets, and those constants that are its own."""
+    name = parse_detector(text)
+    own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA}
+    errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
+    changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
+    return detector_class(name), replace(settings, errata=replace(settings.errata, **errata), **changed), own
 
 
 def _takes(wanted: type, argument: str) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -232,6 +232,13 @@ class Cell(BaseModel):
     def digest(self, fingerprint: str) -> str:
         """SHA-256 of the cell and of the source that computes it, hexadecimal."""
         return hashlib.sha256(f"{fingerprint}\n{self.model_dump_json()}".encode()).hexdigest()
+
+
+def first_error(error: ValidationError) -> str:
+    """The first thing that pydantic found wrong, in one line: where, the rule, and the value."""
+    first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
+    where = ".".join(str(part) for part in first["loc"]) or "the suite"
+    return f"{where}: {first['msg']}, got {first['input']!r}" if first["type"] != "missing" else f"{where} is missing"
 
 
 def counts_as(cell: Mapping[str, Any], kind: str) -> bool:

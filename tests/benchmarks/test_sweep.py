@@ -145,8 +145,22 @@ def test_a_suite_is_planned_at_every_point_with_the_same_walks() -> None:
         ("detectors=[NoSuchDetector]", "no class 'NoSuchDetector'"),
         ("detectors=['no.such.module:Thing']", "cannot be imported"),
         ("sweep={over: {fidelity.max_order: [1, -1]}}", "max_order=-1.*got -1"),
+        ("sweep={over: {walk.gait_scale: [1.0, 1.0]}}", "stand more than once, the first is 'supermarket/wall/0"),
+        ("sweep={over: {beep.start_hz: [18000.001, 18000.002]}}", "stand more than once"),
+        ("sweep={method: list, points: [{name: a}, {name: a, walk.gait_scale: 2.0}]}", r"the first is .*\[a\]"),
+        ("sweep={over: {walk.speed_m_s: [-1.0]}}", r"sweep, at \[walk.speed_m_s=-1\]: .* got -1.0$"),
+        ("sweep={over: {scene.name: [atlantis]}}", "scene must be one of .* got 'atlantis'"),
+        ("sweep={over: {scene.category: [whale]}}", "category must be one of .* got 'whale'"),
+        ("detectors=['PaperDetector(votes=3)']", "cannot be made: .*'votes'"),
+        ("detectors=['PaperDetector(votes_needed=12)']", "votes_needed"),
+        ("figures=[fig61]", "got .'fig61'"),
+        ("name=../elsewhere", "name: .* got '../elsewhere'"),
+        ("groups=[{scene: campus, phones: [galaxy-s5], counts: {wall: 2}, approach: {sped: 1}}]", "'sped'"),
     ],
 )
 def test_what_cannot_run_is_refused_before_anything_runs(setting: str, message: str) -> None:
+    """Points that were the same, or whose labels were, counted each walk twice; unknown scenes, obstacles, figures and
+    constants of detectors were found only by every cell failing; a name with dots left the folder of results.
+    """
     with pytest.raises(ValueError, match=message):
         plan_cells(load_suite("paper", [setting]), "smoke")
