@@ -20,6 +20,7 @@ FORMATS = {".wav": "WAV", ".flac": "FLAC"}
 BITS = 24
 _STEPS = 1 << (BITS - 1)
 _MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
+_MAX_RATE_HZ = (1 << 31) - 1  # libsndfile's
 _UNKNOWN_LENGTHS = (0, 0xFFFFFFFF)  # what a recorder writes that cannot go back to its header
 
 
@@ -32,7 +33,7 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
     Raises:
         FileNotFoundError: the folder does not exist.
         ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
-            hertz, or more samples than a WAV holds.
+            hertz or more than the format has, or more samples than a WAV holds.
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -44,7 +45,10 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         with partial.open("wb") as stream:
-            soundfile.write(stream, steps.T, rate, subtype=f"PCM_{BITS}", format=file_format)
+            try:
+                soundfile.write(stream, steps.T, rate, subtype=f"PCM_{BITS}", format=file_format)
+            except soundfile.LibsndfileError as error:
+                raise ValueError(f"'{path}' cannot be written at {rate} Hz: {error.error_string}") from error
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(partial, target)
@@ -94,8 +98,8 @@ def _to_steps(samples: NDArray[np.float32]) -> NDArray[np.int32]:
 
 
 def _whole_rate(sample_rate_hz: float) -> int:
-    if sample_rate_hz != round(sample_rate_hz):
-        raise ValueError(f"sample_rate_hz must be a whole number in a file, got {sample_rate_hz}")
+    if sample_rate_hz != round(sample_rate_hz) or sample_rate_hz > _MAX_RATE_HZ:
+        raise ValueError(f"sample_rate_hz must be a whole number below 2^31 in a file, got {sample_rate_hz}")
     return round(sample_rate_hz)
 
 

@@ -65,6 +65,10 @@ class MatchedFilter:
             With one period that is harmless: delays up to the gap do not wrap but for the last fading millisecond.
         rate_hz: least rate of the envelope; 24 kHz puts 9 samples across the -3 dB width of the paper's pulse.
         reverse: correlate with the time-reversed beep, Eq. 1 as printed.
+
+    Raises:
+        ValueError: a delay that is negative or not finite, a rate that is not positive and finite, or a block shorter
+            than the beep.
     """
 
     def __init__(
@@ -78,6 +82,7 @@ class MatchedFilter:
     ) -> None:
         self.beep = beep
         self.block_samples = beep.period_samples if block_samples is None else block_samples
+        self._check_arguments(reach_s, lead_s, rate_hz)
         self._length = BandSpectrum.whole_length(self.block_samples)
         bin_hz = beep.sample_rate_hz / self._length
         low, high = _band_bins(beep, bin_hz, self._length // 2)
@@ -125,6 +130,16 @@ class MatchedFilter:
         bins = self._band((samples[::-1] if reverse else samples)[None])[0]
         shift = -2j * np.pi * self._slots * self._lead / self._count
         return bins.conj() * np.exp(shift) / np.sum(np.abs(bins) ** 2)
+
+    def _check_arguments(self, reach_s: float, lead_s: float, rate_hz: float) -> None:
+        for name, delay_s in (("reach_s", reach_s), ("lead_s", lead_s)):
+            if not 0.0 <= delay_s < np.inf:
+                raise ValueError(f"{name} must be finite and not negative, got {delay_s}")
+        if not 0.0 < rate_hz < np.inf:
+            raise ValueError(f"rate_hz must be positive and finite, got {rate_hz}")
+        least = round(self.beep.duration_s * self.beep.sample_rate_hz)
+        if self.block_samples < least:
+            raise ValueError(f"block_samples must be the beep's {least} or more, got {self.block_samples}")
 
     def _check(self, block: NDArray[np.floating]) -> None:
         if block.ndim != 2 or block.shape[1] != self.block_samples:

@@ -95,7 +95,16 @@ def _write_half(stream, *_arguments, **_keywords):
 
 @pytest.mark.parametrize(
     ("name", "rate_hz", "message"),
-    [("walk.mp3", 48e3, r"written as .wav or .flac, got 'walk.mp3'"), ("walk.wav", 44_100.5, "whole number.*44100.5")],
+    [
+        ("walk.mp3", 48e3, r"written as .wav or .flac, got 'walk.mp3'"),
+        ("walk.wav", 44_100.5, "whole number.*44100.5"),
+        ("walk.wav", 3e9, r"whole number below 2\^31 in a file, got 3000000000.0"),  # was an OverflowError
+        (
+            "walk.flac",
+            768e3,
+            "walk.flac' cannot be written at 768000 Hz: .*flac does not support",
+        ),  # was libsndfile's own
+    ],
 )
 def test_what_cannot_be_written(tmp_path, recording, name, rate_hz, message):
     with pytest.raises(ValueError, match=message):

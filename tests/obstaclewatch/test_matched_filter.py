@@ -132,3 +132,19 @@ def test_bad_blocks_are_refused():
     block[1, 7] = np.nan
     with pytest.raises(ValueError, match="1 NaN"):
         FILTER.compress(block)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ({"reach_s": -1.0}, "reach_s must be finite and not negative, got -1.0"),
+        ({"reach_s": np.nan}, "reach_s must be finite and not negative, got nan"),
+        ({"lead_s": -2e-3}, "lead_s must be finite and not negative, got -0.002"),
+        ({"block_samples": 9_000}, "block_samples must be the beep's 9600 or more, got 9000"),
+        ({"rate_hz": 0.0}, "rate_hz must be positive and finite, got 0.0"),
+    ],
+)
+def test_arguments_out_of_range(wrong, rule):
+    """A negative reach cut the profile from behind, a short block wrapped the beep round: both without a word."""
+    with pytest.raises(ValueError, match=rule):
+        MatchedFilter(BEEP, **({"reach_s": 0.04} | wrong))
