@@ -56,7 +56,11 @@ class StationaryPoints:
 
 
 def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
-    """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points."""
+    """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points.
+
+    Raises:
+        ValueError: more of them than a smooth surface has.
+    """
     source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
     group = surface.clusters
     face, uv, count = _search(
@@ -64,7 +68,10 @@ def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> Statio
         group.spread_rad, source, receiver,
     )  # fmt: skip
     if (count > MAX_HITS).any():
-        raise RuntimeError(f"a surface has {count.max()} stationary points for one pair, more than {MAX_HITS}")
+        raise ValueError(
+            f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
+            f"{np.round(surface.center_m, 3).tolist()} m from the phone: smooth its mesh, or call it flat"
+        )
     query = np.repeat(np.arange(len(source)), count)
     slot = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
     return _complete(surface, source, receiver, query, face[query, slot], uv[query, slot])

@@ -113,5 +113,5 @@ def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
 
 
 def _in_phone(matrices: Floats, vector: Floats) -> Floats:
-    unit = vector / np.linalg.norm(vector, axis=1, keepdims=True)
+    unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), 1e-300)  # 0 for ends on a surface
     return np.einsum("pji,pj->pi", matrices, unit)

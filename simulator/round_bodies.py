@@ -89,7 +89,8 @@ def _tapered(point: Floats, start: Floats, basis: Floats) -> Floats:
     matrix = np.column_stack([2.0 * across, np.ones(len(point)), height, height**2])
     foot = np.linalg.lstsq(matrix, np.sum(across**2, axis=1), rcond=None)[0][:2]
     radius = np.linalg.norm(across - foot, axis=1)
-    return np.concatenate([[0.0, 0.0], foot, np.polynomial.Polynomial.fit(height, radius, 1).convert().coef])
+    straight = np.linalg.lstsq(matrix[:, 2:4], radius, rcond=None)[0]
+    return np.concatenate([[0.0, 0.0], foot, straight])
 
 
 def _radial(shape: Floats, point: Floats, start: Floats, basis: Floats) -> tuple[Floats, Floats, Floats]:

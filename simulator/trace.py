@@ -94,7 +94,7 @@ def traced(
     ledger = ledger or Ledger()
     found, sums = searched(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
     masks = {
-        "too long": lambda found: found.length_m <= 2.0 * fidelity.max_range_m,
+        "too long": lambda found: (found.order == 0) | (found.length_m <= 2.0 * fidelity.max_range_m),
         "hidden": lambda found: (found.order == 0) | (found.cell >= 0) | legs_free(tracing, found),  # cells: by facet
         "twin on a shared border": _first_of_twins,
         "at a focus": _out_of_focus,

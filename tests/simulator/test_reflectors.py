@@ -318,3 +318,14 @@ def test_a_steeply_tapered_frustum_is_no_sphere(top):
     assert surface is not None
     lean = np.arctan2(0.4 - top, 1.0)
     np.testing.assert_allclose(surface.normal[:, :, 2], np.sin(lean), atol=1e-9)
+
+
+def test_a_phone_that_nearly_touches_a_ball_hears_it():
+    # Cause: the tapered guess at a cone lost its slope where that came out as exactly zero.
+    ball = trimesh.creation.icosphere(3, 0.3)
+    ball.apply_translation([1.0, 0.0, 0.0])
+    scene = Scene([Obstacle(ball, Material.rigid(), "ball")], Air.lossless())
+    paths = trace_paths(scene, Phone.named("ideal"), Pose([0.6, 0.0, 0.0], held_rotation(0.0)))
+    assert (paths.kind == "curved").sum() == 2
+    _, surface = _read(trimesh.Trimesh(ball.vertices - [0.69, 0.0, 0.0], ball.faces, process=False))
+    np.testing.assert_allclose(np.trace(surface.curvature, axis1=2, axis2=3), 2.0 / 0.3, rtol=1e-6)

@@ -276,3 +276,34 @@ def test_a_mesh_without_area_is_refused_and_a_flat_triangle_among_others_left_ou
         np.vstack([box.vertices, line.vertices]), np.vstack([box.faces, [[8, 9, 10]]]), process=False
     )
     assert with_area(tailed).tolist() == [True] * 12 + [False]
+
+
+@pytest.mark.parametrize("max_range_m", [0.01, 0.05])
+def test_direct_sound_is_heard_at_any_listening_range(box, max_range_m):
+    # Cause: the direct sound to the far microphone counted as too long an echo, and the sound through the case was
+    # given its rows: columns of unequal length.
+    scene = Scene([box((1.0, 1.0, 1.0), (2.0, 0.0, 0.0), "box")])
+    fidelity = Fidelity(max_range_m=max_range_m)
+    paths = trace_paths(scene, Phone.named("galaxy-s5"), Pose([0.0, 0.0, 0.0], held_rotation(0.0)), fidelity)
+    assert len(paths) == len(paths.order) == 4
+    assert "direct: 4" in paths.explain()
+
+
+def test_a_microphone_on_a_face_hears_its_echo(box):
+    # Cause: the last leg has no length there; its direction was 0 / 0, and what is not a number is under the noise.
+    scene = Scene([box((1.0, 1.0, 1.0), (2.0, 0.0, 0.0), "box")], Air.lossless(C))
+    phone = Phone.ideal([0.0, 0.05, 0.0], [[1.5, 0.1, 0.1], [0.0, 0.0, 0.1]])
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], Rotation.identity()), MIRRORS)
+    heard = paths[paths.mic == 0]
+    np.testing.assert_array_equal(heard.order, [0, 1])
+    np.testing.assert_allclose(heard.gain[1], heard.gain[0], rtol=1e-12)
+
+
+def test_a_surface_too_rough_for_rays_is_named_by_its_place(rng):
+    rough = trimesh.creation.box((0.8, 0.8, 0.8)).subdivide_to_size(0.02)
+    rough.vertices += rng.normal(0.0, 0.002, rough.vertices.shape)
+    rough.apply_translation([2.0, 0.0, 0.0])
+    scene = Scene([Obstacle(rough, Material.rigid(), "rough")], Air.lossless())
+    phone = Phone.named("ideal")
+    with pytest.raises(ValueError, match=r"32 places at most, got \d+ on the one round .* call it flat"):
+        trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)))
