@@ -129,6 +129,11 @@ class PeakFinder:
         self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
         # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
+        if settings.reject_static and self._span < self._noise_window:  # standing, nothing is looked for here
+            raise ValueError(
+                f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to tell echoes "
+                f"from noise, got {settings.near_m} and {settings.far_m}"
+            )
         self._heard = 0
         self._separation_m = phone.mic_separation_m
         listener = LiftListener(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
@@ -142,6 +147,11 @@ class PeakFinder:
     def wavelength_m(self) -> float:
         """Of the carrier whose phase the second channel keeps."""
         return self._c / self._filter.reference_hz
+
+    @property
+    def _noise_window(self) -> int:
+        """Samples over which noise is measured, even."""
+        return 2 * round(0.5 * NOISE_WINDOW_S * self._filter.rate_hz)
 
     @property
     def cells(self) -> int:
@@ -192,7 +202,7 @@ class PeakFinder:
         """(M,) rms that a moving echo must stand out of: noise, what stays, and sidelobes; learns what stays."""
         rate = self._filter.rate_hz
         clutter = self._clutter.level(heard)
-        local = local_noise(heard, 2 * round(0.5 * NOISE_WINDOW_S * rate))
+        local = local_noise(heard, self._noise_window)
         floor = direct * 10.0 ** (self._settings.floor_db / 20.0)
         standing = np.maximum(CLUTTER_FACTOR * clutter, sidelobe_floor(heard, round(1e-3 * rate)))
         noise: Array = np.maximum(local, np.maximum(standing, floor) / PEAK_TO_RMS)

@@ -88,6 +88,8 @@ class TrackingDetector(EchoDetector):
         if mic_phase_rad is not None and not np.isfinite(mic_phase_rad):
             raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
         asked = PaperSettings() if settings is None else settings
+        if asked.walker_half_width_m == 0.0:
+            raise ValueError("walker_half_width_m must be positive to judge courses, got 0.0")
         self._most_standing = asked.max_candidates
         listening = asked if asked.reject_static else standing_settings(asked, mic_phase_rad)
         super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)

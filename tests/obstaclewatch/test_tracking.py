@@ -134,6 +134,21 @@ def test_no_beep_and_wrong_blocks():
         detector.process(np.full((2, BEEP.period_samples), np.nan))
 
 
+def test_a_reach_too_short_for_noise_is_refused():
+    """Below half of it numpy said 'negative dimensions', between half and all of it noise was read from no memory."""
+    for far_m in (0.5, 1.2, 1.6):
+        with pytest.raises(ValueError, match=rf"far_m must be 1\.37 m or more beyond near_m .*, got 0\.3 and {far_m}"):
+            TrackingDetector(BEEP, PHONE, PaperSettings(far_m=far_m))
+    TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.7))
+    TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.2, reject_static=False))
+
+
+def test_a_walker_without_width_is_refused():
+    """0 / 0 in the prior made every probability of a collision NaN: no alert, without a word."""
+    with pytest.raises(ValueError, match=r"walker_half_width_m must be positive to judge courses, got 0\.0"):
+        TrackingDetector(BEEP, PHONE, PaperSettings(walker_half_width_m=0.0))
+
+
 def test_one_standing_beep_measures_as_the_paper_does_without_the_carrier():
     still = replace(PaperSettings(), reject_static=False)
     block = record([Point(2.0, 0.3)])
