@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import obstaclewatch.compile_cache  # noqa: F401  before any function is compiled
 from obstaclewatch.alignment import NoBeepError
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.collision import Decision

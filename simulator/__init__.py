@@ -1,5 +1,6 @@
 """Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
 
+import obstaclewatch.compile_cache  # noqa: F401  before any function is compiled
 from simulator.air import Air
 from simulator.fidelity import Fidelity
 from simulator.materials import Material
