@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -110,11 +111,26 @@ def absolute_errors(table: Table, estimate: str, truth: str) -> NDArray[np.float
     return np.abs(table[estimate] - table[truth])
 
 
-def summary(run: RunData) -> dict[str, Any]:
-    """The verdict of a run, per detector: rates with intervals, and median errors while walking and standing."""
+def summary(run: RunData, points: Mapping[str, RunData]) -> dict[str, Any]:
+    """The verdict of a run, per detector: rates with intervals, and median errors while walking and standing.
+
+    Args:
+        run: all of it.
+        points: its parts by the point of the sweep; see `benchmarks.figures.variants.variants`.
+
+    Returns:
+        "cells", "failed", and "detectors"; of a sweep, whose points are the same walks over again and must not be
+        pooled, "points" with the detectors of each instead.
+    """
+    counts = {"cells": len(run.cells), "failed": len(run.cells) - len(run.ok)}
+    if len(points) < 2:
+        return counts | {"detectors": _verdicts(run)}
+    return counts | {"points": {name: _verdicts(part) for name, part in points.items()}}
+
+
+def _verdicts(run: RunData) -> dict[str, Any]:
     detectors = sorted({name for record in run.ok for name in record["result"]["detectors"]})
-    failed = len(run.cells) - len(run.ok)
-    return {"cells": len(run.cells), "failed": failed, "detectors": {name: _verdict(run, name) for name in detectors}}
+    return {name: _verdict(run, name) for name in detectors}
 
 
 def _verdict(run: RunData, detector: str) -> dict[str, Any]:

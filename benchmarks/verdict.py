@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 QUANTITIES = (
@@ -14,17 +15,32 @@ QUANTITIES = (
 
 
 def verdict_lines(summary: dict[str, Any]) -> list[str]:
-    """TP, TN, false alerts, and median errors walking and standing, each with n and its 95 % interval."""
+    """TP, TN, false alerts, and median errors walking and standing, each with n and its 95 % interval.
+
+    Of what the run has cells for; of a sweep, the first four alone.
+    """
     lines = [f"{summary['cells']} cells, {summary['failed']} failed"]
-    for name, found in summary["detectors"].items():
-        lines.append(name)
-        lines += [f"  {label:<24}{_share(found[key])}" for key, label in _RATES]
-        for state in ("walking", "standing"):
-            lines += [
-                f"  {f'median {label} error, {state}':<40}{_median(found[state][key], unit, scale)}"
-                for key, label, unit, scale in QUANTITIES
-            ]
+    for point, detectors in summary.get("points", {}).items():
+        lines.append(f"[{point}]")
+        for name, found in detectors.items():
+            lines += [f"  {name}", *(f"    {label:<40}{text}" for label, text in list(_told(found))[:_OF_A_POINT])]
+    for name, found in summary.get("detectors", {}).items():
+        lines += [name, *(f"  {label:<40}{text}" for label, text in _told(found))]
     return lines
+
+
+def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is measured and how much; nothing of walks or standing phones where there are none."""
+    if found["false_alerts_over_all"]["n"]:
+        yield from ((label, _share(found[key])) for key, label in _RATES)
+    for state in ("walking", "standing"):
+        for key, label, unit, scale in QUANTITIES:
+            if found[state][key]["of"]:
+                yield f"median {label} error, {state}", _median(found[state][key], unit, scale)
+
+
+_OF_A_POINT = 4
+"""Rates and the first error: a sweep has many points, and `summary.json` and the figures tell the rest."""
 
 
 _RATES = (("tp", "TP"), ("tn", "TN"), ("false_alerts_over_all", "false alerts over all"))

@@ -13,6 +13,7 @@ from benchmarks.cells.spec import Cell
 from benchmarks.commands.report import report_with_walks
 from benchmarks.executors import EXECUTORS, choose_executor
 from benchmarks.figures import draw_figures
+from benchmarks.figures.variants import variants
 from benchmarks.label_filter import label_filter
 from benchmarks.manifest import manifest
 from benchmarks.plan import plan_cells, plan_digest, thinned
@@ -99,7 +100,7 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
     if not data.ok:
         return
     write_results_csv(data)
-    found = summary(data)
+    found = summary(data, variants(data))
     write_atomically(folder / "summary.json", to_json(found))
     draw_figures(data)
     report = report_with_walks(data, walks, jobs)
