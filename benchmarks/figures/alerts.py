@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from benchmarks.cells.detectors import parse_detector
+from benchmarks.cells.spec import Scoring, counts_as
 from benchmarks.figures.measured import detectors_of
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.results import RunData
@@ -21,10 +23,15 @@ MISS_BINS_M = (0.0, 1e-6, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5)
 AT_LEAST = np.linspace(0.0, 5.0, 101)
 MARGINS_M = (0.0, 1.0, 2.0, 3.0)
 """Ways left for which shares of alerts are told with an interval: 1 m is the rule, 3 m the paper's danger distance."""
-SWEPT = (
-    "Points of one colour differ in one constant alone (for PaperDetector the walker's half width in Eq. 4, 0 to 4 m)."
-)
+Families = dict[str, list[tuple[str, float, float, int, int]]]
+"""Class of detectors -> of each its name, false and true alerts, and walks without and with a collision."""
 DEVIATE_NOTE = "Dashed: chance. Rates of 0 and 1 are drawn half a walk inside."
+
+
+def scoring_of(run: RunData) -> Scoring:
+    """The rules that the run's walks are judged by; as they are by default where it has none."""
+    rules = [cell["cell"]["scoring"] for cell in run.cells if counts_as(cell["cell"], "approach")]
+    return Scoring.model_validate(rules[0]) if rules else Scoring()
 
 
 def plain_detectors(run: RunData) -> list[str]:
@@ -51,7 +58,7 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
         "miss distance of the walk's line, m",
         "walks with an alert, %",
         tuple(lines),
-        (Guide("x", 0.25, "half a walker"),),
+        (Guide("x", scoring_of(run).half_width_m, "half a walker"),),
         x_range=(-0.1, 2.1),
         y_range=(0.0, 103.0),
         width_in=5.6,
@@ -69,6 +76,7 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
 def alert_distances(run: RunData) -> PlotFigure:
     """The share of collisions alerted, over the way and the time that must be left: TP as the margin grows."""
     panels, said = [], []
+    margin_m, within_m = scoring_of(run).alert_margin_m, scoring_of(run).alert_within_m
     for column, title, unit in (
         ("alert_distance_m", "way from alert to contact, m", "m"),
         ("alert_lead_s", "time from alert to contact, s", "s"),
@@ -85,7 +93,7 @@ def alert_distances(run: RunData) -> PlotFigure:
                     f"{100 * found.value:.1f} % with {m:g} m" for m, found in zip(MARGINS_M, rates, strict=True)
                 )
                 said.append(f"{detector} alerts on {percents} or more left, of {len(left)} collisions.")
-        guides = (Guide("x", 1.0, "in time"), Guide("x", 3.0, "the paper's 3 m")) if unit == "m" else ()
+        guides = (Guide("x", margin_m, "in time"), Guide("x", within_m, "danger distance")) if unit == "m" else ()
         panels.append(
             Panel(
                 "",
@@ -102,8 +110,8 @@ def alert_distances(run: RunData) -> PlotFigure:
         "How early alerts come: TP against the way, and the time, that must be left",
         tuple(panels),
         " ".join(said) or "No data.",
-        "At 0: all collisions alerted before contact. The rule of every other figure: 1 m of way. The paper's danger "
-        "distance is 3 m. Whiskers: 95 % Wilson intervals.",
+        f"At 0: all collisions alerted before contact. The rule of every other figure: {margin_m:g} m of way. The "
+        f"paper's rule asks for alerts within {within_m:g} m. Whiskers: 95 % Wilson intervals.",
     )
 
 
@@ -145,7 +153,7 @@ def _margin_line(detector: str, rates: Sequence[Rate], shift_m: float) -> Line:
 
 
 def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> PlotFigure:
-    families: dict[str, list[tuple[str, float, float, int, int]]] = {}
+    families: Families = {}
     for detector in detectors_of(run):
         table = approach_table(run, detector)
         tp, tn = true_positive_rate(table), true_negative_rate(table)
@@ -162,7 +170,7 @@ def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> Pl
         else:
             false, true = 100.0 * false, 100.0 * true
         lines.append(Line(family, family, false, true, "points"))
-        if len(points) > 1:
+        if len(points) > 1 and len(_constants([point[0] for point in points])) == 1:
             lines.append(Line("", family, false, true))
     panel = _deviate_panel(lines) if deviates else _roc_panel(lines)
     best = max((p for points in families.values() for p in points), key=lambda p: p[2] - p[1], default=None)
@@ -179,9 +187,27 @@ def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> Pl
         title,
         (panel,),
         reading,
-        f"{SWEPT} {DEVIATE_NOTE if deviates else 'Dashed: alerts that know nothing.'}",
+        f"{_swept_note(families)}{DEVIATE_NOTE if deviates else 'Dashed: alerts that know nothing.'}",
         height_in=3.6,
     )
+
+
+def _constants(detectors: Sequence[str]) -> dict[str, list[Any]]:
+    """The constants in brackets that some of these detectors have, and the values they take."""
+    found: dict[str, list[Any]] = {}
+    for detector in detectors:
+        for name, value in parse_detector(detector).arguments.items():
+            found.setdefault(name, []).append(value)
+    return found
+
+
+def _swept_note(families: Families) -> str:
+    """What the points of one colour differ in, as the run's own detectors have it; empty where each stands alone."""
+    told = []
+    for family, points in families.items():
+        for name, values in _constants([point[0] for point in points]).items() if len(points) > 1 else ():
+            told.append(f"{family}'s {name}: {', '.join(str(value) for value in values)}")
+    return f"Points of one colour differ in constants ({'; '.join(told)}). " if told else ""
 
 
 def _roc_panel(lines: list[Line]) -> Panel:
@@ -198,17 +224,19 @@ def _roc_panel(lines: list[Line]) -> Panel:
 
 
 def _deviate_panel(lines: list[Line]) -> Panel:
-    shares = (1, 2, 5, 10, 20, 30, 50, 70, 80, 90, 95, 98)
+    shares = (0.1, 0.5, 1, 2, 5, 10, 20, 30, 50, 70, 80, 90, 95, 98, 99, 99.5, 99.9)
+    drawn = np.abs(np.concatenate([np.zeros(1), *(values for line in lines for values in (line.x, line.y))]))
+    end = max(2.2, 0.1 + float(drawn.max()))
     places = tuple((float(stats.norm.ppf(0.01 * share)), f"{share}") for share in shares)
-    chance = Line("", "muted", np.array([-2.2, 2.2]), np.array([2.2, -2.2]), "dashed")
+    chance = Line("", "muted", np.array([-end, end]), np.array([end, -end]), "dashed")
     return Panel(
         "",
         "false alerts, % of walks without a collision",
         "collisions missed, %",
         (*lines, chance) if lines else (),
-        x_range=(-2.5, 2.2),
-        y_range=(-2.5, 2.2),
-        places=places,
+        x_range=(-max(end, 2.5), end),
+        y_range=(-max(end, 2.5), end),
+        places=tuple(place for place in places if -max(end, 2.5) <= place[0] <= end),
         width_in=5.6,
     )
 

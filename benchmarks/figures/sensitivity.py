@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.measured import judged_detectors
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.figures.variants import holding_name, variant_name, variants
@@ -41,6 +42,8 @@ _WORDS: dict[str, tuple[str, float]] = {
 }
 """Parameters in words, and the factor to the unit that people read."""
 
+LEAST_CHANGE = 1.0
+"""In the unit of a panel (cm, degrees, percentage points): changes below it are not drawn at full width."""
 Rows = dict[str, list[tuple[Any, RunData]]]
 
 
@@ -140,10 +143,13 @@ def _tornado(
                     most = max(found, key=lambda change: np.nan_to_num(abs(change.by)))
                     said.append(f"{label}, {detector}: {before:.1f} {unit} as it is, {most.by:+.1f} by {most.words}")
             ticks = tuple(_named(rows, each) if not panels else "" for each in order)
+            shown = "percentage points" if unit == "%" else unit
+            guides = (Guide("x", 0.0, ""),)
             panels.append(
-                Panel(label, f"change, {unit}", "", tuple(lines), (Guide("x", 0.0, ""),), ticks=ticks, flat=True)
+                Panel(label, f"change, {shown}", "", tuple(lines), guides, x_range=_ends(lines), ticks=ticks, flat=True)
             )
-    note = "The same walks with one thing changed; 0 is the suite as it is."
+    walked = sum(counts_as(cell["cell"], "approach") for cell in base.ok) if base is not None else 0
+    note = f"The same walks ({walked}) with one thing changed; 0 is the suite as it is."
     silent = " Errors are over the beeps that have an estimate: what silences the detector may look harmless there."
     return PlotFigure(
         name,
@@ -191,6 +197,14 @@ def _change_lines(detector: str, found: list[Change]) -> list[Line]:
         by, place = np.array([one.by for one in chosen]), np.array([one.place for one in chosen])
         lines.append(Line(f"{detector}, {label}", detector, by, place, "ring" if highest else "points"))
     return lines
+
+
+def _ends(lines: Sequence[Line]) -> tuple[float, float] | None:
+    """The axis where nothing changed: hundredths would look like much. None where the data say it."""
+    changes = np.concatenate([line.x for line in lines])
+    if np.nanmax(np.abs(changes), initial=0.0) >= LEAST_CHANGE:
+        return None
+    return -1.2 * LEAST_CHANGE, 1.2 * LEAST_CHANGE
 
 
 def _by_effect(base: RunData, rows: Rows, measure: Measure, detector: str) -> list[str]:

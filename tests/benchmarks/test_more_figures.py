@@ -256,3 +256,41 @@ def test_words_stay_on_the_page(signals):
         edge = canvas.bbox.width
         for text in canvas.texts:
             assert text.get_window_extent().x1 <= edge + 1.0, (name, text.get_text())
+
+
+def test_det_shows_every_operating_point(tmp_path):
+    """A detector with 1 false alert in 400 walks lay beyond the axis, which ended at 0.6 %."""
+    names = ("PaperDetector", "PaperDetector(votes_needed=3)", "PaperDetector(walker_width=False)")
+    cells = [walk(index=k, collides=k % 2 == 0, alert_distance_m=None, detectors=names) for k in range(400)]
+    figure = FIGURES["det"](made_up_run(tmp_path, cells))
+    (panel,) = figure.panels
+    points = [line for line in panel.lines if line.key != "muted"]
+    assert panel.x_range is not None
+    assert panel.y_range is not None
+    for line in points:
+        assert panel.x_range[0] < line.x.min() <= line.x.max() < panel.x_range[1]
+        assert panel.y_range[0] < line.y.min() <= line.y.max() < panel.y_range[1]
+    assert not [line for line in points if line.style == "line"], "two constants make no curve"
+    assert "PaperDetector's votes_needed: 3; PaperDetector's walker_width: False" in figure.note
+
+
+def test_guides_stand_where_the_run_s_own_rules_are(tmp_path):
+    """They stood at 0.25, 1 and 3 m whatever the suite's scoring."""
+    cells = [walk(index=k) for k in range(4)]
+    rules = {"alert_margin_m": 0.5, "alert_within_m": 2.0, "half_width_m": 0.4}
+    for cell in cells:
+        cell["cell"]["scoring"] |= rules
+    run = made_up_run(tmp_path, cells)
+    assert [guide.at for guide in FIGURES["alert_distance"](run).panels[0].guides] == [0.5, 2.0]
+    assert [guide.at for guide in FIGURES["miss_distance"](run).panels[0].guides] == [0.4]
+    assert "0.5 m of way" in FIGURES["alert_distance"](run).note
+
+
+def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):
+    """Unchanged TN was drawn from -0.05 to 0.05, "change, %", as if that were a scale."""
+    cells = [at_variant(walk(index=k), {}) for k in range(4)]
+    cells += [at_variant(walk(index=k), {"recording.identical": True}) for k in range(4)]
+    figure = FIGURES["tornado_alerts"](made_up_run(tmp_path, cells))
+    assert figure.panels[0].x_label == "change, percentage points"
+    assert figure.panels[0].x_range == (-1.2, 1.2)
+    assert "The same walks (4)" in figure.note
