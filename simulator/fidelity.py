@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from types import MappingProxyType
 from typing import Any
 
@@ -89,6 +90,8 @@ class Fidelity:
     def __post_init__(self) -> None:
         if self.level not in LEVELS:
             raise ValueError(f"level must be one of {tuple(LEVELS)}, got {self.level!r}")
+        if self.tolerance_db is not None and not self.tolerance_db > 0.0:
+            raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
         for name, value in _settings(self.level, self.tolerance_db).items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
@@ -100,14 +103,11 @@ class Fidelity:
             raise ValueError(f"edge_chains must be 'integrals' or 'apexes', got {self.edge_chains!r}")
         if self.diffraction not in ("btm", "utd"):
             raise ValueError(f"diffraction must be 'btm' or 'utd', got {self.diffraction!r}")
-        _whole("max_order", self.max_order, 0, 8)
-        _whole("motion_degree", self.motion_degree, 0, 8)
-        _whole("band_points", self.band_points, 1, 64)
-        _whole("edge_order", self.edge_order, 1, 5)
+        whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}
+        for name, (low, high) in whole.items():
+            object.__setattr__(self, name, _whole(name, getattr(self, name), low, high))
         if not 0.0 < self.max_range_m < np.inf:
             raise ValueError(f"max_range_m must be positive and finite, got {self.max_range_m}")
-        if not self.tolerance_db > 0.0:
-            raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
         if not 0.001 <= self.facet_m <= 0.1:
             raise ValueError(f"facet_m must lie within 1 mm and 10 cm, got {self.facet_m}")
         for name in ("edge_floor_db", "edge_share_db"):
@@ -140,6 +140,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
     }
 
 
-def _whole(name: str, value: int, low: int, high: int) -> None:
-    if not (isinstance(value, int) and low <= value <= high):
+def _whole(name: str, value: int, low: int, high: int) -> int:
+    if not (isinstance(value, Integral) and not isinstance(value, bool) and low <= value <= high):
         raise ValueError(f"{name} must be a whole number from {low} to {high}, got {value}")
+    return int(value)

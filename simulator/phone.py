@@ -27,6 +27,9 @@ class Phone:
         full_scale_spl_db: level of a sine that just reaches digital full scale, dB re 20 uPa.
         body: the walker's body, an obstacle that moves with the phone; mesh in the walker's frame: origin at the
             phone, x along the heading, y to the left, z up. None has no body.
+
+    Raises:
+        ValueError: a level that is not a number, or infinite but for a silent noise.
     """
 
     geometry: PhoneGeometry
@@ -37,6 +40,12 @@ class Phone:
     noise_spl_db: float = 30.0
     full_scale_spl_db: float = 120.0
     body: Obstacle | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("level_spl_db", "noise_spl_db", "full_scale_spl_db"):
+            level = getattr(self, name)
+            if not (np.isfinite(level) or (name == "noise_spl_db" and level == -np.inf)):
+                raise ValueError(f"{name} must be finite{' or -inf' * (name == 'noise_spl_db')}, got {level}")
 
     @classmethod
     def ideal(cls, speaker_m: ArrayLike, mics_m: ArrayLike) -> Phone:

@@ -30,14 +30,19 @@ class Pose:
 
     def __post_init__(self) -> None:
         position = np.array(self.position_m, dtype=np.float64)
-        if position.shape[-1:] != (3,) or position.ndim > 2 or not np.isfinite(position).all():
-            raise ValueError(f"position_m must be finite with shape (3,) or (N, 3), got {self.position_m}")
+        if position.shape[-1:] != (3,) or position.ndim > 2 or position.size == 0 or not np.isfinite(position).all():
+            raise ValueError(f"position_m must be finite with shape (3,) or (N, 3), N > 0, got {self.position_m}")
+        if not isinstance(self.rotation, Rotation):
+            raise ValueError(f"rotation must be a scipy Rotation, got {type(self.rotation).__name__}")
         object.__setattr__(self, "position_m", position)
         count = 1 if position.ndim == 1 else len(position)
         if not self.rotation.single and len(self.rotation) != count:
             raise ValueError(f"rotation must be one or {count} rotations, got {len(self.rotation)}")
         if self.heading_rad is not None:
-            heading = np.broadcast_to(np.asarray(self.heading_rad, dtype=np.float64), (count,))
+            heading = np.asarray(self.heading_rad, dtype=np.float64)
+            if heading.shape not in ((), (1,), (count,)) or not np.isfinite(heading).all():
+                raise ValueError(f"heading_rad must be finite with shape ({count},), got {self.heading_rad}")
+            heading = np.broadcast_to(heading, (count,))
             object.__setattr__(self, "heading_rad", heading)
 
     def __len__(self) -> int:
@@ -98,7 +103,7 @@ class StraightWalk:
         pitch_rad: lift of the phone's top edge.
 
     Raises:
-        ValueError: a negative or infinite speed or duration.
+        ValueError: a negative or infinite speed or duration, a start or an angle that is not finite.
     """
 
     start_m: NDArray[np.float64]
@@ -112,7 +117,13 @@ class StraightWalk:
             raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        object.__setattr__(self, "start_m", np.array(self.start_m, dtype=np.float64))
+        for name in ("heading_rad", "pitch_rad"):
+            if not np.isfinite(getattr(self, name)):
+                raise ValueError(f"{name} must be finite, got {getattr(self, name)}")
+        start = np.array(self.start_m, dtype=np.float64)
+        if start.shape != (3,) or not np.isfinite(start).all():
+            raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
+        object.__setattr__(self, "start_m", start)
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses."""

@@ -36,6 +36,7 @@ ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is belo
 TABLE_RATE_HZ = 96_000.0
 TABLE_MARGIN = 32  # table samples kept beyond both ends of the beep for the skirts of filtered beeps
 TAPS = 8
+FASTEST = 0.1  # of the speed of sound
 NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left out
 
 
@@ -61,8 +62,8 @@ def render_walk(
             What they hide, and what they add to the echoes of others, stays.
 
     Raises:
-        ValueError: a name that no obstacle has, a walk shorter than one beep period, or a band that passes what the
-            tables hold (15-25 kHz).
+        ValueError: a name that no obstacle has, a walk shorter than one beep period, a band that passes what the
+            tables hold (15-25 kHz), or phone and obstacle that may close in at a tenth of the speed of sound or more.
     """
     fidelity = fidelity or Fidelity()
     paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
@@ -103,6 +104,7 @@ def trace_walk(
     start = np.arange(count, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
     pose = walk.pose(middle)
+    _check_speeds(scene, walk, start, beep.duration_s)
     origin = pose.position_m.mean(axis=0)
     world = prepare(scene, phone, origin, fidelity.mechanisms)
 
@@ -117,6 +119,16 @@ def trace_walk(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )
     return paths, motion, count
+
+
+def _check_speeds(scene: Scene, walk: Walk, start_s: Floats, duration_s: float) -> None:
+    """Refuse what retarded times do not settle for."""
+    way = walk.pose(start_s + duration_s).position_m - walk.pose(start_s).position_m
+    fastest = max((float(np.linalg.norm(o.velocity_m_s)) for o in scene.obstacles), default=0.0)
+    closing = float(np.linalg.norm(way, axis=1).max()) / duration_s + fastest
+    limit = FASTEST * scene.air.sound_speed_m_s
+    if not closing < limit:
+        raise ValueError(f"phone and obstacles must close in at less than {limit:.1f} m/s, got up to {closing:.1f} m/s")
 
 
 def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int) -> Complexes:

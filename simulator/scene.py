@@ -35,8 +35,8 @@ class Obstacle:
         category: free label ("wall", "dustbin", ...), carried through to scores.
 
     Raises:
-        ValueError: no triangles or none with an area, NaN vertices, indices out of range, an unknown surface, a wrong
-            velocity.
+        ValueError: no trimesh.Trimesh (a file of several parts loads as a trimesh.Scene), no triangles or none with an
+            area, NaN vertices, indices out of range, no Material, no name, an unknown surface, a wrong velocity.
     """
 
     mesh: trimesh.Trimesh
@@ -47,6 +47,15 @@ class Obstacle:
     category: str = ""
 
     def __post_init__(self) -> None:
+        if not (isinstance(self.name, str) and self.name):
+            raise ValueError(f"name of an obstacle must be a word or more, got {self.name!r}")
+        if not isinstance(self.mesh, trimesh.Trimesh):
+            hint = "; its to_mesh() is one" if isinstance(self.mesh, trimesh.Scene) else ""
+            raise ValueError(f"mesh of '{self.name}' must be a trimesh.Trimesh, got {type(self.mesh).__name__}{hint}")
+        if not isinstance(self.material, Material):
+            raise ValueError(
+                f"material of '{self.name}' must be a Material, as Material.named(...), got {self.material!r}"
+            )
         _check_mesh(self.mesh, self.name)
         if self.surface not in ("auto", "flat", "smooth"):
             raise ValueError(f"surface of '{self.name}' must be auto, flat or smooth, got {self.surface!r}")
