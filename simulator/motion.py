@@ -26,8 +26,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
-MOST_RETARDATIONS = 20
-SETTLED_S = 1e-12
+CALM_M_S = 6.0  # phone and obstacle together; what closes in faster takes more of them
 
 
 @dataclass(frozen=True)
@@ -89,12 +88,24 @@ def motion_within(
     node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     rows = np.tile(np.arange(len(found)), degree + 1)
     reception = (middle[None, :] + half * node[:, None]).ravel()
-    delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s)
+    count = _retardations(tracing, walk, start, beep_s, speed_m_s)
+    delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s, count)
     fit = np.linalg.inv(chebyshev.chebvander(node, degree))
     delay = delay.reshape(degree + 1, -1)
     at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
     strength = amplitude.reshape(degree + 1, -1) * delay * speed_m_s / at_centre
     return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
+
+
+def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:
+    """How many settle the delays: as far at any speed as `RETARDATIONS` do at `CALM_M_S`."""
+    if not len(start_s):
+        return RETARDATIONS
+    way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
+    fastest = max((float(np.linalg.norm(o.velocity_m_s)) for o in tracing.world.obstacles), default=0.0)
+    closing = np.linalg.norm(way, axis=1).max() / beep_s + fastest
+    calm = np.log(CALM_M_S / speed_m_s)
+    return int(np.ceil(RETARDATIONS * calm / np.log(max(closing, CALM_M_S) / speed_m_s)))
 
 
 def _retarded(
@@ -104,19 +115,18 @@ def _retarded(
     found: Candidates,
     reception_s: Floats,
     speed_m_s: float,
+    count: int,
 ) -> tuple[Floats, Floats]:
     """(R,) travel time and (R,) amplitude of paths that arrive at given instants."""
     speaker, mics = phone_points
     receiver = _on_walk(walk, mics[found.mic], reception_s, tracing.world.origin_m)
     moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
     delay = moment.length_m() / speed_m_s
-    for count in range(1, MOST_RETARDATIONS + 1):
+    for _ in range(count):
         emission = reception_s - delay
         source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
-        before, delay = delay, moment.length_m() / speed_m_s
-        if count >= RETARDATIONS and np.abs(delay - before).max(initial=0.0) < SETTLED_S:
-            break
+        delay = moment.length_m() / speed_m_s
     return delay, _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
 
 
