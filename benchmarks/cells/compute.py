@@ -22,7 +22,7 @@ from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
 from benchmarks.cells.own_scene import scene_situation
 from benchmarks.cells.signals import signal_result
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.standing import standing_situation
 from benchmarks.cells.tessellations import tessellation_result
@@ -31,7 +31,6 @@ from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
 from scenes.truth import GroundTruth
-from simulator import Fidelity, render_walk
 from simulator.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
@@ -75,9 +74,9 @@ def compute(cell: Cell) -> dict[str, Any]:
 
 def heard(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
     """What a cell of a walk or a standing measurement simulates, its beep, and what the detectors hear."""
-    setting, rendered = _simulated(simulated_part(cell).model_dump_json())
+    setting, recorded = _simulated(simulated_part(cell).model_dump_json())
     beep = BeepDesign(**cell.beep.model_dump())
-    return setting, beep, through_channel(with_interferer(rendered, setting, beep, cell.interferer), cell.recording)
+    return setting, beep, through_channel(with_interferer(recorded, setting, beep, cell.interferer), cell.recording)
 
 
 def simulated_part(cell: Cell) -> Cell:
@@ -92,11 +91,7 @@ def _simulated(cell_json: str) -> tuple[Situation, Recording]:
     """What is rendered, kept for the next cell: the points of a sweep over detectors come one after another."""
     cell = Cell.model_validate_json(cell_json)
     setting = varied(SITUATIONS[cell.kind](cell), cell)
-    beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
-    recording = render_walk(
-        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, unheard=setting.unheard
-    )
-    return setting, recording
+    return setting, rendered(setting, cell)
 
 
 def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:

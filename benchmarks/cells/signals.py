@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.cells.equipment import detector_for, direct_delay_s
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.variation import varied
 from obstaclewatch import BeepDesign, EchoProfile, MatchedFilter
@@ -24,7 +24,7 @@ from obstaclewatch.size import printed_rim_excess
 from scenes import GaitWalk, ground_truth, walker_body
 from scenes.obstacles import ground, random_obstacle
 from scenes.placing import placed
-from simulator import Fidelity, Material, Obstacle, Phone, Scene, render_walk
+from simulator import Material, Obstacle, Phone, Scene
 
 Floats = NDArray[np.float64]
 Signal = dict[str, Any]
@@ -66,7 +66,7 @@ def response(cell: Cell) -> Signal:
 def envelope(cell: Cell, things: Sequence[Sequence[Any]]) -> Signal:
     """Figures 4 and 6: microphone 0's envelope before (category, range, bearing) things, and the echoes it gives."""
     setting = _setting(cell, [(str(kind), float(r), float(b)) for kind, r, b in things], 0.0, 0.45)
-    recording = _rendered(cell, setting)
+    recording = rendered(setting, cell)
     profile, start_s = _profile(cell, recording, beep=2)
     magnitude, range_m = _heard(profile, start_s)
     # no beep before it says what moves, so that every peak is a candidate: the picture is of one standing beep
@@ -93,7 +93,7 @@ def approach(cell: Cell, category: str, start_m: float = 5.0, speed_m_s: float =
     """
     seconds = (start_m - 0.7) / speed_m_s
     setting = _setting(cell, [(category, start_m, 0.0)], speed_m_s, seconds)
-    recording, beep = _rendered(cell, setting), _beep(cell)
+    recording, beep = rendered(setting, cell), _beep(cell)
     detector = detector_for(cell, "PaperDetector", setting, beep)
     rows: list[list[float]] = []
     found: list[list[float]] = []
@@ -127,7 +127,7 @@ def body(cell: Cell, range_m: float = 1.5) -> Signal:
     curves = {}
     axis = np.zeros(0)
     for name, phone in (("with", setting.phone), ("without", setting.phone.held_by(None))):
-        recording = _rendered(cell, replace(setting, phone=phone))
+        recording = rendered(replace(setting, phone=phone), cell)
         profile, start_s = _profile(cell, recording, beep=2)
         axis = SPEED_M_S * (profile.delay_s - start_s)
         kept = (axis >= -0.1) & (axis <= 2.0 * range_m + 1.6)
@@ -155,7 +155,7 @@ def crests(cell: Cell, range_m: float = 2.0) -> Signal:
     shown: Signal = {"things": [], "range_m": [], "level_db": [], "crest_samples": [], "true_radius_m": []}
     for category in ("sign", "pedestrian", "dustbin", "wall"):
         setting = _setting(cell, [(category, range_m, 0.0)], 0.0, 0.45)
-        profile, start_s = _profile(cell, _rendered(cell, setting), beep=2)
+        profile, start_s = _profile(cell, rendered(setting, cell), beep=2)
         axis, truth = 0.5 * SPEED_M_S * (profile.delay_s - start_s), _truth(setting, setting.targets[0])
         near = np.abs(axis - range_m) < 0.5
         shown["things"].append(category)
@@ -196,14 +196,6 @@ def _setting(cell: Cell, things: Sequence[tuple[str, float, float]], speed_m_s: 
 
 def _beep(cell: Cell) -> BeepDesign:
     return BeepDesign(**cell.beep.model_dump())
-
-
-def _rendered(cell: Cell, setting: Situation) -> Recording:
-    fidelity = Fidelity(**cell.fidelity)
-    return render_walk(
-        setting.scene, setting.phone, setting.walk, _beep(cell), fidelity=fidelity, seed=cell.seed,
-        unheard=setting.unheard,
-    )  # fmt: skip
 
 
 def _block(cell: Cell, recording: Recording, beep: int) -> NDArray[np.float32]:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from benchmarks.cells.spec import Cell
+from obstaclewatch import BeepDesign
+from obstaclewatch.recording import Recording
+from simulator import Fidelity, render_walk
 from simulator.phone import Phone
 from simulator.pose import Walk
 from simulator.scene import Scene
@@ -24,3 +28,11 @@ class Situation:
     phone: Phone
     targets: tuple[str, ...]
     unheard: tuple[str, ...] = ()
+
+
+def rendered(setting: Situation, cell: Cell) -> Recording:
+    """What the phone records on the walk, with the cell's beep, fidelity and seed."""
+    beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
+    return render_walk(
+        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, unheard=setting.unheard
+    )

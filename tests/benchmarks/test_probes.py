@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cells import compute as computing
+from benchmarks.cells import situation
 from benchmarks.cells.compute import compute, simulated_part
 from benchmarks.cells.numerics import CHECKS
 from benchmarks.cells.spec import Cell
@@ -119,8 +120,8 @@ def test_the_body_raises_what_comes_after_the_direct_sound():
 
 def test_what_changes_only_the_listening_shares_a_simulation(monkeypatch):
     calls = []
-    render = computing.render_walk
-    monkeypatch.setattr(computing, "render_walk", lambda *a, **k: calls.append(1) or render(*a, **k))
+    render = situation.render_walk
+    monkeypatch.setattr(situation, "render_walk", lambda *a, **k: calls.append(1) or render(*a, **k))
     computing._simulated.cache_clear()
     sweep = "sweep={over: {detector.votes_needed: [1, 3], knowledge.pitch: [true, false]}}"
     cells = plan_cells(load_suite("ranging", [sweep]), "smoke", limit=None)[:4]
