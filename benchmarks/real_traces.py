@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.approaches import Track
+from obstaclewatch.approach_filter import expected_reading, predicted, updated
+from obstaclewatch.approaches import ACCELERATION_M_S2
 from obstaclewatch.background import ClutterMap
 from obstaclewatch.collision import CollisionVote
 from obstaclewatch.echoes import refine_peaks, separated_peaks
@@ -187,15 +188,15 @@ def follow(trace: Trace, start_m: float, beeps: Sequence[int], channel: int) -> 
         channel: which microphone.
     """
     sign = 1.0 if beeps[-1] >= beeps[0] else -1.0
-    track = Track(np.array([start_m, 0.0]), np.diag([0.02**2, 0.3**2]), sign * trace.time_s[beeps[0]], 0.0)
-    ahead_s = sign * CHIRP_AHEAD_S
+    state, covariance = np.array([start_m, 0.0]), np.diag([0.02**2, 0.3**2])
+    ahead_s, step_s = sign * CHIRP_AHEAD_S, np.diff(sign * trace.time_s[beeps], prepend=sign * trace.time_s[beeps[0]])
     ranges = np.full(len(beeps), np.nan)
     for place, beep in enumerate(beeps):
-        track.predict(sign * trace.time_s[beep])
-        reading = _strongest_near(trace, beep, channel, track.expected(ahead_s)[0])
+        state, covariance = predicted(state, covariance, step_s[place], ACCELERATION_M_S2)
+        reading = _strongest_near(trace, beep, channel, expected_reading(state, covariance, ahead_s)[0])
         if np.isfinite(reading):
-            track.update(reading, READING_M**2, ahead_s)
-        ranges[place] = track.expected(ahead_s)[0]
+            state, covariance = updated(state, covariance, reading, READING_M**2, ahead_s)
+        ranges[place] = expected_reading(state, covariance, ahead_s)[0]
     return ranges
 
 

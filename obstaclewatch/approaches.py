@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -87,27 +88,21 @@ class Track:
     heard_s: float = -np.inf
     readings: LastRows = field(default_factory=lambda: LastRows(FITTED_BEEPS, 3))
 
-    def predict(self, time_s: float) -> None:
-        """Move the state to another time, under white acceleration."""
+    def follow(self, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_], ahead_s: float) -> int:
+        """Move the state to a beep and update it by the likeliest of the peaks not taken; which it is, -1 for none."""
         step_s, self.time_s = time_s - self.time_s, time_s
-        self.state, self.covariance = predicted(self.state, self.covariance, step_s, ACCELERATION_M_S2)
-
-    def expected(self, ahead_s: float) -> tuple[float, float]:
-        """What a chirp would read, m, and its variance."""
-        return expected_reading(self.state, self.covariance, ahead_s)
-
-    def update(self, read_m: float, variance: float, ahead_s: float) -> None:
-        """Kalman's update by a reading."""
-        self.state, self.covariance = updated(self.state, self.covariance, read_m, variance, ahead_s)
+        self.state, self.covariance, which = _followed(
+            self.state, self.covariance, step_s, ahead_s, peaks.readings, taken
+        )
+        return which
 
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
         """Keep a peak for the judgement of the course."""
-        reading = time_s, float(peaks.range_m[which]), float(peaks.range_std_m[which])
-        self.past.append(reading)
+        _, range_m, deviation_m, self.level_db, self.snr_db = peaks.readings[:, which].tolist()
+        self.past.append((time_s, range_m, deviation_m))
+        self.readings.append((time_s, range_m, deviation_m))
         self.second.append(peaks.second[which])
         self.heard_s = time_s
-        self.readings.append(reading)
-        self.level_db, self.snr_db = float(peaks.level_db[which]), float(peaks.snr_db[which])
 
     def forget_oldest(self) -> None:
         """Drop a third of the peaks kept for judgement, the oldest, if enough are left to judge."""
@@ -126,17 +121,38 @@ class Track:
         return track_range(self.readings.rows, self.time_s, timing, swing, course.bob, course.surge)
 
 
+class _FreePeaks(NamedTuple):
+    """The peaks of the last B beeps, n together.
+
+    Attributes:
+        readings: (5, n) see `MovingPeaks`.
+        free: (n,) which of them no track has taken.
+        counts: (B,) peaks of each beep, in the order of the beeps.
+        ages_s: (B,) of the beeps.
+    """
+
+    readings: Array
+    free: NDArray[np.bool_]
+    counts: NDArray[np.int_]
+    ages_s: Array
+
+
 class Approaches:
     """All tracks.
 
     Args:
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
         evidence: of lines, empty.
+
+    Attributes:
+        tracks: those there are.
+        searched: whether the last beep's lines were searched for a track that begins.
     """
 
     def __init__(self, ahead_s: float, evidence: LineEvidence) -> None:
         self._ahead_s, self._evidence = ahead_s, evidence
         self.tracks: list[Track] = []
+        self.searched = False
         self._free: deque[tuple[float, MovingPeaks, NDArray[np.bool_]]] = deque(maxlen=SEARCH_BEEPS)
 
     def clear(self) -> None:
@@ -154,26 +170,22 @@ class Approaches:
         self._gather(time_s, peaks)
         self._free.append((time_s, peaks, ~taken))
         for track in self.tracks:
-            self._fade(track.expected(self._ahead_s)[0], peaks)
+            self._fade(track.state[0] - self._ahead_s * track.state[1], peaks)
         self._start(peaks)
         self._part()
         self.tracks.sort(key=lambda track: track.state[0])
         return self.tracks
 
     def _follow(self, track: Track, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_]) -> None:
-        track.predict(time_s)
-        expected_m, spread = track.expected(self._ahead_s)
-        best = _likeliest(peaks.range_m, peaks.range_std_m, peaks.power, taken, expected_m, spread)
+        best = track.follow(time_s, peaks, taken, self._ahead_s)
         if best < 0:
             track.misses += 1
             track.score += MISS
             return
         taken[best] = True
-        variance = SURGE_READ_M**2 + float(peaks.range_std_m[best]) ** 2
-        track.update(float(peaks.range_m[best]), variance, self._ahead_s)
         track.remember(time_s, peaks, best)
         track.misses = 0
-        track.score = min(track.score + HIT + _power_gain(float(peaks.power[best])), MOST_SCORE)
+        track.score = min(track.score + HIT + _power_gain(peaks.readings[0, best]), MOST_SCORE)
 
     def _gather(self, time_s: float, peaks: MovingPeaks) -> None:
         """Add a beep's evidence; where beeps are missing lines have moved on, and it is gathered anew."""
@@ -188,27 +200,25 @@ class Approaches:
 
     def _start(self, peaks: MovingPeaks) -> None:
         """Tracks along the lines that have gathered enough."""
+        free, self.searched = None, False
         for _ in range(STARTS_A_BEEP):
             score, cell = self._evidence.best()
             if score < START_SCORE:
                 return
             read_m = peaks.first_m + cell * peaks.cell_m
-            chain = self._chain(read_m, self._evidence.speeds_to(cell))
+            free, self.searched = self._free_peaks() if free is None else free, True
+            found = _best_chain(free, read_m, self._evidence.speeds_to(cell))
+            chain = [(row, which) for row, which in enumerate(found.tolist()) if which >= 0]
             begun = len(chain) >= LEAST_PEAKS
             if begun:
                 self._begin(chain, min(score, MOST_SCORE))
+                free = None
             self._fade(read_m, peaks, 0.0 if begun else 0.5)
 
-    def _chain(self, read_m: float, speeds_m_s: Array) -> list[tuple[int, int]]:
-        """The (beep, peak) on that of the lines to a range that has gained most, since when it gained."""
-        now_s = self._free[-1][0]
-        ages_s = np.array([now_s - time_s for time_s, _, _ in self._free])
-        counts = np.array([len(peaks) for _, peaks, _ in self._free])
-        range_m = np.concatenate([peaks.range_m for _, peaks, _ in self._free])
-        power = np.concatenate([peaks.power for _, peaks, _ in self._free])
-        free = np.concatenate([free for _, _, free in self._free])
-        found = _best_chain(range_m, power, free, counts, ages_s, read_m, speeds_m_s)
-        return [(row, int(peak)) for row, peak in enumerate(found) if peak >= 0]
+    def _free_peaks(self) -> _FreePeaks:
+        times_s, peaks, free = zip(*self._free, strict=True)
+        counts, ages_s = np.array([len(of_beep) for of_beep in free]), times_s[-1] - np.array(times_s)
+        return _FreePeaks(np.concatenate([of.readings for of in peaks], axis=1), np.concatenate(free), counts, ages_s)
 
     def _begin(self, chain: list[tuple[int, int]], score: float) -> None:
         """A track along a line: least squares through the peaks on it, then remembered as if followed."""
@@ -246,45 +256,46 @@ def _are_one(track: Track, other: Track) -> bool:
 
 
 @numba.njit(cache=True)
-def _likeliest(
-    range_m: Array, range_std_m: Array, power: Array, taken: NDArray[np.bool_], expected_m: float, spread: float
-) -> int:
-    """The free peak within the gate that is strongest for its distance from the expected one; -1 if there is none."""
+def _followed(
+    state: Array, covariance: Array, step_s: float, ahead_s: float, readings: Array, taken: NDArray[np.bool_]
+) -> tuple[Array, Array, int]:
+    """State (2,) and covariance (2, 2) a step later, updated by the likeliest peak of `MovingPeaks.readings`; which.
+
+    That is the free peak within the gate that is strongest for its distance from the expected one; -1 if there is none,
+    and no update then.
+    """
+    moved, spread = predicted(state, covariance, step_s, ACCELERATION_M_S2)
+    expected_m, expected_variance = expected_reading(moved, spread, ahead_s)
     best, most = -1, -np.inf
-    for peak in range(len(range_m)):
-        variance = spread + SURGE_READ_M**2 + range_std_m[peak] ** 2
-        distance2 = (range_m[peak] - expected_m) ** 2 / variance
+    power, range_m, range_std_m = readings[0], readings[1], readings[2]
+    for peak in range(len(power)):
+        own = SURGE_READ_M**2 + range_std_m[peak] ** 2
+        distance2 = (range_m[peak] - expected_m) ** 2 / (expected_variance + own)
         merit = np.log(power[peak]) - 0.5 * distance2
         if not taken[peak] and distance2 <= GATE_DEVIATIONS**2 and merit > most:
             best, most = peak, merit
-    return best
+    if best >= 0:
+        moved, spread = updated(moved, spread, range_m[best], SURGE_READ_M**2 + range_std_m[best] ** 2, ahead_s)
+    return moved, spread, best
 
 
 @numba.njit(cache=True)
-def _best_chain(
-    range_m: Array,
-    power: Array,
-    free: NDArray[np.bool_],
-    counts: NDArray[np.int_],
-    ages_s: Array,
-    read_m: float,
-    speeds_m_s: Array,
-) -> NDArray[np.int_]:
+def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Array) -> NDArray[np.int_]:
     """(B,) which peak of each beep lies on the line that gained most, -1 where none does or before it gained.
 
     Args:
-        range_m, power, free: (n,) of all beeps' peaks.
-        counts: (B,) peaks of each beep, in the order of the beeps.
-        ages_s: (B,) of the beeps.
+        peaks: of all beeps.
         read_m: range to which the lines have come.
         speeds_m_s: (S,) of the lines.
     """
+    counts, free, power, range_m = peaks.counts, peaks.free, peaks.readings[0], peaks.readings[1]
     most, best, found = -np.inf, np.full(len(counts), -1), np.full(len(counts), -1)
     for speed in speeds_m_s:
         gained, first = 0.0, len(range_m)
         for row in range(len(counts) - 1, -1, -1):
             first, end = first - counts[row], first
-            which, gain = _on_line(range_m[first:end], power[first:end], free[first:end], read_m, speed * ages_s[row])
+            farther_m = speed * peaks.ages_s[row]
+            which, gain = _on_line(range_m[first:end], power[first:end], free[first:end], read_m, farther_m)
             found[row] = which
             gained += gain if which >= 0 else MISS
             if gained > most:

@@ -1,4 +1,7 @@
-"""The posterior over courses: prior, agreement with ranges and with microphone 1, and how walkers walk."""
+"""The posterior over courses: prior, agreement with ranges and with microphone 1, and how walkers walk.
+
+One compiled call a judgement: calls between compiled parts cost as much as what they compute.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.breadth import narrow_radius
 from obstaclewatch.carrier_phase import log_agreement
-from obstaclewatch.course_evidence import Agreement
+from obstaclewatch.course_evidence import Agreement, Ears, agreement
 from obstaclewatch.course_geometry import NEAREST_M, Bodies, Singles, cone_cosine, sight
+from obstaclewatch.course_prior import speed_density
+from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
+from obstaclewatch.swing import Swing, swing_as_read, swing_at
 from obstaclewatch.wall_ends import still_heard
 
 Array = NDArray[np.float64]
@@ -21,12 +28,98 @@ MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
+TURN = 2.0 * np.pi
 NEGLIGIBLE = 1e-10
 """Probability of a course that no expectation needs."""
 
 
+class Prior(NamedTuple):
+    """What is known of H courses before anything is heard.
+
+    Attributes:
+        log_share: (H,) of the probabilities, up to a constant.
+        nearing: (H,) fall of a wall's distance along its normal per distance walked; 1 for other things.
+        tells_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
+            known, as 10 cm of another height turn it by a quarter of a cycle; and not of phones that were not measured.
+        phase_rad: what microphone 1 adds to it.
+        radii: (H, B) probabilities of the classes of radii, see `breadth`.
+    """
+
+    log_share: Array
+    nearing: Array
+    tells_phase: NDArray[np.bool_]
+    phase_rad: float
+    radii: Array
+
+
+class Posterior(NamedTuple):
+    """Probabilities of H courses, and where they are at a time.
+
+    Attributes:
+        time_s: from which the courses run.
+        share: (H,) probabilities.
+        ahead_m: (H,) distances ahead then.
+        closing_m_s: (H,) speeds at which these fall.
+        bodies: what the courses lead to.
+        misfit: squared deviations, a reading, of the ranges from the course that they fit best; 1 is to be expected.
+        radius_m, radius_std_m: half the breadth of what they lead to; NaN of what is not thought narrow.
+    """
+
+    time_s: float
+    share: Array
+    ahead_m: Singles
+    closing_m_s: Singles
+    bodies: Bodies
+    misfit: float
+    radius_m: float
+    radius_std_m: float
+
+
 @numba.njit(cache=True, error_model="numpy")
 def posterior(
+    prior: Prior,
+    upright: Bodies,
+    ground_m: float,
+    ears: Ears,
+    swing: Swing,
+    time_s: Array,
+    range_m: Array,
+    range_std_m: Array,
+    second: NDArray[np.complex64],
+    now_s: float,
+) -> Posterior:
+    """The posterior after K >= 3 beeps.
+
+    Args:
+        prior, upright: (H,) of the courses; corners with the ground are at an infinite height.
+        ground_m: height of microphone 0 above the ground, from which on things are corners.
+        ears: the phone.
+        swing: of the phone.
+        time_s, range_m, range_std_m: (K,) times that the readings stand for, and what was read.
+        second: (K, W) microphone 1 around each peak.
+        now_s: time from which the courses run.
+    """
+    bodies = at_height(upright, ground_m)
+    hit_s, since_s = time_s - ears.ahead_s, time_s - now_s
+    covariance = reading_covariance(since_s, range_std_m, SWING_KNOWN_M if swing.surge_m != 0.0 else READING_M)
+    swing_read, swing_hit = swing_as_read(swing, hit_s, ears.ahead_s), swing_at(swing, hit_s)
+    found = agreement(bodies, ears, since_s, range_m, covariance, second, swing_read, swing_hit)
+    density = speed_density(found.closing_m_s / prior.nearing, swing.step_rad_s / TURN)
+    share = shares(prior.log_share, found, density, prior.tells_phase, prior.phase_rad)
+    radius_m, radius_std_m = narrow_radius(share, prior.radii)
+    misfit = float(found.misfit.min()) / len(time_s)
+    return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies, misfit, radius_m, radius_std_m)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def at_height(bodies: Bodies, ground_m: float) -> Bodies:
+    """The bodies of a phone at that height."""
+    height_m, rest = np.minimum(bodies.height_m, np.float32(ground_m)), bodies[1:]
+    return Bodies(height_m, *rest)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def shares(
     log_prior: Array, found: Agreement, density: Array, tells_phase: NDArray[np.bool_], phase_rad: float
 ) -> Array:
     """(H,) probabilities, 1 together.
@@ -35,9 +128,7 @@ def posterior(
         log_prior: (H,).
         found: how the courses agree with what was read.
         density: (H,) of the speed of approach.
-        tells_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
-            known, as 10 cm of another height turn it by a quarter of a cycle; and not of phones that were not measured.
-        phase_rad: what microphone 1 adds to it.
+        tells_phase, phase_rad: see `Prior`.
     """
     log = np.empty(len(log_prior))
     for course in range(len(log)):

@@ -24,12 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.breadth import narrow_radius, radius_shares
-from obstaclewatch.course_evidence import Ears, agreement
-from obstaclewatch.course_geometry import Bodies, Singles
-from obstaclewatch.course_posterior import Course, Meeting, expectations, posterior
-from obstaclewatch.course_prior import Hypotheses, hypotheses, speed_density
-from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
+from obstaclewatch.breadth import radius_shares
+from obstaclewatch.course_evidence import Ears
+from obstaclewatch.course_geometry import Bodies
+from obstaclewatch.course_posterior import Course, Meeting, Posterior, Prior, expectations, posterior
+from obstaclewatch.course_prior import Hypotheses, hypotheses
 from obstaclewatch.swing import LEAST_COS, STEADY, Swing
 from obstaclewatch.wall_ends import ends_of_passed
 
@@ -50,30 +49,6 @@ class Samples:
     range_m: Array
     range_std_m: Array
     second: NDArray[np.complex64]
-
-
-@dataclass(frozen=True)
-class Posterior:
-    """Probabilities of H courses, and where they are at a time.
-
-    Attributes:
-        time_s: from which the courses run.
-        share: (H,) probabilities.
-        ahead_m: (H,) distances ahead then.
-        closing_m_s: (H,) speeds at which these fall.
-        bodies: what the courses lead to.
-        misfit: squared deviations, a reading, of the ranges from the course that they fit best; 1 is to be expected.
-        radius_m, radius_std_m: half the breadth of what they lead to; NaN of what is not thought narrow.
-    """
-
-    time_s: float
-    share: Array
-    ahead_m: Singles
-    closing_m_s: Singles
-    bodies: Bodies
-    misfit: float
-    radius_m: float
-    radius_std_m: float
 
 
 class CourseGrid:
@@ -103,11 +78,11 @@ class CourseGrid:
         self._ears = Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s)
         self._all: Hypotheses = hypotheses(half_width_m)
         cos_tilt, lean = np.cos(self._all.tilt_rad), np.sin(pitch_rad) / max(np.cos(pitch_rad), LEAST_COS)
-        self._nearing = np.cos(self._all.angle_rad) * cos_tilt
-        toward = self._nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
+        nearing = np.cos(self._all.angle_rad) * cos_tilt
+        toward = nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
-        self._tells_phase = upright & (mic_phase_rad is not None)
-        self._mic_phase_rad = mic_phase_rad or 0.0
+        tells_phase = upright & (mic_phase_rad is not None)
+        self._prior = Prior(self._all.log_prior, nearing, tells_phase, mic_phase_rad or 0.0, radius_shares(self._all))
         along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)
@@ -117,12 +92,11 @@ class CourseGrid:
             self._all.collision,
             self._all.contact_m,
             self._all.angle_rad,
-            self._nearing,
+            nearing,
             way,
             np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf),
             ends_of_passed(half_width_m),
         )
-        self._radii = radius_shares(self._all)
         self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
 
     def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
@@ -134,20 +108,18 @@ class CourseGrid:
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
-        bodies, hit_s, time_s = self._at_height(ground_m), samples.time_s - self._ears.ahead_s, samples.time_s - now_s
-        swing_read, swing_hit = swing.as_read(hit_s, self._ears.ahead_s), swing.at(hit_s)
-        covariance = reading_covariance(time_s, samples.range_std_m, SWING_KNOWN_M if swing.surge_m else READING_M)
-        found = agreement(
-            bodies, self._ears, time_s, samples.range_m, covariance, samples.second, swing_read, swing_hit
+        return posterior(
+            self._prior,
+            self._bodies,
+            ground_m,
+            self._ears,
+            swing,
+            samples.time_s,
+            samples.range_m,
+            samples.range_std_m,
+            samples.second,
+            now_s,
         )
-        density = speed_density(found.closing_m_s / self._nearing, swing.step_hz)
-        share = posterior(self._all.log_prior, found, density, self._tells_phase, self._mic_phase_rad)
-        misfit = float(found.misfit.min()) / len(time_s)
-        radius = narrow_radius(share, self._radii)
-        return Posterior(now_s, share, found.ahead_m, found.closing_m_s, bodies, misfit, *radius)
-
-    def _at_height(self, ground_m: float) -> Bodies:
-        return self._bodies._replace(height_m=np.minimum(self._bodies.height_m, np.float32(ground_m)))
 
     def course(self, judged: Posterior, now_s: float) -> Course:
         """What to expect at a time: the posterior carried along its courses."""

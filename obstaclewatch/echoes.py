@@ -94,11 +94,6 @@ def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
     return count
 
 
-def sidelobe_floor(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
-    """(n,) height that the sidelobes of stronger echoes within `half_width` samples may reach."""
-    return SIDELOBE * highest_nearby(magnitude, half_width)
-
-
 @numba.njit(cache=True)
 def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """(n,) highest sample within `half_width` samples of each: windows that double in width, then two that overlap."""
@@ -123,7 +118,7 @@ def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[n
 def above_sidelobes(
     magnitude: NDArray[np.float64], peaks: NDArray[np.intp], half_width: int, least: float
 ) -> NDArray[np.intp]:
-    """Those of the peaks that reach `sidelobe_floor` at their places, and `least`."""
+    """Those of the peaks higher than the sidelobes of any echo within `half_width` samples, and than `least`."""
     highest = SIDELOBE * magnitude.max()
     kept = np.empty(len(peaks), dtype=np.bool_)
     for row, peak in enumerate(peaks):

@@ -26,30 +26,20 @@ LOSS = float(np.log1p(EXPECTED_POWER)) + BIAS
 RATIO_LIMITS = (-1.2, 4.0)
 
 
+@numba.njit(cache=True)
 def log_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
     """(N // 2,) log likelihood ratios of cells from (N,) powers over noise: fluctuating echo against noise alone.
 
     A cell stands for two samples and, because gait moves a reading by 2.8 cm, takes the highest of its neighbours.
     """
-    return _limited_ratio(highest_nearby(_of_pairs(power), 1))
-
-
-@numba.njit(cache=True)
-def _limited_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(n,) log likelihood ratios of fluctuating echoes against noise, within limits."""
-    ratio, gain = np.empty(len(power), dtype=np.float32), EXPECTED_POWER / (1.0 + EXPECTED_POWER)
-    for cell in range(len(power)):
-        ratio[cell] = min(max(power[cell] * gain - LOSS, RATIO_LIMITS[0]), RATIO_LIMITS[1])
-    return ratio
-
-
-@numba.njit(cache=True)
-def _of_pairs(power: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N // 2,) the higher of each two samples."""
     pairs = np.empty(len(power) // 2)
     for cell in range(len(pairs)):
         pairs[cell] = max(power[2 * cell], power[2 * cell + 1])
-    return pairs
+    highest, gain = highest_nearby(pairs, 1), EXPECTED_POWER / (1.0 + EXPECTED_POWER)
+    ratio = np.empty(len(pairs), dtype=np.float32)
+    for cell in range(len(ratio)):
+        ratio[cell] = min(max(highest[cell] * gain - LOSS, RATIO_LIMITS[0]), RATIO_LIMITS[1])
+    return ratio
 
 
 class LineEvidence:

@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
-from obstaclewatch.echoes import Echoes, echoes_at, keep_separated, local_maxima, noise_amplitude, sidelobe_floor
+from obstaclewatch.echoes import (
+    SIDELOBE,
+    Echoes,
+    echoes_at,
+    highest_nearby,
+    keep_separated,
+    local_maxima,
+    noise_amplitude,
+)
 from obstaclewatch.ground_height import HEIGHTS_M
 from obstaclewatch.lift import LiftListener
 from obstaclewatch.line_evidence import log_ratio
@@ -59,30 +67,39 @@ class MovingPeaks:
     """Peaks of one beep, nearest first, as the chirp reads them: `range_doppler_s` ahead of their time.
 
     Attributes:
-        range_m: (n,) from microphone 0.
-        power: (n,) height squared over the local noise power; 1 is noise, and half of 2E/N0.
-        range_std_m: (n,) from noise alone.
+        readings: (5, n) of each peak `power`, height squared over the local noise power, of which 1 is noise, and which
+            is half of 2E/N0; `range_m` from microphone 0, and `range_std_m`, its deviation from noise alone; `level_db`
+            relative to the direct sound, and `snr_db`, 2E/N0, at microphone 0.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
         log_ratio: (M,) of an echo against noise in cells of two samples, see `line_evidence`.
         first_m, cell_m: range of the first cell, and their spacing.
         identical: both channels are the same.
-        level_db: (n,) echo relative to the direct sound, at microphone 0.
-        snr_db: (n,) 2E/N0 at microphone 0.
     """
 
-    range_m: Array
-    power: Array
-    range_std_m: Array
+    readings: Array
     second: NDArray[np.complex64]
-    level_db: Array
-    snr_db: Array
     log_ratio: NDArray[np.float32]
     first_m: float
     cell_m: float
     identical: bool
 
     def __len__(self) -> int:
-        return len(self.range_m)
+        return self.readings.shape[1]
+
+    @property
+    def power(self) -> Array:
+        """(n,) height squared over the local noise power."""
+        return self.readings[0]
+
+    @property
+    def range_m(self) -> Array:
+        """(n,) from microphone 0."""
+        return self.readings[1]
+
+    @property
+    def range_std_m(self) -> Array:
+        """(n,) its deviation from noise alone."""
+        return self.readings[2]
 
 
 @dataclass(frozen=True)
@@ -200,13 +217,8 @@ class PeakFinder:
 
     def _noise(self, heard: Array, direct: float) -> Array:
         """(M,) rms that a moving echo must stand out of: noise, what stays, and sidelobes; learns what stays."""
-        rate = self._filter.rate_hz
-        clutter = self._clutter.level(heard)
-        local = local_noise(heard, self._noise_window)
-        floor = direct * 10.0 ** (self._settings.floor_db / 20.0)
-        standing = np.maximum(CLUTTER_FACTOR * clutter, sidelobe_floor(heard, round(1e-3 * rate)))
-        noise: Array = np.maximum(local, np.maximum(standing, floor) / PEAK_TO_RMS)
-        return noise
+        floor, reach = direct * 10.0 ** (self._settings.floor_db / 20.0), round(1e-3 * self._filter.rate_hz)
+        return _noise_under(heard, self._clutter.level(heard), self._noise_window, reach, floor)
 
     def _strongest(self, heard: Array, height: Array) -> NDArray[np.intp]:
         """(n,) samples of the highest peaks over noise, nearest first; none before the background is known."""
@@ -261,17 +273,9 @@ class PeakFinder:
         path_m = self._c * (echoes.delay_s - window.start_s)
         one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
         sample = echoes.sample - window.first
-        noise = heard[sample] / height[sample]
-        power, range_m, range_std_m, level_db, snr_db = _readings(
-            path_m, echoes.amplitude, noise, self._baseline_m, one_m, direct
-        )
         return MovingPeaks(
-            range_m=range_m,
-            power=power,
-            range_std_m=range_std_m,
+            readings=_readings(path_m, echoes.amplitude, sample, heard, height, self._baseline_m, one_m, direct),
             second=second,
-            level_db=level_db,
-            snr_db=snr_db,
             log_ratio=log_ratio(height * height),
             first_m=distance_of(first_m, self._baseline_m, -1.0),
             cell_m=self.cell_m,
@@ -279,25 +283,53 @@ class PeakFinder:
         )
 
 
+@numba.njit(cache=True)
+def _noise_under(heard: Array, clutter: Array, window: int, reach: int, floor: float) -> Array:
+    """(M,) rms that an envelope's moving echoes must stand out of.
+
+    Args:
+        heard, clutter: (M,) envelope, and what stays of it.
+        window: samples over which noise is the same, see `local_noise`.
+        reach: of sidelobes, samples.
+        floor: least height of an echo.
+    """
+    noise, sidelobes = local_noise(heard, window), highest_nearby(heard, reach)
+    for sample in range(len(noise)):
+        standing = max(CLUTTER_FACTOR * clutter[sample], SIDELOBE * sidelobes[sample], floor)
+        noise[sample] = max(noise[sample], standing / PEAK_TO_RMS)
+    return noise
+
+
 @numba.njit(cache=True, error_model="numpy")
-def _readings(path_m: Array, height: Array, noise: Array, baseline_m: float, one_m: float, direct: float) -> Array:
+def _readings(
+    path_m: Array,
+    amplitude: Array,
+    sample: NDArray[np.intp],
+    heard: Array,
+    height: Array,
+    baseline_m: float,
+    one_m: float,
+    direct: float,
+) -> Array:
     """(5, n) power over noise, range as if from straight ahead, its deviation, level in dB and 2E/N0 in dB, of n peaks.
 
     Args:
         path_m: (n,) from speaker to microphone 0.
-        height: (n,) of the peaks.
-        noise: (n,) rms around them.
+        amplitude: (n,) of the peaks.
+        sample: (n,) next to them.
+        heard, height: (M,) envelope, and its height over the rms of the noise around.
         baseline_m: from microphone 0 to the speaker.
         one_m: deviation of the path at 2E/N0 = 1.
         direct: height of the direct sound.
     """
     readings = np.empty((5, len(path_m)))
     for peak in range(len(path_m)):
-        power = (height[peak] / noise[peak]) ** 2
+        noise = heard[sample[peak]] / height[sample[peak]]
+        power = (amplitude[peak] / noise) ** 2
         readings[0, peak] = power
         readings[1, peak] = distance_of(path_m[peak], baseline_m, -1.0) if path_m[peak] > baseline_m else np.nan
         readings[2, peak] = 0.5 * one_m / np.sqrt(2.0 * power)
-        readings[3, peak] = 20.0 * np.log10(height[peak] / direct)
+        readings[3, peak] = 20.0 * np.log10(amplitude[peak] / direct)
         readings[4, peak] = 10.0 * np.log10(2.0 * power)
     return readings
 

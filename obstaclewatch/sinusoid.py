@@ -19,6 +19,7 @@ LEAST_LEFT = 0.02
 """Share of the variance below which a better fit no longer counts for a frequency."""
 
 
+@numba.njit(cache=True, error_model="numpy")
 def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[float, NDArray[np.complex128], Array]:
     """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
 
@@ -27,8 +28,9 @@ def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[f
         values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
         rates_rad_s: (F,) angular frequencies that are tried, evenly spaced.
     """
-    best, phasor, share = _robust_fit(*waves(time_s, rates_rad_s), values)
-    return float(rates_rad_s[best]), phasor, share
+    cosine, sine = waves(time_s, rates_rad_s)
+    best, phasor, share = _robust_fit(cosine, sine, values)
+    return rates_rad_s[best], phasor, share
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -11,7 +11,6 @@ taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
 
@@ -54,8 +53,7 @@ class GroundEcho(NamedTuple):
     phase_rad: float
 
 
-@dataclass(frozen=True)
-class Swing:
+class Swing(NamedTuple):
     """Departures from the mean as phasors X, Re(X exp(j step_rad_s t)).
 
     Attributes:
@@ -68,23 +66,29 @@ class Swing:
     height_m: complex
     surge_m: complex
 
-    def at(self, time_s: Array) -> Array:
-        """(3, K) pitch, height and surge at that time."""
-        return _waves(self.step_rad_s, (self.pitch_rad, self.height_m, self.surge_m), time_s)
-
-    def as_read(self, time_s: Array, ahead_s: float) -> Array:
-        """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
-        ahead = 1.0 + 1j * self.step_rad_s * ahead_s
-        return _waves(self.step_rad_s, (self.pitch_rad * ahead, self.height_m * ahead, self.surge_m * ahead), time_s)
-
-    @property
-    def step_hz(self) -> float:
-        """Steps per second; 0 if nothing is known."""
-        return self.step_rad_s / (2.0 * np.pi)
-
 
 STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
 """No swing, or none that is known."""
+
+
+@numba.njit(cache=True)
+def swing_at(swing: Swing, time_s: Array) -> Array:
+    """(3, K) pitch, height and surge at that time."""
+    waves = np.empty((3, len(time_s)))
+    for beep in range(len(time_s)):
+        turn = complex(np.cos(swing.step_rad_s * time_s[beep]), np.sin(swing.step_rad_s * time_s[beep]))
+        waves[0, beep] = (swing.pitch_rad * turn).real
+        waves[1, beep] = (swing.height_m * turn).real
+        waves[2, beep] = (swing.surge_m * turn).real
+    return waves
+
+
+@numba.njit(cache=True)
+def swing_as_read(swing: Swing, time_s: Array, ahead_s: float) -> Array:
+    """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
+    ahead = complex(1.0, swing.step_rad_s * ahead_s)
+    read = Swing(swing.step_rad_s, swing.pitch_rad * ahead, swing.height_m * ahead, swing.surge_m * ahead)
+    return swing_at(read, time_s)
 
 
 def ground_path_difference_m(height_m: float, separation_m: float, sin_pitch: float) -> float:
@@ -154,22 +158,27 @@ class StepListener:
         """
         if len(self._heard) < LEAST_BEEPS:
             return STEADY
-        time_s, read_m, phase = self._heard.rows.T.copy()
-        step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase), STEP_RAD_S)
-        if max(shares) < LEAST_SHARE:
-            return STEADY
-        read, turn = (
-            complex(phasor) if share >= LEAST_SHARE else 0.0j for phasor, share in zip(phasors, shares, strict=True)
-        )
-        height = READ_SCALE_M * read / (1.0 + 1j * step_rad_s * self._ahead_s)
-        surge = 1j * SURGE_M * height / abs(height) if height else 0.0j
-        return Swing(step_rad_s, PHASE_SCALE * turn * self._pitch_per_phase(height_m), height, surge)
+        time_s, read_m, phase_rad = self._heard.rows.T.copy()
+        return _swing(time_s, read_m, phase_rad, self._pitch_per_phase(height_m), self._ahead_s)
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
         u_m = ground_path_difference_m(height_m, self._separation_m, self._sin_pitch)
         slope = -2.0 * height_m * self._separation_m * self._cos_pitch / (2.0 * height_m + u_m)
         return -self._wavelength_m / (2.0 * np.pi) / slope
+
+
+@numba.njit(cache=True)
+def _swing(time_s: Array, read_m: Array, phase_rad: Array, pitch_per_phase: float, ahead_s: float) -> Swing:
+    """The swing of (K,) readings of the ground's echo; steady where no step explains enough of them."""
+    step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
+    if shares.max() < LEAST_SHARE:
+        return Swing(0.0, 0.0j, 0.0j, 0.0j)
+    read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j
+    turn = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j
+    height = READ_SCALE_M * read / complex(1.0, step_rad_s * ahead_s)
+    surge = 1j * SURGE_M * height / abs(height) if abs(height) > 0.0 else 0.0j
+    return Swing(step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, surge)
 
 
 @numba.njit(cache=True)
@@ -183,14 +192,3 @@ def _departures(read_m: Array, phase_rad: Array) -> Array:
         departures[0, beep] = (read_m[beep] - middle) / READ_SCALE_M
         departures[1, beep] = np.angle(np.exp(1j * phase_rad[beep]) * turned.conjugate()) / PHASE_SCALE
     return departures
-
-
-@numba.njit(cache=True)
-def _waves(step_rad_s: float, phasors: tuple[complex, complex, complex], time_s: Array) -> Array:
-    """(3, K) real parts of phasors that turn."""
-    waves = np.empty((3, len(time_s)))
-    for beep in range(len(time_s)):
-        cosine, sine = np.cos(step_rad_s * time_s[beep]), np.sin(step_rad_s * time_s[beep])
-        for which in range(3):
-            waves[which, beep] = phasors[which].real * cosine - phasors[which].imag * sine
-    return waves

@@ -37,6 +37,8 @@ ALERT_M = (1.0, 1.35)
 less than a metre leaves no time to stop."""
 PRESSING, NEARLY_M = 0.3, 0.25
 """Probability of a collision, and how far before `ALERT_M`, from which on a track is judged before others."""
+WAITS_M = 1.4
+"""Range from which on a track can wait a beep to be judged: alerts are given within it."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
 COLUMNS = (
@@ -153,8 +155,8 @@ class TrackingDetector(EchoDetector):
         )
 
     def _judge(self, tracks: list[Track], hit_s: float) -> None:
-        """Judge one track anew, of those that may raise an alert if there are any: judging all tells no more."""
-        track = due([track for track in tracks if is_pressing(track)] or tracks, hit_s)
+        """Judge at most one track anew: judging all tells no more."""
+        track = next_to_judge(tracks, hit_s, self._approaches.searched)
         if track is not None:
             ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
             self._swing = self._steps.swing(ground_m)
@@ -174,8 +176,9 @@ class TrackingDetector(EchoDetector):
         found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
         alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
         known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
-        rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
-        columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(COLUMNS)).T.copy()
+        columns = np.empty((len(COLUMNS), len(known)))
+        for column, k in enumerate(known):
+            columns[:, column] = self._row(tracks[k], courses[k], found[k])
         if Flag.IDENTICAL_CHANNELS in flag:
             columns[:3] = np.nan
         return Detection(
@@ -183,7 +186,7 @@ class TrackingDetector(EchoDetector):
             time_s=time_s,
             **dict(zip(COLUMNS, columns, strict=True)),
             collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
-            flags=np.full(len(rows), int(flag)),
+            flags=np.full(len(known), int(flag)),
             beep_flags=flag,
             decision=self._decide(time_s, any(alarming), courses, found),
         )
@@ -225,6 +228,16 @@ def is_pressing(track: Track) -> bool:
     if track.course is None or track.misses > 0 or track.course.collision < PRESSING:
         return False
     return ALERT_M[0] < track.course.left_m < ALERT_M[1] + NEARLY_M
+
+
+def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | None:
+    """Of the tracks that may raise an alert, if there are any, or else of all, the one that is due.
+
+    A beep that was searched for tracks that begin leaves no time to judge what is far: that waits for the next one.
+    """
+    pressing = [track for track in tracks if is_pressing(track)]
+    near = [track for track in tracks if not searched or track.state[0] < WAITS_M]
+    return due(pressing or near, now_s)
 
 
 def due(tracks: list[Track], now_s: float) -> Track | None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import ndimage, signal
 
 from obstaclewatch.echoes import (
+    SIDELOBE,
     above_sidelobes,
     highest_nearby,
     highest_of_windows,
@@ -19,7 +20,6 @@ from obstaclewatch.echoes import (
     os_cfar_threshold,
     refine_peaks,
     separated_peaks,
-    sidelobe_floor,
 )
 
 
@@ -79,7 +79,7 @@ def test_highest_nearby_is_scipys_maximum_filter(seed, half_width, count):
 def test_being_above_sidelobes_is_reaching_their_floor(seed, half_width, least):
     envelope = np.random.default_rng(seed).lognormal(sigma=3.0, size=400)
     peaks = local_maxima(envelope)
-    reaches = envelope[peaks] >= np.maximum(sidelobe_floor(envelope, half_width)[peaks], least)
+    reaches = envelope[peaks] >= np.maximum(SIDELOBE * highest_nearby(envelope, half_width)[peaks], least)
     assert above_sidelobes(envelope, peaks, half_width, least).tolist() == peaks[reaches].tolist()
 
 

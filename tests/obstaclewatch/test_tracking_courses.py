@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.course_evidence import path_differences
+from obstaclewatch.course_posterior import at_height
 from obstaclewatch.course_prior import (
     HEIGHTS_M,
     RADIUS_M,
@@ -106,7 +107,7 @@ def _row_and_difference(wanted, ahead_m):
     miss, height, angle, is_wall, tilt = wanted
     other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall) | (grid._all.tilt_rad != tilt)
     row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
-    bodies = grid._at_height(GROUND_M)
+    bodies = at_height(grid._bodies, GROUND_M)
     bodies = bodies._replace(radius_m=np.zeros_like(bodies.radius_m))
     ahead = np.full(len(bodies.miss_m), ahead_m, dtype=np.float32)
     return grid._all, row, path_differences(bodies, ahead, PITCH, 0.0, LENGTH)[row]
@@ -269,7 +270,7 @@ def test_what_bob_and_surge_do_to_the_range_of_each_course():
             plan = np.hypot(ahead - further_m * cos_angle, miss) - radius
             return np.hypot(plan, height + stays * higher_m)
 
-        alone = grid.course(replace(judged, share=np.eye(1, len(judged.share), course)[0]), 0.0)
+        alone = grid.course(judged._replace(share=np.eye(1, len(judged.share), course)[0]), 0.0)
         seen += 1
         assert alone.bob == pytest.approx((range_m(step_m, 0.0) - range_m(-step_m, 0.0)) / 2e-3, abs=1e-4)
         assert alone.surge == pytest.approx((range_m(0.0, -step_m) - range_m(0.0, step_m)) / 2e-3, abs=1e-4)

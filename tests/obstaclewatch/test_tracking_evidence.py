@@ -9,7 +9,7 @@ from obstaclewatch.approaches import Track
 from obstaclewatch.courses import Course, Posterior
 from obstaclewatch.line_evidence import CHANGE, LineEvidence, log_ratio
 from obstaclewatch.local_noise import local_noise
-from obstaclewatch.tracking import due, is_pressing
+from obstaclewatch.tracking import WAITS_M, due, is_pressing, next_to_judge
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 
@@ -126,6 +126,15 @@ def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     assert not is_pressing(track)  # nothing is expected of it yet
     track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
+
+
+def test_what_is_far_waits_while_tracks_are_searched_for():
+    near, far = _track(WAITS_M - 0.1, 0.9, 1.8), _track(5.0, None, 1.8)
+    assert next_to_judge([near, far], 1.8, searched=False) is far  # never judged
+    assert next_to_judge([near, far], 1.8, searched=True) is near
+    assert next_to_judge([far], 1.8, searched=True) is None
+    far.course = Course(0.9, 1.3, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9)  # fast: 1.3 m of the walker's way are left
+    assert next_to_judge([near, far], 1.8, searched=True) is far
 
 
 @pytest.mark.parametrize(("kept", "left"), [(24, 16), (9, 6), (8, 6), (7, 7), (3, 3)])
