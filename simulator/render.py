@@ -3,12 +3,15 @@
 Paths are summed as complex envelopes about 20 kHz at a low rate, where the beep is evaluated at the exact retarded
 times; one Fourier transform a microphone then brings the sum to the recording's rate. The envelope of the beep is
 kept once for every Chebyshev polynomial of frequency, so a path's gain over frequency costs a few multiplications.
+
+The transform takes its samples for a circle. The sum therefore runs on until the last echo has arrived whole, silence
+follows, and only then is the recording cut out of it: what its end cuts off would otherwise come in at its start.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -27,6 +30,7 @@ from simulator.phone import Phone
 from simulator.pose import Walk
 from simulator.scene import Scene
 from simulator.trace import traced, tracing_of
+from simulator.transducers import StructureBorne
 from simulator.world import prepare
 
 Floats = NDArray[np.float64]
@@ -36,6 +40,8 @@ ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is belo
 TABLE_RATE_HZ = 96_000.0
 TABLE_MARGIN = 32  # table samples kept beyond both ends of the beep for the skirts of filtered beeps
 TAPS = 8
+SKIRT_S = (TABLE_MARGIN - TAPS) / TABLE_RATE_HZ
+SILENCE_S = 0.1  # before the circle closes; of a sound are then left 1e-9, and 5e-5 after a galaxy-s5's microphone
 FASTEST = 0.1  # of the speed of sound
 NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left out
 
@@ -132,18 +138,48 @@ def _check_speeds(scene: Scene, walk: Walk, start_s: Floats, duration_s: float) 
 
 
 def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int) -> Complexes:
-    """(2, n) complex envelopes about 20 kHz of all paths, at the envelope rate."""
+    """(2, n) complex envelopes about 20 kHz of all paths, at the envelope rate: all beeps, until all have arrived."""
     rate = _envelope_rate(beep)
     table = beep_table(beep, paths.phone, paths.band_gain.shape[1])
-    total = np.zeros((2, round(count * beep.period_s * rate)), dtype=np.complex128)
-    weight = band.coefficients(paths.band_gain)
-    _accumulate(
-        total, rate, table, beep.period_s * paths.pose, beep.duration_s, paths.mic, weight,
-        motion.middle_s, motion.half_width_s, motion.delay_s, motion.strength, paths.delay_s,
-    )  # fmt: skip
+    start = np.arange(count, dtype=np.float64) * beep.period_s
+    sounds = [_Sounds(start[paths.pose], paths.mic, band.coefficients(paths.band_gain), motion, paths.delay_s)]
     if paths.phone.structure_borne is not None:
-        _add_structure_borne(total, rate, table, beep, paths.phone, count)
+        sounds.append(_structure_borne(paths.phone.structure_borne, beep, count, len(table)))
+    reaches = [sound.reach_s(beep.duration_s) for sound in sounds]
+    ends = [(sound.motion.middle_s + reach).max(initial=0.0) for sound, reach in zip(sounds, reaches, strict=True)]
+    total = np.zeros((2, int(np.ceil(max(count * beep.period_s, *ends) * rate)) + 1), dtype=np.complex128)
+    for sound, reach in zip(sounds, reaches, strict=True):
+        _accumulate(
+            total, rate, table, sound.start_s, beep.duration_s, sound.mic, sound.weight, sound.motion.middle_s, reach,
+            sound.motion.half_width_s, sound.motion.delay_s, sound.motion.strength, sound.center_delay_s,
+        )  # fmt: skip
     return total
+
+
+@dataclass(frozen=True)
+class _Sounds:
+    """P beeps under way: when each leaves, the microphone it reaches, its gain over frequency, and its motion.
+
+    Attributes:
+        start_s: (P,) emission of the beep's first sample.
+        mic: (P,) microphone.
+        weight: (P, K) Chebyshev coefficients of the gain.
+        motion: delay and strength as they change within the beep.
+        center_delay_s: (P,) travel time of the beep's middle, to which the gain belongs.
+    """
+
+    start_s: Floats
+    mic: NDArray[np.int64]
+    weight: Complexes
+    motion: Motion
+    center_delay_s: Floats
+
+    def reach_s(self, duration_s: float) -> Floats:
+        """(P,) how far from the motion's middle anything of a beep may be heard."""
+        delay = self.motion.delay_s
+        late = np.abs(chebyshev.chebval(0.0, delay.T) - self.center_delay_s)
+        receding = delay[:, 1] / self.motion.half_width_s if delay.shape[1] > 1 else 0.0  # over c; stretches the beep
+        return (0.5 * duration_s + late) * np.maximum(1.02, 1.001 / (1.0 - receding)) + SKIRT_S
 
 
 def beep_table(beep: BeepDesign, phone: Phone, terms: int) -> Complexes:
@@ -162,14 +198,18 @@ def beep_table(beep: BeepDesign, phone: Phone, terms: int) -> Complexes:
 
 
 def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> Floats:
-    """(2, count) real samples at the beep's rate from envelopes about 20 kHz, through the microphones' responses."""
+    """(2, count) real samples at the beep's rate from envelopes about 20 kHz, through the microphones' responses.
+
+    The envelopes must hold all sounds to their ends, as `sum_envelopes` leaves them: what breaks off rings over all of
+    the recording.
+    """
     rate = _envelope_rate(beep)
-    size = envelope.shape[1]
+    size = scipy.fft.next_fast_len(envelope.shape[1] + round(SILENCE_S * rate))
     period = size / rate
     carrier = round(REFERENCE_HZ * period) / period  # the bin nearest to 20 kHz
-    turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(size) / rate)
+    turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(envelope.shape[1]) / rate)
     frequency = scipy.fft.fftfreq(size, 1.0 / rate) + carrier
-    spectrum = scipy.fft.fft(envelope * turn, axis=1)
+    spectrum = scipy.fft.fft(envelope * turn, n=size, axis=1)
     spectrum *= np.stack([mic.response(frequency) for mic in phone.mics])
     fine = round(period * beep.sample_rate_hz)
     bins = np.round(frequency * period).astype(np.int64)
@@ -180,25 +220,19 @@ def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> 
 
 
 def _envelope_rate(beep: BeepDesign) -> float:
-    """A divisor of the recording's rate, 24 kHz or more, for which a whole beep period is whole samples."""
-    divisors = [d for d in range(1, beep.period_samples + 1) if beep.period_samples % d == 0]
-    return beep.sample_rate_hz / max(d for d in divisors if beep.sample_rate_hz / d >= ENVELOPE_RATE_HZ)
+    """The recording's rate over a whole number, 24 kHz or little more."""
+    return beep.sample_rate_hz / (beep.sample_rate_hz // ENVELOPE_RATE_HZ)
 
 
-def _add_structure_borne(
-    total: Complexes, rate: float, table: Complexes, beep: BeepDesign, phone: Phone, count: int
-) -> None:
+def _structure_borne(sound: StructureBorne, beep: BeepDesign, count: int, terms: int) -> _Sounds:
     """Direct sound through the case: the same in every beep."""
-    sound = phone.structure_borne
-    assert sound is not None
     pose, mic = (index.ravel() for index in np.indices((count, 2)))
-    start = beep.period_s * pose
-    weight = np.zeros((len(mic), len(table)), dtype=np.complex128)
+    start, delay = beep.period_s * pose.astype(np.float64), sound.delay_s[mic]
+    weight = np.zeros((len(mic), terms), dtype=np.complex128)
     weight[:, 0] = sound.gain[mic]
-    _accumulate(
-        total, rate, table, start, beep.duration_s, mic, weight, start + sound.delay_s[mic] + 0.5 * beep.duration_s,
-        beep.duration_s, sound.delay_s[mic, None].copy(), np.ones((len(mic), 1)), sound.delay_s[mic],
-    )  # fmt: skip
+    middle = start + delay + 0.5 * beep.duration_s
+    still = Motion(middle, beep.duration_s, delay[:, None].copy(), np.ones((len(mic), 1)))
+    return _Sounds(start, mic, weight, still, delay)
 
 
 @numba.njit(cache=True)
@@ -232,12 +266,13 @@ def _lagrange(position, weight):
 
 
 @numba.njit(cache=True)
-def _accumulate(total, rate, table, start, duration, mic, weight, middle, half_width, delay, strength, center_delay):
+def _accumulate(
+    total, rate, table, start, duration, mic, weight, middle, reach, half_width, delay, strength, center_delay
+):  # fmt: skip
     """Add every path's envelope at its retarded times, rows in order."""
     taps = np.empty(TAPS)
     terms, length = table.shape
     mixed = np.empty(length, np.complex128)
-    margin = TABLE_MARGIN / TABLE_RATE_HZ - TAPS / TABLE_RATE_HZ
     for p in range(len(start)):
         mixed[:] = 0.0
         faintest = NEGLIGIBLE * np.abs(weight[p]).max()
@@ -245,17 +280,14 @@ def _accumulate(total, rate, table, start, duration, mic, weight, middle, half_w
             if np.abs(weight[p, k]) > faintest:
                 for i in range(length):
                     mixed[i] += weight[p, k] * table[k, i]
-        late = abs(_chebyshev_sum(delay[p], 0.0) - center_delay[p])
-        receding = delay[p, 1] / half_width if delay.shape[1] > 1 else 0.0  # over c; stretches the beep
-        reach = (0.5 * duration + late) * max(1.02, 1.001 / (1.0 - receding)) + margin
-        first = max(int(np.ceil((middle[p] - reach) * rate)), 0)
-        last = min(int(np.floor((middle[p] + reach) * rate)), total.shape[1] - 1)
+        first = max(int(np.ceil((middle[p] - reach[p]) * rate)), 0)
+        last = min(int(np.floor((middle[p] + reach[p]) * rate)), total.shape[1] - 1)
         for n in range(first, last + 1):
             time = n / rate
             x = (time - middle[p]) / half_width
             travel = _chebyshev_sum(delay[p], x)
             emitted = time - travel - start[p]
-            if emitted < -margin or emitted > duration + margin:
+            if emitted < -SKIRT_S or emitted > duration + SKIRT_S:
                 continue
             begin = _lagrange(emitted * TABLE_RATE_HZ + TABLE_MARGIN, taps)
             value = 0.0 + 0.0j

@@ -28,7 +28,11 @@ class Transducer:
     rear_loss_db: float = 0.0
 
     def response(self, frequency_hz: ArrayLike) -> NDArray[np.float64]:
-        """Amplitude response on the axis at any frequencies (linear in dB between table points, held outside)."""
+        """Amplitude response on the axis at any frequencies (linear in dB between table points, held outside).
+
+        It has no phase, as the tables have none: it delays nothing, and the corners of a table ring alike before and
+        after a sound. Of a galaxy-s5's that is 1e-3 of a 50 ms beep close by it, 1e-4 at 40 ms.
+        """
         level_db = np.interp(np.asarray(frequency_hz, dtype=np.float64), self.response_hz, self.response_db)
         return 10.0 ** (level_db / 20.0)
 
