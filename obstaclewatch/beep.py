@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_numbers
+
 
 @dataclass(frozen=True)
 class BeepDesign:
@@ -23,8 +25,8 @@ class BeepDesign:
         sample_rate_hz: rate at which the phone plays and records.
 
     Raises:
-        ValueError: a time or frequency is not positive, the two frequencies are equal, the band passes half the
-            sample rate, the beep is shorter than two samples, or the period is not a whole number of samples.
+        ValueError: a time or frequency is not a positive number, the two frequencies are equal, the band passes half
+            the sample rate, the beep is shorter than two samples, or the period is not a whole number of samples.
     """
 
     start_hz: float = 18_000.0
@@ -34,6 +36,10 @@ class BeepDesign:
     sample_rate_hz: float = 192_000.0
 
     def __post_init__(self) -> None:
+        check_numbers(
+            start_hz=self.start_hz, stop_hz=self.stop_hz, duration_s=self.duration_s, gap_s=self.gap_s,
+            sample_rate_hz=self.sample_rate_hz,
+        )  # fmt: skip
         for name in ("start_hz", "stop_hz", "duration_s", "sample_rate_hz"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.block_gate import BlockGate
+from obstaclewatch.checked import check_numbers, check_types
 from obstaclewatch.collision import CollisionVote, Decision, decide, on_course, on_course_printed
 from obstaclewatch.detection import Detection, Flag
 from obstaclewatch.feed import SampleFeed
@@ -42,6 +43,10 @@ class EchoDetector(ABC):
         sound_speed_m_s: float = 343.0,
         pitch_rad: float | None = None,
     ) -> None:
+        check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
+        check_numbers(sound_speed_m_s=sound_speed_m_s)
+        if pitch_rad is not None:
+            check_numbers(pitch_rad=pitch_rad)
         self.beep = beep
         self.phone = phone
         self.settings = PaperSettings() if settings is None else settings
@@ -84,9 +89,10 @@ class EchoDetector(ABC):
         Where samples were dropped and the beep is not at its place, it is searched for anew.
 
         Raises:
-            ValueError: the recording's rate is not the beep's.
+            ValueError: what is not a recording, or one whose rate is not the beep's.
             NoBeepError: the recording holds no beep.
         """
+        check_types(recording=(recording, Recording))
         return self.stream_pieces([recording])
 
     def stream_pieces(self, pieces: Iterable[Recording]) -> Iterator[Detection]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_numbers
+
 
 @dataclass(frozen=True)
 class PhoneGeometry:
@@ -71,6 +73,7 @@ class Recording:
             raise ValueError("samples must hold at least one sample per microphone, got none")
         if not np.isfinite(samples).all():
             raise ValueError(f"samples must be finite, got {int((~np.isfinite(samples)).sum())} NaN or infinite values")
+        check_numbers(sample_rate_hz=self.sample_rate_hz)
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise ValueError(f"sample_rate_hz must be positive, got {self.sample_rate_hz}")
         object.__setattr__(self, "samples", samples)

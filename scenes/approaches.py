@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.checked import check_seed
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person
 from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
@@ -118,11 +119,13 @@ def make_approach(
         beep_period_s: the walk lasts a whole number of these.
 
     Raises:
-        ValueError: an unknown scene, category or phone, or a period outside 0-1 s.
+        ValueError: an unknown scene, category or phone, an index or a seed that is no whole number, or a period
+            outside 0-1 s.
         RuntimeError: no placement with the wanted outcome was found.
     """
     if scene_name not in SETTINGS:
         raise ValueError(f"scene_name must be one of {sorted(SETTINGS)}, got {scene_name!r}")
+    check_seed(index=index, seed=seed)
     if not 0.0 < beep_period_s < 1.0:
         raise ValueError(f"beep_period_s must lie between 0 and 1, got {beep_period_s}")
     phone = Phone.named(phone_name)

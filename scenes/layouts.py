@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from obstaclewatch.checked import check_seed
 from scenes.obstacles import random_obstacle
 from scenes.obstacles.pedestrian import random_person
 from scenes.placing import placed
@@ -128,6 +129,9 @@ def load_scene(name_or_yaml: str | Path, seed: int = 0) -> Scene:
         ValueError: an unknown scene, or a file that does not fit the schema.
         FileNotFoundError: there is no such file.
     """
+    check_seed(seed=seed)
+    if not isinstance(name_or_yaml, str | Path):
+        raise ValueError(f"scene must be one of {list_scenes()} or a .yaml file, got {name_or_yaml!r}")
     if Path(name_or_yaml).suffix in (".yaml", ".yml"):
         return read_scene(name_or_yaml)
     name = str(name_or_yaml)

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_numbers
+
 KELVIN = 273.15
 GAS_CONSTANT_J_MOL_K = 8.314462618
 DRY_AIR_KG_MOL, WATER_KG_MOL = 0.028_965_46, 0.018_015_28
@@ -41,7 +43,7 @@ class Air:
         absorbs: False sets the absorption to exactly zero.
 
     Raises:
-        ValueError: a number outside its range.
+        ValueError: what is not a number, or one outside its range.
     """
 
     temperature_c: float = 20.0
@@ -51,6 +53,9 @@ class Air:
     absorbs: bool = True
 
     def __post_init__(self) -> None:
+        check_numbers(
+            temperature_c=self.temperature_c, relative_humidity=self.relative_humidity, pressure_pa=self.pressure_pa,
+        )  # fmt: skip
         low, high = TEMPERATURE_RANGE_C
         if not low <= self.temperature_c <= high:
             raise ValueError(f"temperature_c must be {low} to {high} (ISO 9613-1, 7), got {self.temperature_c}")
@@ -64,12 +69,15 @@ class Air:
                 f"against {self.vapour_fraction * self.pressure_pa:.0f}"
             )
         speed = self.fixed_sound_speed_m_s
+        if speed is not None:
+            check_numbers(fixed_sound_speed_m_s=speed)
         if speed is not None and not (np.isfinite(speed) and speed > 0.0):
             raise ValueError(f"fixed_sound_speed_m_s must be positive, got {speed}")
 
     @classmethod
     def lossless(cls, sound_speed_m_s: float = 343.0) -> Air:
         """Air of exactly that speed that absorbs nothing: for checks against exact solutions."""
+        check_numbers(sound_speed_m_s=sound_speed_m_s)
         return cls(fixed_sound_speed_m_s=float(sound_speed_m_s), absorbs=False)
 
     @property

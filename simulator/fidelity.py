@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Integral
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+
+from obstaclewatch.checked import check_numbers, check_types
 
 MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
@@ -70,7 +72,7 @@ class Fidelity:
         facet_m: longest edge of the facets of Kirchhoff's integral.
 
     Raises:
-        ValueError: a number out of range, an unknown level or mechanism.
+        ValueError: what is not a number or out of its range, an unknown level or mechanism.
     """
 
     level: str = "standard"
@@ -88,13 +90,22 @@ class Fidelity:
     facet_m: float = _FROM_LEVEL
 
     def __post_init__(self) -> None:
+        check_types(level=(self.level, str))
         if self.level not in LEVELS:
             raise ValueError(f"level must be one of {tuple(LEVELS)}, got {self.level!r}")
+        if self.tolerance_db is not None:
+            check_numbers(tolerance_db=self.tolerance_db)
         if self.tolerance_db is not None and not self.tolerance_db > 0.0:
             raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
         for name, value in _settings(self.level, self.tolerance_db).items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
+        if isinstance(self.mechanisms, str) or not isinstance(self.mechanisms, Iterable):
+            raise ValueError(f"mechanisms must be several of {MECHANISMS}, got {self.mechanisms!r}")
+        check_numbers(
+            max_range_m=self.max_range_m, facet_m=self.facet_m, edge_floor_db=self.edge_floor_db,
+            edge_share_db=self.edge_share_db,
+        )  # fmt: skip
         object.__setattr__(self, "mechanisms", tuple(self.mechanisms))
         unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
         if unknown:

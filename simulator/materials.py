@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_types
+
 BAND_HZ = (15_000.0, 25_000.0)
 ROUGHNESS_SOUND_SPEED_M_S = 343.0
 AIR_IMPEDANCE_PA_S_M = 413.0  # density times speed of sound at 20 C
@@ -74,6 +76,7 @@ class Material:
         Raises:
             ValueError: an unknown name; the message lists those there are.
         """
+        check_types(material=(name, str))
         if name not in _TABLE:
             raise ValueError(f"material must be one of {', '.join(list_materials())}, got {name!r}")
         return _TABLE[name]

@@ -36,6 +36,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_types
 from obstaclewatch.recording import PhoneGeometry
 from simulator.transducers import StructureBorne, Transducer
 
@@ -93,6 +94,7 @@ def preset(name: str) -> PhonePreset:
     Raises:
         ValueError: an unknown name; the message lists those there are.
     """
+    check_types(phone=(name, str))
     key = _ALIASES.get(name.lower(), name.lower())
     if key not in _PRESETS:
         raise ValueError(f"phone must be one of {', '.join(list_phones())}, got {name!r}")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
+
+from obstaclewatch.checked import check_numbers
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,7 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     return Rotation.from_quat(np.stack([*vector, cz * cx * cy - sz * sx * sy], axis=-1))
 
 
+@runtime_checkable
 class Walk(Protocol):
     """Anything that can say where the phone is at any instant.
 
@@ -113,6 +116,10 @@ class StraightWalk:
     pitch_rad: float = 0.0
 
     def __post_init__(self) -> None:
+        check_numbers(
+            heading_rad=self.heading_rad, speed_m_s=self.speed_m_s, duration_s=self.duration_s,
+            pitch_rad=self.pitch_rad,
+        )  # fmt: skip
         if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
             raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):

@@ -20,6 +20,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.checked import check_seed, check_types
 from obstaclewatch.recording import Recording
 from simulator import band
 from simulator.fidelity import Fidelity
@@ -68,10 +69,16 @@ def render_walk(
             What they hide, and what they add to the echoes of others, stays.
 
     Raises:
-        ValueError: a name that no obstacle has, a walk shorter than one beep period, a band that passes what the
-            tables hold (15-25 kHz), or phone and obstacle that may close in at a tenth of the speed of sound or more.
+        ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
+            band that passes what the tables hold (15-25 kHz), or phone and obstacle that may close in at a tenth of the
+            speed of sound or more.
     """
     fidelity = fidelity or Fidelity()
+    check_seed(seed=seed)
+    check_types(
+        scene=(scene, Scene), phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign),
+        fidelity=(fidelity, Fidelity),
+    )  # fmt: skip
     paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
     if unheard:
         kept = heard_without(paths, _known(unheard, scene))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from obstaclewatch.checked import check_types
 from simulator.air import Air
 from simulator.materials import Material
 
@@ -76,7 +77,7 @@ class Scene:
     """Obstacles and air. The ground is an obstacle like any other.
 
     Raises:
-        ValueError: two obstacles share a name.
+        ValueError: two obstacles share a name, or something is no obstacle or no air.
     """
 
     obstacles: Sequence[Obstacle]
@@ -84,7 +85,10 @@ class Scene:
     name: str = "scene"
 
     def __post_init__(self) -> None:
+        check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        for obstacle in self.obstacles:
+            check_types(obstacle=(obstacle, Obstacle))
         names = [obstacle.name for obstacle in self.obstacles]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:

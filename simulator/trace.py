@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.checked import check_types
 from simulator import band
 from simulator.candidates import Candidates
 from simulator.edges import edge_terms
@@ -52,9 +53,10 @@ def trace_paths(
         time_s: scalar or (N,), when each pose is taken; obstacles with a velocity have moved by then.
 
     Raises:
-        ValueError: the speaker and a microphone coincide, or a time is not finite.
+        ValueError: an argument of another type, the speaker and a microphone coincide, or a time is not finite.
     """
     fidelity = fidelity or Fidelity()
+    check_types(scene=(scene, Scene), phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
     tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
     paths = traced(tracing, scene, phone, fidelity)[0]
     return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)

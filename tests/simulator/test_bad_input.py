@@ -9,12 +9,30 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.beep import BeepDesign
-from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, held_rotation, render_walk
+from obstaclewatch import BeepDesign, PaperDetector, Recording
+from scenes import load_scene, make_approach
+from simulator import (
+    Air,
+    Fidelity,
+    Material,
+    Obstacle,
+    Phone,
+    Pose,
+    Scene,
+    StraightWalk,
+    held_rotation,
+    render_walk,
+    trace_paths,
+)
 
 BOX = trimesh.creation.box((1.0, 1.0, 1.0), trimesh.transformations.translation_matrix((3.0, 0.0, 0.0)))
 RIGID = Material.rigid()
 NOWHERE = Rotation.identity()
+
+
+def _rendered(walk=None, **rest):
+    walk = walk or StraightWalk([0.0, 0.0, 1.3], 0.0, 0.0, 0.1)
+    return render_walk(Scene([]), Phone.named("ideal"), walk, BeepDesign(), **rest)
 
 
 @pytest.mark.parametrize(
@@ -37,6 +55,36 @@ NOWHERE = Rotation.identity()
         (lambda: Fidelity("auto", 0.0), "tolerance_db must be positive, got 0.0"),
         (lambda: Fidelity("auto", -1.0), "tolerance_db must be positive, got -1.0"),
         (lambda: Fidelity(max_order=True), "max_order must be a whole number from 0 to 8, got True"),
+        (lambda: Air("20"), "temperature_c must be a number, got '20'"),
+        (lambda: Air(relative_humidity=True), "relative_humidity must be a number, got True"),
+        (lambda: Air(pressure_pa=[1e5, 1e5]), r"pressure_pa must be a number, got \[100000.0, 100000.0\]"),
+        (lambda: Air.lossless(None), "sound_speed_m_s must be a number, got None"),
+        (lambda: Phone.named(None), "phone must be of type str, got None"),
+        (lambda: Material.named(["brick"]), r"material must be of type str, got \['brick'\]"),
+        (lambda: Scene(None), "obstacles must be of type Iterable, got None"),
+        (lambda: Scene([BOX]), "obstacle must be of type Obstacle, got <trimesh"),
+        (lambda: Scene([], 20.0), "air must be of type Air, got 20.0"),
+        (lambda: StraightWalk([0.0, 0.0, 1.3], 0.0, "1", 1.0), "speed_m_s must be a number, got '1'"),
+        (lambda: Fidelity(["auto"]), r"level must be of type str, got \['auto'\]"),
+        (lambda: Fidelity("auto", "1"), "tolerance_db must be a number, got '1'"),
+        (lambda: Fidelity(mechanisms="edges"), "mechanisms must be several of .*, got 'edges'"),
+        (lambda: Fidelity(max_range_m="7"), "max_range_m must be a number, got '7'"),
+        (lambda: BeepDesign("18000"), "start_hz must be a number, got '18000'"),
+        (lambda: Recording(np.zeros((2, 5)), "192000"), "sample_rate_hz must be a number, got '192000'"),
+        (lambda: PaperDetector(BeepDesign(), Phone.named("ideal")), "phone must be of type PhoneGeometry, got Phone"),
+        (lambda: PaperDetector(None, Phone.named("ideal").geometry), "beep must be of type BeepDesign, got None"),
+        (
+            lambda: trace_paths(Scene([]), "ideal", Pose([0.0, 0.0, 0.0], NOWHERE)),
+            "phone must be of type Phone, got 'ideal'",
+        ),
+        (lambda: trace_paths(Scene([]), Phone.named("ideal"), None), "pose must be of type Pose, got None"),
+        (lambda: _rendered(seed=1.5), "seed must be a whole number, 0 or more, got 1.5"),
+        (lambda: _rendered(seed=None), "seed must be a whole number, 0 or more, got None"),
+        (lambda: _rendered(fidelity="auto"), "fidelity must be of type Fidelity, got 'auto'"),
+        (lambda: _rendered(walk=Pose([0.0, 0.0, 0.0], NOWHERE)), "walk must be of type Walk, got Pose"),
+        (lambda: load_scene("supermarket", seed=0.5), "seed must be a whole number, 0 or more, got 0.5"),
+        (lambda: load_scene(None), "scene must be one of .*, got None"),
+        (lambda: make_approach("campus", "wall", 0.5), "index must be a whole number, 0 or more, got 0.5"),
     ],
 )
 @pytest.mark.filterwarnings("error")

@@ -1,0 +1,42 @@
+"""What callers hand over, checked for its type: one clear error in place of one from deep inside."""
+
+from __future__ import annotations
+
+import reprlib
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+
+def check_numbers(**values: Any) -> None:
+    """Refuse what is not one real number. NaN and infinity pass: their rules are the caller's.
+
+    Raises:
+        ValueError: a text, None, a truth value, an array; the message gives name and value.
+    """
+    for name, value in values.items():
+        if value is None or np.ndim(value) > 0 or np.asarray(value).dtype.kind not in "iuf":
+            raise ValueError(f"{name} must be a number, got {reprlib.repr(value)}")
+
+
+def check_seed(**values: Any) -> None:
+    """Refuse what seeds no reproducible stream: anything but a whole number, 0 or more.
+
+    Raises:
+        ValueError: the message gives name and value.
+    """
+    for name, value in values.items():
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < 0:
+            raise ValueError(f"{name} must be a whole number, 0 or more, got {reprlib.repr(value)}")
+
+
+def check_types(**values: tuple[Any, type]) -> None:
+    """Refuse what is not of its type; each value comes with the type that it must have.
+
+    Raises:
+        ValueError: the message gives name, type and value.
+    """
+    for name, (value, kind) in values.items():
+        if not isinstance(value, kind):
+            raise ValueError(f"{name} must be of type {kind.__name__}, got {reprlib.repr(value)}")
