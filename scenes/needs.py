@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -18,7 +19,15 @@ from simulator.scene import Obstacle, Scene
 from simulator.trace import trace_paths
 from simulator.wedges import wedges_of
 
+Step = Callable[[], object]
 TIMED_BEEPS = 6
+TIMED_RENDERINGS = 3
+"""The first of them compiles, the other two are timed."""
+INSTANTS = 5
+
+
+def _silent() -> None:
+    """Shows no progress."""
 
 
 @dataclass(frozen=True)
@@ -88,14 +97,17 @@ def _need(obstacle: Obstacle) -> Need:
     )  # fmt: skip
 
 
-def integrals_needed(scene: Scene, phone: Phone, walk: Walk) -> list[str]:
-    """Obstacles for some of whose echoes the level "auto" takes Kirchhoff's integral, at five instants of a walk.
+def integrals_needed(scene: Scene, phone: Phone, walk: Walk, step: Step = _silent) -> list[str]:
+    """Obstacles for some of whose echoes the level "auto" takes Kirchhoff's integral, at `INSTANTS` of a walk.
 
-    Rays alone, as the level "standard" takes them, err by more than half a decibel there.
+    Rays alone, as the level "standard" takes them, err by more than half a decibel there. `step` is called after each
+    instant: in a street of two dozen things one may take a minute or two.
     """
-    time = np.linspace(0.0, walk.duration_s, 5)
-    paths = trace_paths(scene, phone, walk.pose(time), Fidelity(level="auto"), time)
-    named = {str(name) for name in paths.obstacle[paths.kind == "kirchhoff"]}
+    named: set[str] = set()
+    for time_s in np.linspace(0.0, walk.duration_s, INSTANTS):
+        paths = trace_paths(scene, phone, walk.pose([time_s]), Fidelity(level="auto"), time_s)
+        named |= {str(name) for name in paths.obstacle[paths.kind == "kirchhoff"]}
+        step()
     return [obstacle.name for obstacle in scene.obstacles if obstacle.name in named]
 
 
@@ -110,8 +122,10 @@ class _Opening:
         return self.walk.pose(time_s)
 
 
-def rendering_cost(scene: Scene, phone: Phone, walk: Walk, fidelity: Fidelity | None = None) -> Cost:
-    """Measured on the walk's first beeps.
+def rendering_cost(
+    scene: Scene, phone: Phone, walk: Walk, fidelity: Fidelity | None = None, step: Step = _silent
+) -> Cost:
+    """Measured on the walk's first beeps; `step` is called after each of `TIMED_RENDERINGS`.
 
     Raises:
         ValueError: the walk is shorter than one beep.
@@ -123,7 +137,9 @@ def rendering_cost(scene: Scene, phone: Phone, walk: Walk, fidelity: Fidelity | 
     def seconds(count: int) -> float:
         begin = perf_counter()
         render_walk(scene, phone, _Opening(walk, count * beep.period_s), beep, fidelity)
-        return perf_counter() - begin
+        taken = perf_counter() - begin
+        step()
+        return taken
 
     seconds(some)  # compiles and warms caches
     one, all_ = seconds(1), seconds(some)

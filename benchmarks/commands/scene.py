@@ -10,11 +10,12 @@ from typing import Any
 
 import click
 import numpy as np
+from tqdm import tqdm
 
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
 from scenes.check import Finding, check_scene
 from scenes.encounter import has_walk
-from scenes.needs import Cost, Need, integrals_needed, needs_of, rendering_cost
+from scenes.needs import INSTANTS, TIMED_RENDERINGS, Cost, Need, integrals_needed, needs_of, rendering_cost
 from scenes.preview import preview_around, preview_scene
 from scenes.preview_html import preview_html
 from simulator import Phone
@@ -33,23 +34,33 @@ def scene() -> None:
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 @click.option(
-    "--cost/--no-cost", default=True, show_default=True, help="render some beeps to say what a walk takes and needs"
+    "--cost/--no-cost",
+    default=True,
+    show_default=True,
+    help="simulate the opening and five instants of a walk, to say what one takes and needs",
 )
 def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
     """Check NAME (a scene or a YAML file) and say what the simulator will need for it.
 
+    The cost is measured on a simulated walk. In a street of two dozen things that takes minutes; --no-cost is done in
+    seconds.
+
     Exit codes: 0 fit, warnings or none; 2 an error that would make its echoes wrong.
     """
-    if has_walk(name):
-        met = load_encounter(name, seed)
-        findings = check_scene(met.scene, met.walk, met.phone)
-    else:
-        met = _walked_straight(name, seed)
-        findings = check_scene(met.scene)
-    needs = needs_of(met.scene)
-    sound = not any(finding.severity == "error" for finding in findings)
-    price = rendering_cost(met.scene, met.phone, met.walk) if cost and sound else None
-    integrals = integrals_needed(met.scene, met.phone, met.walk) if cost and sound else None
+    walked = has_walk(name)
+    met = load_encounter(name, seed) if walked else _walked_straight(name, seed)
+    price, integrals = None, None
+    steps = 1 + cost * (TIMED_RENDERINGS + INSTANTS)
+    with tqdm(desc="meshes", total=steps, unit="step", leave=False, disable=not sys.stderr.isatty()) as bar:
+        findings = check_scene(met.scene, met.walk, met.phone) if walked else check_scene(met.scene)
+        needs = needs_of(met.scene)
+        bar.update()
+        sound = not any(finding.severity == "error" for finding in findings)
+        if cost and sound:
+            bar.set_description("first beeps")
+            price = rendering_cost(met.scene, met.phone, met.walk, step=bar.update)
+            bar.set_description("instants at level auto")
+            integrals = integrals_needed(met.scene, met.phone, met.walk, bar.update)
     show = _as_json if as_json else _as_text
     click.echo(show(name, findings, needs, price, integrals))
     if not sound:

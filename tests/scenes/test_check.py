@@ -1,6 +1,8 @@
 """Every rule of the check finds its defect and nothing else, and the command says so."""
 
 import json
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +11,10 @@ import trimesh
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
+from benchmarks.commands.scene import check as command
 from scenes import Pace, Route, RouteWalk, load_scene
 from scenes.check import check_scene
-from scenes.needs import integrals_needed, needs_of, rendering_cost
+from scenes.needs import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
 from scenes.obstacles import car, ground, litter_bin, wall
 from scenes.placing import placed
 from scenes.solids import box, cylinder, shifted
@@ -130,7 +133,9 @@ def test_needs_name_the_mechanisms() -> None:
 
 
 def test_the_cost_is_measured() -> None:
-    cost = rendering_cost(Scene([FLOOR]), PHONE, WALK, Fidelity(max_order=1))
+    steps: list[None] = []
+    cost = rendering_cost(Scene([FLOOR]), PHONE, WALK, Fidelity(max_order=1), lambda: steps.append(None))
+    assert len(steps) == TIMED_RENDERINGS
     assert cost.beeps == 33
     assert 0.0 < cost.walk_s < 60.0
     with pytest.raises(ValueError, match="must last one beep"):
@@ -141,7 +146,10 @@ def test_a_post_that_ends_at_the_phones_height_needs_the_integral() -> None:
     """Its rim lies in the first Fresnel zone of its mirror point; that of a post of 2 m is far above."""
     short, tall = thing(cylinder(0.2, 1.35), "short", (2.5, 0.4)), thing(cylinder(0.2, 2.0), "tall", (2.5, -0.8))
     scene = Scene([FLOOR, short, tall, thing(wall(), "wall", (8.0, 0.0))])
-    assert integrals_needed(scene, PHONE, GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=1.5)) == ["short"]
+    steps: list[None] = []
+    walk = GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=1.5)
+    assert integrals_needed(scene, PHONE, walk, lambda: steps.append(None)) == ["short"]
+    assert len(steps) == INSTANTS
 
 
 YARD = """
@@ -151,6 +159,18 @@ obstacles:
   - {kind: wall, name: shed, at_m: [5, 1], yaw_deg: 90}
 walk: {start_m: [0, 0], duration_s: 2, height_m: HEIGHT}
 """
+
+
+def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Cause: of a scene with two dozen things it took four minutes, and printed nothing before it was done.
+    path = tmp_path / "yard.yaml"
+    path.write_text(YARD.replace("HEIGHT", "1.3"))
+    shown = StringIO()
+    monkeypatch.setattr(shown, "isatty", lambda: True, raising=False)
+    with redirect_stderr(shown):
+        command.main([str(path)], standalone_mode=False)
+    assert f"/{1 + TIMED_RENDERINGS + INSTANTS} " in shown.getvalue()
+    assert all(stage in shown.getvalue() for stage in ("meshes", "first beeps", "instants at level auto"))
 
 
 def test_the_command_prints_a_table_and_json_and_its_exit_code_tells(tmp_path: Path) -> None:
