@@ -95,7 +95,8 @@ def verdict_rows(run: RunData) -> list[Row]:
         cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
         rows.append(Row(group, label, *_printed(paper), cells))
     held = _groups(run)
-    return [row for row in rows if row.group in held]
+    told = any("loud_echoes_m" in record["result"] for record in run.ok)
+    return [row for row in rows if row.group in held and (told or row.label not in AGAINST_ECHOES)]
 
 
 def _groups(run: RunData) -> set[str]:
@@ -188,6 +189,7 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
         *standing,
         ("Standing", STANDING[0], error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),
         ("Standing", STANDING[1], error("standing", "range2_m", "m", 0.9), paper_values.DISTANCE2_P90),
+        *_AGAINST_ECHOES,
         ("Walking", "distance, median", error("walking", "range_m", "m", 0.5), None),
         ("Walking", "distance, median with its sign", error("walking", "range_m", "m", 0.5, signed=True), None),
         ("Walking", "bearing, median", error("walking", "bearing_rad", "rad", 0.5), paper_values.BEARING_MEDIAN),
@@ -196,6 +198,24 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
         ("Walking", _NARROW + ", P80", partial(_narrow_radius, quantile=0.8), paper_values.RADIUS_P80),
     ]
 
+
+def _error_to_echo(tables: Tables, paper: PaperValue | None, column: str, quantile: float) -> Measured:
+    table = tables.standing
+    return _quantile(np.abs(table[column] - table[f"echo_{column}"]), quantile, table["label"], *DISPLAY["m"], paper)
+
+
+_AGAINST_ECHOES: tuple[tuple[str, str, Quantity, None], ...] = tuple(
+    (
+        "Standing",
+        f"{label} against what echoes, {said} (diagnostic)",
+        partial(_error_to_echo, column=column, quantile=quantile),
+        None,
+    )
+    for column, label in (("range_m", "Distance1"), ("range2_m", "Distance2"))
+    for said, quantile in (("median", 0.5), ("P90", 0.9))
+)
+"""Not held against the paper, whose errors are to the obstacle."""
+AGAINST_ECHOES = tuple(label for _, label, *_ in _AGAINST_ECHOES)
 
 _NARROW = f"radius of targets up to {2 * NARROW_M:g} m wide"
 

@@ -48,7 +48,8 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
     """One row per beep and target of all cells of a kind ("approach" or "standing").
 
     Columns: label, scene, category, phone, standing_range_m, and those of `benchmarks.cells.compute`; NaN is no
-    estimate.
+    estimate. Of standing measurements also echo_range_m and echo_range2_m, a diagnostic and no truth: which of the
+    target's loud echoes is nearest to range_m and to range2_m; NaN without one, as in runs that do not tell them.
     """
     columns: dict[str, list[Any]] = {}
     for record in run.ok:
@@ -61,10 +62,11 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
             shared |= {"label": record["label"], "standing_range_m": cell["range_m"]}
             for name, value in shared.items():
                 columns.setdefault(name, []).extend([value] * count)
-            for name, values in beeps.items():
+            for name, values in (beeps | _nearest_echoes(record["result"], beeps, kind)).items():
                 columns.setdefault(name, []).extend(values)
     if not columns:
-        columns = {name: [] for name in ("label", *_CELL[:3], "standing_range_m", *BEEP_COLUMNS)}
+        echoes = ECHOES if kind == "standing" else {}
+        columns = {name: [] for name in ("label", *_CELL[:3], "standing_range_m", *BEEP_COLUMNS, *echoes)}
     return {name: _column(name, values) for name, values in columns.items()}
 
 
@@ -73,6 +75,17 @@ BEEP_COLUMNS = (
     "true_signed_bearing_rad", "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m",
     "bearing_std_rad", "radius_std_m", "flags", "candidates",
 )  # fmt: skip
+ECHOES = {"echo_range_m": "range_m", "echo_range2_m": "range2_m"}
+"""Columns of the nearest loud echo at microphone 0 and 1, and of the estimates that they are nearest to."""
+
+
+def nearest_echo(estimate_m: ArrayLike, echoes_m: ArrayLike) -> NDArray[np.float64]:
+    """(T,) which of (E,) echoes is nearest to each of (T,) estimates; NaN without an estimate or an echo."""
+    estimate, echoes = np.asarray(estimate_m, dtype=np.float64), np.asarray(echoes_m, dtype=np.float64)
+    if echoes.size == 0:
+        return np.full(estimate.shape, np.nan)
+    nearest = echoes[np.argmin(np.abs(echoes - estimate[:, None]), axis=1)]
+    return np.where(np.isnan(estimate), np.nan, nearest)
 
 
 def rate(successes: ArrayLike) -> Rate:
@@ -142,19 +155,31 @@ def _verdict(run: RunData, detector: str) -> dict[str, Any]:
         "false_alerts_over_all": _rate_entry(false_alerts_over_all(walks)),
         "walking": _errors(beeps),
         "standing": _errors(still),
+        "standing_against_echoes": _errors(still, {name: (name, echo) for echo, name in ECHOES.items()}),
     }
 
 
-def _errors(table: Table) -> dict[str, Any]:
-    pairs = {
-        "range_m": ("range_m", "true_range_m"), "range2_m": ("range2_m", "true_range2_m"),
-        "bearing_rad": ("bearing_rad", "true_bearing_rad"), "radius_m": ("radius_m", "true_radius_m"),
-    }  # fmt: skip
+_TRUE = {name: (name, f"true_{name}") for name in ("range_m", "range2_m", "bearing_rad", "radius_m")}
+
+
+def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = _TRUE) -> dict[str, Any]:
+    """Median absolute errors by name, of pairs of estimate and what it is held against."""
     entries = {}
     for name, (estimate, truth) in pairs.items():
         value, low, high, count = quantile_with_interval(absolute_errors(table, estimate, truth), 0.5, table["label"])
         entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(table[truth])}
     return entries
+
+
+def _nearest_echoes(result: Mapping[str, Any], beeps: Mapping[str, Any], kind: str) -> dict[str, list[float]]:
+    """The columns `ECHOES` of a cell's beeps; none of walks."""
+    if kind != "standing":
+        return {}
+    told = result.get("loud_echoes_m", [[], []])
+    return {
+        name: nearest_echo(beeps[estimate], echoes).tolist()
+        for (name, estimate), echoes in zip(ECHOES.items(), told, strict=True)
+    }
 
 
 def _rate_entry(found: Rate) -> dict[str, Any]:

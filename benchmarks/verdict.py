@@ -30,13 +30,17 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
 
 
 def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What is measured and how much; nothing of walks or standing phones where there are none."""
+    """What is measured and how much; nothing of walks, standing phones or their loud echoes where there are none."""
     if found["false_alerts_over_all"]["n"]:
         yield from ((label, _share(found[key])) for key, label in _RATES)
     for state in ("walking", "standing"):
         for key, label, unit, scale in QUANTITIES:
             if found[state][key]["of"]:
                 yield f"median {label} error, {state}", _median(found[state][key], unit, scale)
+    for key, label in (("range_m", "range"), ("range2_m", "mic 2")):
+        entry = found["standing_against_echoes"][key]
+        if entry["n"]:
+            yield f"{label} against echoes, diagnostic", _median(entry, "cm", 100.0)
 
 
 _OF_A_POINT = 4

@@ -17,6 +17,7 @@ from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.fidelities import fidelity_result
 from benchmarks.cells.interference import with_interferer
+from benchmarks.cells.loud_echoes import loud_echo_ranges
 from benchmarks.cells.motions import motion_result
 from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
@@ -31,6 +32,7 @@ from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
 from scenes.truth import GroundTruth
+from simulator import Fidelity
 from simulator.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
@@ -48,6 +50,8 @@ PROGRESS_STEP_S = 0.02
 
 def compute(cell: Cell) -> dict[str, Any]:
     """All numbers of one cell, ready for JSON: "truth", "detectors" (one entry each) and "cost" (times, s).
+
+    Standing measurements add "loud_echoes_m", of each microphone; see `benchmarks.cells.loud_echoes`.
 
     Raises:
         ValueError: the cell names something unknown or out of range.
@@ -69,7 +73,8 @@ def compute(cell: Cell) -> dict[str, Any]:
         "beeps": len(truths[0].time_s),
         "total_s": perf_counter() - begin,
     }
-    return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost}
+    echoes = {"loud_echoes_m": loud_echo_ranges(setting, Fidelity(**cell.fidelity))} if cell.kind == "standing" else {}
+    return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost} | echoes
 
 
 def heard(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:

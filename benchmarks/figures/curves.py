@@ -36,9 +36,9 @@ def draw_curves(figure: CurveFigure) -> Canvas:
 
 
 def axis_end(figure: CurveFigure) -> float:
-    """A round number past the 95th percentile of every curve and past the paper's points."""
+    """A round number past the 95th percentile of every curve but diagnostics and past the paper's points."""
     reach = [mark.paper.display * 1.1 for mark in figure.marks]
-    for curve in (curve for curve in figure.curves if curve.n):
+    for curve in (curve for curve in figure.curves if curve.n and not curve.diagnostic):
         reach.append(float(curve.value[np.searchsorted(curve.share, 0.95).clip(max=len(curve.value) - 1)]))
     longest = max(reach, default=1.0)
     scale = 10.0 ** np.floor(np.log10(longest))
@@ -46,14 +46,17 @@ def axis_end(figure: CurveFigure) -> float:
 
 
 def _draw_curve(ax: Axes, curve: Curve) -> None:
-    if curve.n == 0:
+    if curve.diagnostic:  # room beside the axes is for what is held against the paper
+        label = "" if curve.dashed else curve.label.replace(" against ", "\nagainst ")
+    elif curve.n == 0:
         label = f"{curve.label}: no data"
     else:
         label = "\n".join([curve.label, *curve.summary.split("; ")])
     x, y = np.concatenate([[0.0], curve.value]), np.concatenate([[0.0], 100.0 * curve.share])
+    solid, dashed = ("-", (0, (4, 1.6))) if not curve.diagnostic else ((0, (1, 1.2)), (0, (4, 1.6, 1, 1.6)))
     ax.plot(
-        x, y, drawstyle="steps-post", color=colour(curve.key), linewidth=1.7,
-        linestyle=(0, (4, 1.6)) if curve.dashed else "-", label=label,
+        x, y, drawstyle="steps-post", color=colour(curve.key), linewidth=1.0 if curve.diagnostic else 1.7,
+        linestyle=dashed if curve.dashed else solid, label=label or None,
     )  # fmt: skip
 
 

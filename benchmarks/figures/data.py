@@ -118,6 +118,7 @@ class Curve:
         value, share: (K,) steps: this share of the estimates has at most this error.
         n, total: estimates, and beeps that could have given one.
         summary: median and the like for the legend, parted by semicolons.
+        diagnostic: drawn thin and dotted, its summary left to the figure's reading: not held against the paper.
     """
 
     label: str
@@ -128,6 +129,7 @@ class Curve:
     n: int
     total: int
     summary: str
+    diagnostic: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -32,14 +33,29 @@ RADIUS_MARKS = (Mark("median", 0.5, paper_values.RADIUS_MEDIAN), Mark("P80", 0.8
 
 
 def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
-    """Figures 21 to 23: a standing phone, Distance1 to the top and Distance2 to the bottom microphone."""
+    """Figures 21 to 23: a standing phone, Distance1 to the top and Distance2 to the bottom microphone.
+
+    Beside the errors, against the target's nearest point, those against its nearest loud echo, of runs that tell them.
+    """
     curves: list[Curve] = []
     for detector in judged_detectors(run):
         table = part(beep_table(run, detector, "standing"), "standing_range_m", range_m)
         curves += [
             error_curve(table, f"{column}_m", f"true_{column}_m", "m", f"{detector}, {label}", detector, 0.9, dashed)
-            for column, label, dashed in (("range", "Distance1", False), ("range2", "Distance2", True))
+            for column, label, dashed in DISTANCES
         ]
+        against = [
+            replace(
+                error_curve(
+                    table, f"{column}_m", f"echo_{column}_m", "m", f"{detector}, {label} against what echoes",
+                    detector, 0.9, dashed,
+                ),
+                diagnostic=True,
+            )
+            for column, label, dashed in DISTANCES
+        ]  # fmt: skip
+        curves += [curve for curve in against if curve.n]
+    remark = DIAGNOSTIC if any(curve.diagnostic for curve in curves) else ""
     return CurveFigure(
         name=name,
         title=f"Fig. {name[3:]} · Distance error of a standing phone, {range_m:g} m",
@@ -48,7 +64,7 @@ def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
         curves=tuple(curves),
         marks=(marks := _distance_marks(range_m)),
         reading=_curves_sentence(curves, marks),
-        note=f"{INTERVALS} Only echoes within the association gate count as estimates of the target.",
+        note=f"{INTERVALS} Only echoes within the association gate count as estimates of the target.{remark}",
     )
 
 
@@ -96,6 +112,13 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
         "The paper pools all bearings: median 4°, P80 8°.",
     )
 
+
+DISTANCES = (("range", "Distance1", False), ("range2", "Distance2", True))
+"""Columns, what the paper calls them, and whether they are dashed."""
+DIAGNOSTIC = (
+    " Thin and dotted (Distance2: dots and dashes), a diagnostic: the same estimates against whichever of the target's "
+    "loud echoes is nearest, by the simulator's paths."
+)
 
 DISTANCE_FIGURES = {
     name: partial(distance_errors, range_m=range_m, name=name)
