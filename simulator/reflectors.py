@@ -29,6 +29,8 @@ COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
 CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
 PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
+PANEL_LEAST_M2 = 3e-4  # a wavelength at 20 kHz squared: smaller planes are not joined, such as those of scanned skin
+PANEL_BEND_RAD = np.deg2rad(1.0)  # by which planes of one panel may depart from their mean
 
 
 @dataclass(frozen=True)
@@ -247,14 +249,40 @@ def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
 
 
 def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> NDArray[np.bool_]:
-    """(T,) facets that bend smoothly into a neighbour and are not large panels."""
+    """(T,) facets that bend smoothly into a neighbour and are not of large panels."""
     bends = smooth_edges[regions[smooth_edges[:, 0]] != regions[smooth_edges[:, 1]]]
-    area = np.bincount(regions, mesh.area_faces)
-    largest_neighbor = np.zeros(len(area))
-    for a, b in (bends.T, bends.T[::-1]):
-        np.maximum.at(largest_neighbor, regions[a], area[regions[b]])
-    panel = area > PANEL_AREA_RATIO * largest_neighbor
-    return ~panel[regions]
+    area = np.bincount(regions, mesh.area_faces)[regions]
+    panel = _panels(mesh, regions, area, bends)
+    across = bends[panel[bends[:, 0]] != panel[bends[:, 1]]]
+    largest, largest_neighbor = np.zeros(panel.max() + 1), np.zeros(panel.max() + 1)
+    np.maximum.at(largest, panel, area)
+    for a, b in (across.T, across.T[::-1]):
+        np.maximum.at(largest_neighbor, panel[a], area[b])
+    return ~(largest > PANEL_AREA_RATIO * largest_neighbor)[panel]
+
+
+def _panels(mesh: trimesh.Trimesh, regions: Ints, area: NDArray, bends: Ints) -> Ints:
+    """(T,) label of each facet's plane, or of the planes that bend into one another by next to nothing in all.
+
+    A flat that is drawn out to a taper in two steps is one panel. The facets of a fine cylinder bend as little from one
+    to the next, but not in all.
+    """
+    normal = np.asarray(mesh.face_normals)
+    slight = np.einsum("ax,ax->a", *normal[bends.T]) > np.cos(PANEL_BEND_RAD)
+    joined = bends[slight & (area[bends] > PANEL_LEAST_M2).all(axis=1)]
+    label = _components(np.concatenate([joined, _same(regions)]), len(regions))
+    mean: Floats = np.stack([np.bincount(label, mesh.area_faces * normal[:, k]) for k in range(3)], axis=1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    bent = np.zeros(len(mean), dtype=bool)
+    np.logical_or.at(bent, label, np.einsum("tx,tx->t", normal, mean[label]) < np.cos(PANEL_BEND_RAD))
+    return np.unique(np.where(bent[label], len(mean) + regions, label), return_inverse=True)[1].astype(np.int64)
+
+
+def _same(labels: Ints) -> Ints:
+    """(P, 2) pairs of rows that chain all with the same label together."""
+    order = np.argsort(labels, kind="stable")
+    pairs = np.stack([order[:-1], order[1:]], axis=1)
+    return pairs[labels[pairs[:, 0]] == labels[pairs[:, 1]]]
 
 
 def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) -> PlanarPatches:

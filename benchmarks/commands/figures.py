@@ -25,7 +25,7 @@ def figures(run_folder: Path, names: tuple[str, ...], detector: str | None, othe
         raise ValueError("--with needs --claims DETECTOR")
     further = [load_run(folder) for folder in others]
     known = {name for each in (run, *further) for name in detectors_of(each)}
-    if detector is not None and detector not in known:
+    if detector is not None and known and detector not in known:  # runs of probes alone have none
         raise ValueError(f"--claims must name a detector of the runs, {sorted(known)}, got '{detector}'")
     for path in draw_figures(run, list(names) or None):
         click.echo(path)

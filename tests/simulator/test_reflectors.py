@@ -88,6 +88,41 @@ def test_rounded_box_is_six_panels_and_their_fillets():
     assert np.abs(sag).max() < 5e-4
 
 
+@pytest.mark.parametrize("steps", [1, 2, 5])
+def test_flats_between_fillets_stay_flat_when_drawn_out_to_a_taper(steps):
+    """A wheeled bin's front, in two planes 0.3 degrees apart, each the other's large neighbour, was one round surface.
+
+    Its echo came 6 dB too weak and 12 mm from before it.
+    """
+    height = np.linspace(0.0, 1.0, steps + 1)
+    scale = 0.8 + 0.2 * height + 0.02 * height * (1.0 - height)
+    patches, fillets = _read(_drawn_out(0.5 * scale, 0.06 * scale, height))
+    fronts = patches.normal[:, 0] > 0.9
+    assert fronts.sum() == steps
+    lower, upper = scale[:-1], scale[1:]
+    slope = 0.5 * (upper - lower) * steps
+    np.testing.assert_allclose(np.sort(patches.normal[fronts, 2]), np.sort(-slope / np.hypot(1.0, slope)), atol=1e-9)
+    side = np.cross(fillets.corner_m[:, 1] - fillets.corner_m[:, 0], fillets.corner_m[:, 2] - fillets.corner_m[:, 0])
+    assert 0.5 * np.linalg.norm(side, axis=1).max() < 0.02 / steps  # those of the flats have ten times as much
+
+
+def _drawn_out(half_m, radius_m, height_m):
+    """A square rod of such half widths at such heights, its edges rounded in four steps, closed by flat ends."""
+    quarter = np.arange(5) * np.pi / 8
+    turn = np.concatenate([quarter + k * np.pi / 2 for k in range(4)])
+    sign = np.repeat([[1, 1], [-1, 1], [-1, -1], [1, -1]], 5, axis=0)
+    ball = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    rings = [(half - radius) * sign + radius * ball for half, radius in zip(half_m, radius_m, strict=True)]
+    point = np.concatenate([np.column_stack([ring, np.full(20, z)]) for ring, z in zip(rings, height_m, strict=True)])
+    low = np.array([[20 * row + k, 20 * row + (k + 1) % 20] for row in range(len(rings) - 1) for k in range(20)])
+    sides = np.concatenate(
+        [np.column_stack([low, low[:, 1] + 20]), np.column_stack([low[:, ::-1] + [20, 0], low[:, 0] + 20])]
+    )
+    last = 20 * (len(rings) - 1)
+    ends = [[0, k + 1, k] for k in range(1, 19)] + [[last, last + k, last + k + 1] for k in range(1, 19)]
+    return trimesh.Trimesh(point, np.concatenate([sides, ends]), process=True)
+
+
 def test_almost_parallel_normals_do_not_bend_an_edge():
     # equal tilts of 1e-3 at both ends of a 1 m edge and normals 1e-6 apart: no quadratic obeys both
     a, b = np.array([[0.0, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
