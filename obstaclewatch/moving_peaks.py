@@ -67,9 +67,9 @@ class MovingPeaks:
     """Peaks of one beep, nearest first, as the chirp reads them: `range_doppler_s` ahead of their time.
 
     Attributes:
-        readings: (5, n) of each peak `power`, height squared over the local noise power, of which 1 is noise, and which
-            is half of 2E/N0; `range_m` from microphone 0, and `range_std_m`, its deviation from noise alone; `level_db`
-            relative to the direct sound, and `snr_db`, 2E/N0, at microphone 0.
+        readings: (5, n) of each peak its power, height squared over the local noise power, of which 1 is noise, and
+            which is half of 2E/N0; its range from microphone 0, and the range's deviation from noise alone; its level
+            relative to the direct sound, dB, and 2E/N0, dB, at microphone 0.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
         log_ratio: (M,) of an echo against noise in cells of two samples, see `line_evidence`.
         first_m, cell_m: range of the first cell, and their spacing.
@@ -87,19 +87,9 @@ class MovingPeaks:
         return self.readings.shape[1]
 
     @property
-    def power(self) -> Array:
-        """(n,) height squared over the local noise power."""
-        return self.readings[0]
-
-    @property
     def range_m(self) -> Array:
         """(n,) from microphone 0."""
         return self.readings[1]
-
-    @property
-    def range_std_m(self) -> Array:
-        """(n,) its deviation from noise alone."""
-        return self.readings[2]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ few Chebyshev nodes of each beep and carried between them by polynomials; Dopple
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from simulator.diffracted import edge_points, placed, point_slot, seen
 from simulator.edge_view import APEX, END, START
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.pose import Walk
+from simulator.scene import Obstacle
 from simulator.specular import mirrored
 from simulator.spreading import spreading
 from simulator.world import Tracing
@@ -97,13 +99,18 @@ def motion_within(
     return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
 
 
+def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floats, beep_s: float) -> float:
+    """Most at which phone and an obstacle may close in: the fastest of the beeps' ways, and the fastest obstacle."""
+    way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
+    fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
+    return float(np.linalg.norm(way, axis=1).max()) / beep_s + fastest
+
+
 def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:
     """How many settle the delays: as far at any speed as `RETARDATIONS` do at `CALM_M_S`."""
     if not len(start_s):
         return RETARDATIONS
-    way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
-    fastest = max((float(np.linalg.norm(o.velocity_m_s)) for o in tracing.world.obstacles), default=0.0)
-    closing = np.linalg.norm(way, axis=1).max() / beep_s + fastest
+    closing = fastest_closing_m_s(tracing.world.obstacles, walk, start_s, beep_s)
     calm = np.log(CALM_M_S / speed_m_s)
     return int(np.ceil(RETARDATIONS * calm / np.log(max(closing, CALM_M_S) / speed_m_s)))
 

@@ -235,12 +235,16 @@ def _plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
 
 def _planes(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Floats, Floats]:
     """(L, 3) area-weighted unit normal and (L,) offset of every region."""
-    count = labels.max() + 1
-    area = mesh.area_faces
-    normal: Floats = np.stack([np.bincount(labels, area * mesh.face_normals[:, k], count) for k in range(3)], axis=1)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    count, area, normal = labels.max() + 1, mesh.area_faces, _region_normals(mesh, labels)
     height = np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]).mean(axis=1)
     return normal, np.bincount(labels, area * height, count) / np.bincount(labels, area, count)
+
+
+def _region_normals(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
+    """(L, 3) area-weighted unit normal of every region; 0 of one that closes upon itself."""
+    weighted = mesh.area_faces[:, None] * mesh.face_normals
+    normal: Floats = np.stack([np.bincount(labels, weighted[:, k]) for k in range(3)], axis=1)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
@@ -270,19 +274,11 @@ def _panels(mesh: trimesh.Trimesh, regions: Ints, area: NDArray, bends: Ints) ->
     normal = np.asarray(mesh.face_normals)
     slight = np.einsum("ax,ax->a", *normal[bends.T]) > np.cos(PANEL_BEND_RAD)
     joined = bends[slight & (area[bends] > PANEL_LEAST_M2).all(axis=1)]
-    label = _components(np.concatenate([joined, _same(regions)]), len(regions))
-    mean: Floats = np.stack([np.bincount(label, mesh.area_faces * normal[:, k]) for k in range(3)], axis=1)
-    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    label = _components(regions[joined], regions.max() + 1)[regions]
+    mean = _region_normals(mesh, label)
     bent = np.zeros(len(mean), dtype=bool)
     np.logical_or.at(bent, label, np.einsum("tx,tx->t", normal, mean[label]) < np.cos(PANEL_BEND_RAD))
     return np.unique(np.where(bent[label], len(mean) + regions, label), return_inverse=True)[1].astype(np.int64)
-
-
-def _same(labels: Ints) -> Ints:
-    """(P, 2) pairs of rows that chain all with the same label together."""
-    order = np.argsort(labels, kind="stable")
-    pairs = np.stack([order[:-1], order[1:]], axis=1)
-    return pairs[labels[pairs[:, 0]] == labels[pairs[:, 1]]]
 
 
 def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) -> PlanarPatches:

@@ -24,7 +24,7 @@ from obstaclewatch.checked import check_seed, check_types
 from obstaclewatch.recording import Recording
 from simulator import band
 from simulator.fidelity import Fidelity
-from simulator.motion import Motion, motion_within
+from simulator.motion import Motion, fastest_closing_m_s, motion_within
 from simulator.noise import noise_samples
 from simulator.paths import REFERENCE_HZ, Paths
 from simulator.phone import Phone
@@ -136,9 +136,7 @@ def trace_walk(
 
 def _check_speeds(scene: Scene, walk: Walk, start_s: Floats, duration_s: float) -> None:
     """Refuse what retarded times do not settle for."""
-    way = walk.pose(start_s + duration_s).position_m - walk.pose(start_s).position_m
-    fastest = max((float(np.linalg.norm(o.velocity_m_s)) for o in scene.obstacles), default=0.0)
-    closing = float(np.linalg.norm(way, axis=1).max()) / duration_s + fastest
+    closing = fastest_closing_m_s(scene.obstacles, walk, start_s, duration_s)
     limit = FASTEST * scene.air.sound_speed_m_s
     if not closing < limit:
         raise ValueError(f"phone and obstacles must close in at less than {limit:.1f} m/s, got up to {closing:.1f} m/s")
