@@ -41,6 +41,10 @@ square is at 0, a rim's top at 60 or more; between them lie the folds of finely 
 LEVEL_M = 0.03
 """Lower than the phone by more than this is below it."""
 
+UP_M = 0.05
+UPRIGHT_RAD = float(np.deg2rad(8.0))
+"""What leans by less over so much height above the corner is upright: bins lean by up to 5 degrees, boards by 15."""
+
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
 
@@ -69,9 +73,10 @@ class GroundTruth:
         mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight way and that by the
             ground.
         by_ground: (T,) whether it is the corner that is to be heard first: the nearest point lies lower than the phone
-            and the surface there does not face it, as on the rim of a thing with a flat top. Told from the phone's
-            mean height over the walk: either echo fades over some 10 cm of height, a Fresnel zone, and a bob of 2-4 cm
-            must not make the truth jump between them from beep to beep.
+            and the surface there does not face it, as on the rim of a thing with a flat top, and what stands at the
+            corner is upright, as hands, shoes and leaning boards are not. Told from the phone's mean height over the
+            walk: either echo fades over some 10 cm of height, a Fresnel zone, and a bob of 2-4 cm must not make the
+            truth jump between them from beep to beep.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.
         signed_bearing_rad: (T,) the same, positive to the left.
         radius_m: (T,) half the obstacle's extent across the heading, of its part no higher than the walker;
@@ -148,7 +153,7 @@ def ground_truth(
     row = np.arange(len(times))
     corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
     steady = _without_bob(walk, phone, _middle(pose, phone))
-    low = np.stack([_low_and_turned_away(obstacle, steady, times) for obstacle in asked])[choice, row]
+    by_ground = np.stack([_corner_heard_first(obstacle, steady, times) for obstacle in asked])[choice, row]
     mics = pose.to_world(phone.geometry.mics_m)
     worn = Body(half_width_m) if body is None else body
     radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
@@ -162,7 +167,7 @@ def ground_truth(
         mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
         ground_range_m=_by_ground_and_straight(corner, _middle(pose, phone)),
         mic_ground_range_m=_by_ground_and_straight(corner[:, None], mics),
-        by_ground=low,
+        by_ground=by_ground,
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
         radius_m=radii[choice, np.arange(len(times))],
@@ -260,11 +265,14 @@ def _without_bob(walk: Walk, phone: Phone, middle_m: Array) -> Array:
     return np.column_stack([middle_m[:, :2], np.full(len(middle_m), height)])
 
 
-def _low_and_turned_away(obstacle: Obstacle, middle_m: Array, time_s: Array) -> NDArray[np.bool_]:
-    """(T,) whether the nearest point lies lower than the phone, and the surface there does not face it."""
-    place = middle_m - time_s[:, None] * obstacle.velocity_m_s
-    point, _ = nearest_points(obstacle.mesh, place)
-    return (point[:, 2] < place[:, 2] - LEVEL_M) & ~facing(obstacle.mesh, place, FACING_RAD)
+def _corner_heard_first(obstacle: Obstacle, middle_m: Array, time_s: Array) -> NDArray[np.bool_]:
+    """(T,) as `GroundTruth.by_ground`, for phones at given places."""
+    mesh, place = obstacle.mesh, middle_m - time_s[:, None] * obstacle.velocity_m_s
+    nearest, _ = nearest_points(mesh, place)
+    low = nearest[:, 2] < place[:, 2] - LEVEL_M
+    turned_away = ~facing(mesh, place, FACING_RAD)
+    _, beside_m = nearest_points(mesh, corner_points(mesh, place) + [0.0, 0.0, UP_M])
+    return low & turned_away & (beside_m < UP_M * np.sin(UPRIGHT_RAD))
 
 
 def _by_ground_and_straight(corner_m: Array, place_m: Array) -> Array:
