@@ -113,8 +113,8 @@ class Track:
 
     def samples(self, ahead_s: float) -> Samples:
         """What was measured, at the times that the readings stand for."""
-        time, read, deviation = self.past.rows.T.copy()
-        return Samples(time + ahead_s, read, deviation, self.second.rows)
+        time_s, range_m, range_std_m = self.past.rows.T.copy()
+        return Samples(time_s + ahead_s, range_m, range_std_m, self.second.rows)
 
     def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
         """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""

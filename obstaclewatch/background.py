@@ -64,11 +64,23 @@ class ClutterMap:
 
     def level(self, magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
         """(M,) mean of the earlier beeps' highest value nearby; then learn this one. Infinite at first."""
-        before = np.full(len(magnitude), np.inf) if self._mean is None else self._mean
-        widened = highest_nearby(magnitude, self._half_width)
-        self._count = min(self._count + 1, self._beeps)
-        self._mean = widened if self._mean is None else self._mean + (widened - self._mean) / self._count
+        self._count, before = min(self._count + 1, self._beeps), self._mean
+        if before is None:
+            self._mean = highest_nearby(magnitude, self._half_width)
+            return np.full(len(magnitude), np.inf)
+        self._mean = _mean_height(before, magnitude, self._half_width, self._count)
         return before
+
+
+@numba.njit(cache=True)
+def _mean_height(
+    mean: NDArray[np.float64], magnitude: NDArray[np.float64], half_width: int, count: int
+) -> NDArray[np.float64]:
+    """(M,) mean height of `count` beeps, from that of all but the last and the last one's magnitude, widened."""
+    height = highest_nearby(magnitude, half_width)
+    for sample in range(len(mean)):
+        height[sample] = mean[sample] + (height[sample] - mean[sample]) / count
+    return height
 
 
 @numba.njit(cache=True)

@@ -51,15 +51,16 @@ def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_spe
     -2 pi reference_hz u / c.
     """
     position, offset = (delay_s - profile.start_s) * profile.rate_hz, OFFSETS_M / sound_speed_m_s * profile.rate_hz
-    return _turned_rows(profile.envelope[0], profile.envelope[1], position, offset, noise)
+    return turned_rows(profile.envelope, position, offset, noise)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _turned_rows(
-    first: Complexes, second: Complexes, position: Array, offset: Array, noise: float
-) -> NDArray[np.complex64]:
-    """(n, W) second envelope (M,) at offsets (W,) after positions (n,), turned by the phase of the first one there."""
-    rows = np.empty((len(position), len(offset)), dtype=np.complex64)
+def turned_rows(envelope: Complexes, position: Array, offset: Array, noise: float) -> NDArray[np.complex64]:
+    """(n, W) microphone 1 at offsets (W,) after positions (n,) of envelopes (2, M), in units of the noise.
+
+    Each row is turned by microphone 0's phase at the position.
+    """
+    rows, first, second = np.empty((len(position), len(offset)), dtype=np.complex64), envelope[0], envelope[1]
     for peak in range(len(position)):
         own = complex_at(first, position[peak])
         turn = own.conjugate() / abs(own) / noise
@@ -69,20 +70,24 @@ def _turned_rows(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def heard_at(row: NDArray[np.complex64], u_m: Singles) -> Singles:
-    """(2, H) real and imaginary part of a row (W,) of `second_channel` at path differences; between them, linear."""
+def hear(heard: Singles, sample: NDArray[np.int32], row: NDArray[np.complex64], u_m: Singles) -> None:
+    """Fill in (2, H) real and imaginary part of a row (W,) of `second_channel` at path differences.
+
+    It is linear between samples; where to read, (H,), is found before reading, which keeps several from being handled
+    at once.
+    """
     first, per_m, last = np.float32(-REACH_M), np.float32(1.0 / STEP_M), np.float32(len(row) - 1.01)
-    heard, along = np.empty((2, len(u_m)), dtype=np.float32), np.empty(len(u_m), dtype=np.float32)
-    for course in range(len(u_m)):  # apart from the reading, which keeps several from being handled at once
+    for course in range(len(u_m)):
         position = (u_m[course] - first) * per_m
         position = position if position > np.float32(0.0) else np.float32(0.0)  # so that NaN reads no other memory
-        along[course] = position if position < last else last
+        position = position if position < last else last
+        sample[course] = np.int32(position)
+        heard[0, course] = position - np.float32(sample[course])
     for course in range(len(u_m)):
-        low = np.int32(along[course])
-        rest, before, after = along[course] - np.float32(low), row[low], row[low + 1]
+        low, rest = np.uint64(sample[course]), heard[0, course]  # unsigned: there is no end to count back from
+        before, after = row[low], row[low + np.uint64(1)]
         heard[0, course] = before.real + rest * (after.real - before.real)
         heard[1, course] = before.imag + rest * (after.imag - before.imag)
-    return heard
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import add_turned, deviation_factor, heard_at
+from obstaclewatch.carrier_phase import add_turned, deviation_factor, hear
 from obstaclewatch.course_geometry import (
     NEAREST_M,
     Bodies,
@@ -121,7 +121,7 @@ def misfits(
     bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Array, white: Array
 ) -> Singles:
     """(H,) squared deviations of ranges (K, H) from straight lines, once a triangle (K, K) has whitened them."""
-    error, misfit = np.empty_like(steady_m), np.zeros_like(ahead_m)
+    error, misfit, white_error = np.empty_like(steady_m), np.zeros_like(ahead_m), np.empty_like(ahead_m)
     for beep in range(len(steady_m)):
         time = np.float32(time_s[beep])
         for course in range(len(ahead_m)):
@@ -129,26 +129,27 @@ def misfits(
             radius, miss = bodies.radius_m[course], bodies.miss_m[course]
             seen, _, _ = sight(line, bodies.height_m[course], radius, miss, bodies.cos_angle[course])
             error[beep, course] = steady_m[beep, course] - seen
-        add_square(misfit, error, white[beep], beep + 1)
+        weighted_sum(white_error, error, white[beep], beep + 1)
+        for course in range(len(ahead_m)):
+            misfit[course] += white_error[course] * white_error[course]
     return misfit
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_square(total: Singles, rows: Singles, weight: Array, count: int) -> None:
-    """Add to (H,) totals the square of the weighted sum of the first rows (count, H)."""
-    weighted = np.zeros_like(total)
+def weighted_sum(total: Singles, rows: Singles, weight: Array, count: int) -> None:
+    """Fill in (H,) the weighted sum of the first rows (count, H)."""
+    total[:] = np.float32(0.0)
     for row in range(count):
         own = np.float32(weight[row])
         for course in range(len(total)):
-            weighted[course] += own * rows[row, course]
-    for course in range(len(total)):
-        total[course] += weighted[course] * weighted[course]
+            total[course] += own * rows[row, course]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def path_differences(bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: float, separation_m: float) -> Singles:
-    """(H,) between the microphones, with obstacles (H,) ahead of a phone pitched and lifted so, less what mirrors."""
-    difference = np.empty_like(line_m)
+def path_differences(
+    u_m: Singles, bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: float, separation_m: float
+) -> None:
+    """Fill in (H,) path differences to obstacles (H,) ahead of a phone pitched and lifted so, less what mirrors."""
     cos_pitch, sin_pitch = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
     lift, separation = np.float32(lift_m), np.float32(separation_m)
     for course in range(len(line_m)):
@@ -157,17 +158,15 @@ def path_differences(bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: 
         seen, plan, toward = sight(line_m[course], height, radius, miss, bodies.cos_angle[course])
         cosine = cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
         off = mirror_off(seen, cosine, toward, cos_pitch, bodies.along_m2[course], bodies.up_m2[course])
-        difference[course] = path_difference(seen, cosine, separation) - off
-    return difference
+        u_m[course] = path_difference(seen, cosine, separation) - off
 
 
 @numba.njit(cache=True, error_model="numpy")
-def lines_ahead(ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> Singles:
-    """(H,) distances ahead some time before one at which none is less than the least."""
-    line, time, earlier = np.empty_like(ahead_m), np.float32(time_s), np.float32(earlier_s)
-    for course in range(len(line)):
-        line[course] = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M) + closing_m_s[course] * earlier
-    return line
+def lines_ahead(line_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> None:
+    """Fill in (H,) distances ahead some time before one at which none is less than the least."""
+    time, earlier = np.float32(time_s), np.float32(earlier_s)
+    for course in range(len(line_m)):
+        line_m[course] = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M) + closing_m_s[course] * earlier
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -186,16 +185,18 @@ def gathered(
     Ranges are read without the phone's bobbing, which was taken off them. Arguments as for `agreement`.
     """
     total, count = np.zeros((2, len(ahead_m)), dtype=np.float32), 0
+    line_m, u_m, heard = np.empty_like(ahead_m), np.empty_like(ahead_m), np.empty_like(total)
+    sample = np.empty(len(ahead_m), dtype=np.int32)
     for beep in range(len(second)):
         if np.isnan(second[beep, 0].real):
             continue
         count += 1
-        line = lines_ahead(ahead_m, closing_m_s, time_s[beep], 0.0)
-        u_m = path_differences(bodies, line, ears.pitch_rad + swing_read[0, beep], 0.0, ears.separation_m)
-        heard = heard_at(second[beep], u_m)
-        line = lines_ahead(ahead_m, closing_m_s, time_s[beep], ears.ahead_s)
+        lines_ahead(line_m, ahead_m, closing_m_s, time_s[beep], 0.0)
+        path_differences(u_m, bodies, line_m, ears.pitch_rad + swing_read[0, beep], 0.0, ears.separation_m)
+        hear(heard, sample, second[beep], u_m)
+        lines_ahead(line_m, ahead_m, closing_m_s, time_s[beep], ears.ahead_s)
         pitch_rad, lift_m = ears.pitch_rad + swing_hit[0, beep], swing_hit[1, beep]
-        u_m = path_differences(bodies, line, pitch_rad, lift_m, ears.separation_m)
+        path_differences(u_m, bodies, line_m, pitch_rad, lift_m, ears.separation_m)
         add_turned(total, heard, u_m, np.float32(ears.cycles_m), deviation_factor(second[beep]))
     share = np.float32(1.0 / np.sqrt(max(count, 1)))
     for course in range(len(ahead_m)):

@@ -45,6 +45,13 @@ class Bodies(NamedTuple):
 
 
 @numba.njit(cache=True, error_model="numpy")
+def bodies_at(table: Singles, ground_m: float) -> Bodies:
+    """What a phone at that height has before it, from a (7, H) table of `Bodies` with corners infinitely far below."""
+    height_m = np.minimum(table[0], np.float32(ground_m))
+    return Bodies(height_m, table[1], table[2], table[3], table[4], table[5], table[6])
+
+
+@numba.njit(cache=True, error_model="numpy")
 def steady_range(read_m: Single, lift_m: Single, surge_m: Single, height_m: Single, cos_angle: Single) -> Single:
     """Range as a phone would read it that neither bobs nor surges; `lift_m` is 0 of what is as high as the phone."""
     down = min(height_m / read_m, ONE)

@@ -19,14 +19,14 @@ Ranges are therefore compared at the times that are read, phases at the times at
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.breadth import radius_shares
 from obstaclewatch.course_evidence import Ears
-from obstaclewatch.course_geometry import Bodies
+from obstaclewatch.course_geometry import Singles
 from obstaclewatch.course_posterior import Course, Meeting, Posterior, Prior, expectations, posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses
 from obstaclewatch.swing import LEAST_COS, STEADY, Swing
@@ -35,8 +35,7 @@ from obstaclewatch.wall_ends import ends_of_passed
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Samples:
+class Samples(NamedTuple):
     """What a track has measured at K beeps, as read.
 
     Attributes:
@@ -75,29 +74,25 @@ class CourseGrid:
         mic_phase_rad: float | None = 0.0,
         baseline_m: float = 0.0,
     ) -> None:
-        self._ears = Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s)
+        self._pitch_rad = pitch_rad
+        self._ears = tuple(Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s))
         self._all: Hypotheses = hypotheses(half_width_m)
         cos_tilt, lean = np.cos(self._all.tilt_rad), np.sin(pitch_rad) / max(np.cos(pitch_rad), LEAST_COS)
         nearing = np.cos(self._all.angle_rad) * cos_tilt
         toward = nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
         tells_phase = upright & (mic_phase_rad is not None)
-        self._prior = Prior(self._all.log_prior, nearing, tells_phase, mic_phase_rad or 0.0, radius_shares(self._all))
+        radii = radius_shares(self._all)
+        self._prior = tuple(Prior(self._all.log_prior, nearing, tells_phase, mic_phase_rad or 0.0, radii))
         along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)
-        self._bodies = Bodies(*(np.asarray(column, dtype=np.float32) for column in body))
+        self._bodies: Singles = np.array(body, dtype=np.float32)
         way = cos_tilt / np.cos(self._all.angle_rad)
-        self._meeting = Meeting(
-            self._all.collision,
-            self._all.contact_m,
-            self._all.angle_rad,
-            nearing,
-            way,
-            np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf),
-            ends_of_passed(half_width_m),
-        )
-        self._mic_ahead_m = 0.5 * separation_m * np.cos(pitch_rad)
+        aside = np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf)
+        meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, nearing, way, aside)
+        self._meeting, self._ends_m = np.array(meeting), ends_of_passed(half_width_m)
+        self._mic_ahead_m = float(0.5 * separation_m * np.cos(pitch_rad))
 
     def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
         """The posterior after K >= 3 beeps.
@@ -108,31 +103,24 @@ class CourseGrid:
             ground_m: height of microphone 0 above the ground.
             swing: of the phone; `STEADY` if it is not known.
         """
-        return posterior(
-            self._prior,
-            self._bodies,
-            ground_m,
-            self._ears,
-            swing,
-            samples.time_s,
-            samples.range_m,
-            samples.range_std_m,
-            samples.second,
-            now_s,
-        )
+        found = posterior(self._prior, self._bodies, ground_m, self._ears, tuple(swing), *samples, now_s)
+        return Posterior(now_s, self._bodies, ground_m, *found)
 
     def course(self, judged: Posterior, now_s: float) -> Course:
         """What to expect at a time: the posterior carried along its courses."""
-        return expectations(
+        found = expectations(
             judged.share,
-            judged.bodies,
-            self._meeting,
             judged.ahead_m,
             judged.closing_m_s,
             now_s - judged.time_s,
-            self._ears.pitch_rad,
+            judged.bodies,
+            judged.ground_m,
+            self._meeting,
+            self._ends_m,
+            self._pitch_rad,
             self._mic_ahead_m,
         )
+        return Course(*found)
 
 
 def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[Array, Array]:

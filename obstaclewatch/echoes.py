@@ -14,7 +14,7 @@ from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.order_statistic import order_statistic
 
 TINY = float(np.finfo(np.float64).tiny)
-QUARTILE_TO_RMS = np.sqrt(-np.log(0.75))
+QUARTILE_TO_RMS = float(np.sqrt(-np.log(0.75)))
 SIDELOBE = 10.0 ** (-44.0 / 20.0)
 """Highest sidelobe of a compressed Hann chirp, -46.7 dB, and some more."""
 CFAR_QUANTILE = 0.6
@@ -98,20 +98,21 @@ def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
 def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
     """(n,) highest sample within `half_width` samples of each: windows that double in width, then two that overlap."""
     size, width = 2 * half_width + 1, 1
-    window = np.empty(len(magnitude) + 2 * half_width)
-    for first in range(len(window)):
-        sample = first - half_width
-        window[first] = magnitude[sample] if 0 <= sample < len(magnitude) else -np.inf
+    window = np.full(len(magnitude) + 2 * half_width, -np.inf)
+    window[half_width : half_width + len(magnitude)] = magnitude
     while 2 * width <= size:
-        for first in range(len(window) - width):
-            second = window[first + width]
-            window[first] = second if second > window[first] else window[first]
+        _raise_to(window[: len(window) - width], window[width:])
         width *= 2
-    highest = np.empty(len(magnitude))
-    for first in range(len(magnitude)):
-        second = window[first + size - width]
-        highest[first] = second if second > window[first] else window[first]
+    highest = window[: len(magnitude)].copy()
+    _raise_to(highest, window[size - width :])
     return highest
+
+
+@numba.njit(cache=True)
+def _raise_to(lowest: NDArray[np.float64], other: NDArray[np.float64]) -> None:
+    """Replace (n,) numbers by those of another, or of the same a little later, that are higher."""
+    for row in range(len(lowest)):
+        lowest[row] = other[row] if other[row] > lowest[row] else lowest[row]
 
 
 @numba.njit(cache=True)
@@ -129,12 +130,13 @@ def above_sidelobes(
     return peaks[kept]
 
 
+@numba.njit(cache=True)
 def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
     """Rms of a complex Gaussian noise envelope, from the lower quartile of the heights.
 
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
     """
-    return float(order_statistic(magnitude, len(magnitude) // 4) / QUARTILE_TO_RMS)
+    return order_statistic(magnitude, len(magnitude) // 4) / QUARTILE_TO_RMS
 
 
 @numba.njit(cache=True)

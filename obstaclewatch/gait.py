@@ -62,10 +62,11 @@ def whitening(covariance: Array) -> Array:
             share = rows[row, pivot] / rows[pivot, pivot]
             for column in range(pivot, count + row):
                 rows[row, column] -= share * rows[pivot, column]
-    white = np.empty((count, count))
+    white = np.zeros((count, count))
     for row in range(count):
-        for column in range(count):
-            white[row, column] = rows[row, count + column] / np.sqrt(rows[row, row])
+        deviation = np.sqrt(rows[row, row])
+        for column in range(row + 1):
+            white[row, column] = rows[row, count + column] / deviation
     return white
 
 

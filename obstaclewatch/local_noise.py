@@ -25,9 +25,10 @@ def local_noise(magnitude: NDArray[np.float64], window: int) -> NDArray[np.float
     level, noise = np.empty(len(magnitude) // hop - 1), np.empty(len(magnitude))
     for row in range(len(level)):
         level[row] = order_statistic(magnitude[row * hop : (row + 2) * hop], rank) / QUANTILE_TO_RMS
-    for sample in range(len(noise)):
-        past = sample - hop  # the first window's middle
-        row = min(max(past // hop, 0), len(level) - 1)
-        slope = (level[row + 1] - level[row]) / hop if past > 0 and row + 1 < len(level) else 0.0
-        noise[sample] = slope * (past - row * hop) + level[row]
+    noise[:hop] = level[0]  # up to the first window's middle
+    for row in range(len(level) - 1):
+        slope = (level[row + 1] - level[row]) / hop
+        for past in range(hop):
+            noise[(row + 1) * hop + past] = slope * past + level[row]
+    noise[len(level) * hop :] = level[-1]
     return noise

@@ -94,6 +94,7 @@ class MatchedFilter:
         self.rate_hz = self._count * bin_hz
         self.reference_hz = center * bin_hz
         self._lead = round(lead_s * self.rate_hz)
+        self.start_s = -self._lead / self.rate_hz
         self._kept = min(self._lead + int(np.ceil(reach_s * self.rate_hz)) + 1, self._count)
         self._replica = self._conjugate_replica(reverse)
 
@@ -106,7 +107,7 @@ class MatchedFilter:
         self._check(block)
         return EchoProfile(
             self._envelope(block, self._replica)[:, : self._kept],
-            -self._lead / self.rate_hz,
+            self.start_s,
             self.rate_hz,
             self.reference_hz,
         )
@@ -156,7 +157,8 @@ def _about_zero(
         for wanted in range(len(weight)):
             value = band[channel, wanted]
             is_finite &= np.isfinite(value.real) and np.isfinite(value.imag)
-            spectrum[channel, (wanted - below) % count] = value * weight[wanted]
+            slot = wanted - below if wanted >= below else wanted - below + count
+            spectrum[channel, slot] = value * weight[wanted]
     return spectrum, is_finite
 
 

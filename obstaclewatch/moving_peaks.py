@@ -14,22 +14,11 @@ from numpy.typing import NDArray
 
 from obstaclewatch.background import ClutterMap, CoherentBackground
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
-from obstaclewatch.echoes import (
-    SIDELOBE,
-    Echoes,
-    echoes_at,
-    highest_nearby,
-    keep_separated,
-    local_maxima,
-    noise_amplitude,
-)
+from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.ground_height import HEIGHTS_M
 from obstaclewatch.lift import LiftListener
-from obstaclewatch.line_evidence import log_ratio
-from obstaclewatch.local_noise import local_noise
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
-from obstaclewatch.order_statistic import order_statistic
+from obstaclewatch.peak_readings import MOST_PEAKS, Listening, peak_readings
 from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.ranging import direct_sound, distance_of
 from obstaclewatch.recording import PhoneGeometry
@@ -43,16 +32,10 @@ BACKGROUND_BEEPS = 16
 CLUTTER_BEEPS = 12
 CLUTTER_HALF_WIDTH_S = 0.25e-3
 """How far a standing echo may wander between beeps: 4.3 cm of range. Range-Doppler coupling makes gait look larger."""
-CLUTTER_FACTOR = 1.6
-"""How far above clutter a peak must stand. At 1.2 the ground's echo, which gait moves, captured tracks that crossed it:
-18 of 44 false alerts on 200 rendered walks of the development split."""
 SETTLING_BEEPS = 2
 """Beeps without candidates, for the background to be known."""
 NOISE_WINDOW_S = 8e-3
 """Over which noise is measured: 1.4 m of range. Windows overlap by half."""
-PEAK_TO_RMS = 1.7
-"""Least height of a peak over noise, which noise alone passes in 5 % of the cells."""
-MOST_PEAKS = 20
 GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
 LIFT_STEP_RAD = np.deg2rad(1.5)
@@ -92,15 +75,6 @@ class MovingPeaks:
         return self.readings[1]
 
 
-@dataclass(frozen=True)
-class _Window:
-    """What of a profile is listened to: its first sample, that one's delay after emission, and the emission."""
-
-    first: int
-    first_s: float
-    start_s: float
-
-
 class PeakFinder:
     """Compresses beeps and hands out what may move, with the memory that this needs.
 
@@ -128,7 +102,6 @@ class PeakFinder:
     ) -> None:
         self._settings, self._c = settings, sound_speed_m_s
         self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
-        self._bandwidth_hz = rms_bandwidth_hz(beep)
         self._baseline_m = float(phone.speaker_to_mic_m[0])
         calibrated = settings.direct_delay_s
         self._direct_delay_s = self._baseline_m / sound_speed_m_s if calibrated is None else calibrated
@@ -141,7 +114,8 @@ class PeakFinder:
                 f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to tell echoes "
                 f"from noise, got {settings.near_m} and {settings.far_m}"
             )
-        self._heard = 0
+        self._heard, self._floor = 0, 10.0 ** (settings.floor_db / 20.0)
+        self._listening, self._offset = self._listened(beep), OFFSETS_M / sound_speed_m_s * self._filter.rate_hz
         self._separation_m = phone.mic_separation_m
         listener = LiftListener(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
         self._lift = listener if pitch_rad is None else None
@@ -170,6 +144,13 @@ class PeakFinder:
         """Their spacing: two samples of the two-way path."""
         return self._c / self._filter.rate_hz
 
+    def _listened(self, beep: BeepDesign) -> tuple[float | int, ...]:
+        """`Listening`, as a plain tuple: a third of a named one's time to hand over."""
+        rate_hz = self._filter.rate_hz
+        one_m = self._c / (2.0 * np.pi * rms_bandwidth_hz(beep))
+        samples = self._noise_window, round(1e-3 * rate_hz), round(0.35e-3 * rate_hz)
+        return tuple(Listening(self._filter.start_s, rate_hz, self._c, self._baseline_m, one_m, *samples))
+
     def reset(self) -> None:
         """Forget all beeps."""
         self._background.clear()
@@ -188,33 +169,31 @@ class PeakFinder:
         direct = direct_sound(profile)
         if not direct.found:
             return None
-        start_s = float(direct.delay_s[0]) - self._direct_delay_s
-        rest = EchoProfile(
-            self._background.subtract(profile.envelope), profile.start_s, profile.rate_hz, profile.reference_hz
-        )
+        start_s, height = float(direct.delay_s[0]) - self._direct_delay_s, float(direct.amplitude[0])
+        moved = self._background.subtract(profile.envelope)
         self._heard += 1
         near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
         first = min(near, profile.envelope.shape[1] - self._span)
-        window = _Window(first, profile.start_s + first / profile.rate_hz - start_s, start_s)
-        heard = rest.magnitude[0, first : first + self._span]
-        height = heard / self._noise(heard, float(direct.amplitude[0]))
-        self._sound_the_ground(window.first_s)
+        first_s, magnitude = profile.start_s + first / profile.rate_hz - start_s, np.abs(moved)
+        clutter = self._clutter.level(magnitude[0, first : first + self._span])
+        self._sound_the_ground(first_s)
         self.ground = self._ground_now(profile, start_s)
-        echoes = echoes_at(rest, 0, self._strongest(heard, height) + first)
-        identical = _are_same(profile.envelope[0], profile.envelope[1])
-        second = self._second(rest, echoes, first, identical)
-        return start_s, self._measured(echoes, second, heard, height, window, float(direct.amplitude[0]), identical)
-
-    def _noise(self, heard: Array, direct: float) -> Array:
-        """(M,) rms that a moving echo must stand out of: noise, what stays, and sidelobes; learns what stays."""
-        floor, reach = direct * 10.0 ** (self._settings.floor_db / 20.0), round(1e-3 * self._filter.rate_hz)
-        return _noise_under(heard, self._clutter.level(heard), self._noise_window, reach, floor)
-
-    def _strongest(self, heard: Array, height: Array) -> NDArray[np.intp]:
-        """(n,) samples of the highest peaks over noise, nearest first; none before the background is known."""
-        if self._heard <= SETTLING_BEEPS:
-            return np.empty(0, dtype=np.intp)
-        return _highest(heard, height, round(0.35e-3 * self._filter.rate_hz))
+        identical = _are_same(profile.envelope)
+        found = peak_readings(
+            moved,
+            magnitude,
+            clutter,
+            self._offset,
+            self._listening,
+            first,
+            start_s,
+            height,
+            height * self._floor,
+            MOST_PEAKS if self._heard > SETTLING_BEEPS else 0,
+            identical,
+        )
+        first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
+        return start_s, MovingPeaks(*found, first_m, self.cell_m, identical)
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""
@@ -242,87 +221,6 @@ class PeakFinder:
                 self.pitch_rad = heard_rad
         return ground
 
-    def _second(self, rest: EchoProfile, echoes: Echoes, first: int, identical: bool) -> NDArray[np.complex64]:
-        """(n, W) microphone 1 around each peak; NaN if both channels are the same."""
-        if len(echoes) == 0 or identical:
-            return np.full((len(echoes), len(OFFSETS_M)), np.nan, dtype=np.complex64)
-        noise = max(noise_amplitude(rest.magnitude[1, first:]), np.finfo(float).tiny)
-        return second_channel(rest, echoes.delay_s, noise, self._c)
-
-    def _measured(
-        self,
-        echoes: Echoes,
-        second: NDArray[np.complex64],
-        heard: Array,
-        height: Array,
-        window: _Window,
-        direct: float,
-        identical: bool,
-    ) -> MovingPeaks:
-        first_m = self._c * (window.first_s + 0.5 / self._filter.rate_hz)
-        path_m = self._c * (echoes.delay_s - window.start_s)
-        one_m = self._c / (2.0 * np.pi * self._bandwidth_hz)
-        sample = echoes.sample - window.first
-        return MovingPeaks(
-            readings=_readings(path_m, echoes.amplitude, sample, heard, height, self._baseline_m, one_m, direct),
-            second=second,
-            log_ratio=log_ratio(height * height),
-            first_m=distance_of(first_m, self._baseline_m, -1.0),
-            cell_m=self.cell_m,
-            identical=identical,
-        )
-
-
-@numba.njit(cache=True)
-def _noise_under(heard: Array, clutter: Array, window: int, reach: int, floor: float) -> Array:
-    """(M,) rms that an envelope's moving echoes must stand out of.
-
-    Args:
-        heard, clutter: (M,) envelope, and what stays of it.
-        window: samples over which noise is the same, see `local_noise`.
-        reach: of sidelobes, samples.
-        floor: least height of an echo.
-    """
-    noise, sidelobes = local_noise(heard, window), highest_nearby(heard, reach)
-    for sample in range(len(noise)):
-        standing = max(CLUTTER_FACTOR * clutter[sample], SIDELOBE * sidelobes[sample], floor)
-        noise[sample] = max(noise[sample], standing / PEAK_TO_RMS)
-    return noise
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _readings(
-    path_m: Array,
-    amplitude: Array,
-    sample: NDArray[np.intp],
-    heard: Array,
-    height: Array,
-    baseline_m: float,
-    one_m: float,
-    direct: float,
-) -> Array:
-    """(5, n) power over noise, range as if from straight ahead, its deviation, level in dB and 2E/N0 in dB, of n peaks.
-
-    Args:
-        path_m: (n,) from speaker to microphone 0.
-        amplitude: (n,) of the peaks.
-        sample: (n,) next to them.
-        heard, height: (M,) envelope, and its height over the rms of the noise around.
-        baseline_m: from microphone 0 to the speaker.
-        one_m: deviation of the path at 2E/N0 = 1.
-        direct: height of the direct sound.
-    """
-    readings = np.empty((5, len(path_m)))
-    for peak in range(len(path_m)):
-        noise = heard[sample[peak]] / height[sample[peak]]
-        power = (amplitude[peak] / noise) ** 2
-        readings[0, peak] = power
-        readings[1, peak] = distance_of(path_m[peak], baseline_m, -1.0) if path_m[peak] > baseline_m else np.nan
-        readings[2, peak] = 0.5 * one_m / np.sqrt(2.0 * power)
-        readings[3, peak] = 20.0 * np.log10(amplitude[peak] / direct)
-        readings[4, peak] = 10.0 * np.log10(2.0 * power)
-    return readings
-
 
 @numba.njit(cache=True)
 def _middle_that_stands_out(clutter: Array, low: int, high: int, usual: float, spread: float) -> float:
@@ -347,19 +245,9 @@ def _middle_that_stands_out(clutter: Array, low: int, high: int, usual: float, s
 
 
 @numba.njit(cache=True)
-def _highest(magnitude: Array, height: Array, separation: int) -> NDArray[np.intp]:
-    """(n,) peaks apart from one another that are highest over noise, nearest first."""
-    peaks = local_maxima(magnitude)
-    peaks = keep_separated(magnitude, peaks[height[peaks] >= PEAK_TO_RMS], separation)
-    if len(peaks) > MOST_PEAKS:
-        peaks = peaks[height[peaks] >= order_statistic(height[peaks], len(peaks) - MOST_PEAKS)]
-    return peaks
-
-
-@numba.njit(cache=True)
-def _are_same(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> bool:
-    """Whether two envelopes are equal; they mostly differ in the first sample."""
+def _are_same(envelope: NDArray[np.complex128]) -> bool:
+    """Whether both rows (2, M) are equal; they mostly differ in the first sample."""
     sample = 0
-    while sample < len(first) and first[sample] == second[sample]:
+    while sample < envelope.shape[1] and envelope[0, sample] == envelope[1, sample]:
         sample += 1
-    return sample == len(first)
+    return sample == envelope.shape[1]

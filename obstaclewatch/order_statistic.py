@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 @numba.njit(cache=True)
 def order_statistic(values: Array, rank: int) -> float:
     """The number that `rank` of (n,) finite numbers would precede if they were sorted."""
-    low, high = values.min(), values.max()
+    low, high = _extremes(values)
     if _reached(values, low) > rank:
         return low
     while True:
@@ -38,6 +38,16 @@ def median(values: Array) -> float:
     half = len(values) // 2
     upper = order_statistic(values, half)
     return upper if len(values) % 2 else 0.5 * (order_statistic(values, half - 1) + upper)
+
+
+@numba.njit(cache=True)
+def _extremes(values: Array) -> tuple[float, float]:
+    """The lowest and the highest of (n,) finite numbers."""
+    low = high = values[0]
+    for row in range(len(values)):
+        low = values[row] if values[row] < low else low
+        high = values[row] if values[row] > high else high
+    return low, high
 
 
 @numba.njit(cache=True)

@@ -115,12 +115,13 @@ def _products(cosine: Array, sine: Array, values: Array, weight: Array) -> Array
     products = np.zeros((6, cosine.shape[1]))
     for beep in range(len(cosine)):
         own, heavy = weight[beep], weight[beep] * values[beep]
+        for which in range(cosine.shape[1]):  # two sums a loop, so that several frequencies are handled at once
+            products[0, which] += own * cosine[beep, which]
+            products[1, which] += own * sine[beep, which]
         for which in range(cosine.shape[1]):
-            c, s = cosine[beep, which], sine[beep, which]
-            products[0, which] += own * c
-            products[1, which] += own * s
-            products[2, which] += own * c * c
-            products[3, which] += own * c * s
-            products[4, which] += heavy * c
-            products[5, which] += heavy * s
+            products[2, which] += own * cosine[beep, which] * cosine[beep, which]
+            products[3, which] += own * cosine[beep, which] * sine[beep, which]
+        for which in range(cosine.shape[1]):
+            products[4, which] += heavy * cosine[beep, which]
+            products[5, which] += heavy * sine[beep, which]
     return products

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.course_evidence import Bodies, add_square, path_differences, straight_lines
+from obstaclewatch.course_evidence import Bodies, path_differences, straight_lines, weighted_sum
 from obstaclewatch.course_geometry import cone_cosine, distance_ahead, sight, steady_range
 from obstaclewatch.gait import READING_M, line_weights, reading_covariance, whitening
 
@@ -41,8 +41,9 @@ def test_a_point_is_seen_where_it_is(ahead, miss, height, lift, pitch):
     assert seen[0] == pytest.approx(near, abs=EXACT)
     cosine = cone_cosine(*seen, *_single(height + lift, np.cos(pitch), np.sin(pitch)))
     assert cosine == pytest.approx(point @ axis / near, abs=1e-6)
-    line = np.array([ahead], dtype=np.float32)
-    assert path_differences(_bodies(height, miss=miss), line, pitch, lift, L)[0] == pytest.approx(far - near, abs=EXACT)
+    line, u_m = np.array([ahead], dtype=np.float32), np.empty(1, dtype=np.float32)
+    path_differences(u_m, _bodies(height, miss=miss), line, pitch, lift, L)
+    assert u_m[0] == pytest.approx(far - near, abs=EXACT)
 
 
 @given(ahead=st.floats(0.5, 6.0), miss=st.floats(0.0, 1.5), height=st.floats(0.0, 1.4), radius=st.floats(0.0, 0.3))
@@ -83,7 +84,8 @@ def test_lines_are_generalised_least_squares():
     ahead, closing = straight_lines(_bodies(), read_m[:, None].astype(np.float32), *weights)
     assert [ahead[0], closing[0]] == pytest.approx(list(expected), abs=1e-5)
     left = read_m - design @ expected
-    misfit = np.zeros(1, dtype=np.float32)
+    misfit, white_error = 0.0, np.empty(1, dtype=np.float32)
     for row in range(20):
-        add_square(misfit, left[:, None].astype(np.float32), white[row], row + 1)
-    assert misfit[0] == pytest.approx(left @ precision @ left, rel=1e-4)
+        weighted_sum(white_error, left[:, None].astype(np.float32), white[row], row + 1)
+        misfit += white_error[0] ** 2
+    assert misfit == pytest.approx(left @ precision @ left, rel=1e-4)

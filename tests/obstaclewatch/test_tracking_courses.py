@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +9,7 @@ from hypothesis import strategies as st
 
 from obstaclewatch.carrier_phase import OFFSETS_M
 from obstaclewatch.course_evidence import path_differences
-from obstaclewatch.course_posterior import at_height
+from obstaclewatch.course_geometry import bodies_at
 from obstaclewatch.course_prior import (
     HEIGHTS_M,
     RADIUS_M,
@@ -107,10 +105,12 @@ def _row_and_difference(wanted, ahead_m):
     miss, height, angle, is_wall, tilt = wanted
     other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall) | (grid._all.tilt_rad != tilt)
     row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
-    bodies = at_height(grid._bodies, GROUND_M)
+    bodies = bodies_at(grid._bodies, GROUND_M)
     bodies = bodies._replace(radius_m=np.zeros_like(bodies.radius_m))
     ahead = np.full(len(bodies.miss_m), ahead_m, dtype=np.float32)
-    return grid._all, row, path_differences(bodies, ahead, PITCH, 0.0, LENGTH)[row]
+    u_m = np.empty_like(ahead)
+    path_differences(u_m, bodies, ahead, PITCH, 0.0, LENGTH)
+    return grid._all, row, u_m[row]
 
 
 @pytest.mark.parametrize("height", [0.0, np.inf])
@@ -260,7 +260,7 @@ def test_what_bob_and_surge_do_to_the_range_of_each_course():
     """Of every single course: differences of the range with the phone 1 mm higher, and 1 mm further ahead."""
     grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
     judged, step_m = grid.posterior(_samples(miss=0.3, height=GROUND_M, last_m=1.8), 0.0, GROUND_M), 1e-3
-    bodies, seen = judged.bodies, 0
+    bodies, seen = bodies_at(judged.bodies, judged.ground_m), 0
     for course in range(0, len(judged.share), 7):
         height, radius, miss, cos_angle, stays = (float(column[course]) for column in bodies[:5])
         ahead = float(judged.ahead_m[course])
@@ -308,7 +308,7 @@ def test_readings_of_another_echo_fit_no_course(height):
     """What a track began on shows in the misfit, and forgetting it mends it."""
     grid, own = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M), _samples(height=height)
     off_m = np.where(np.arange(len(own.time_s)) < 8, 0.25, 0.0)
-    mixed = replace(own, range_m=own.range_m + off_m)
+    mixed = own._replace(range_m=own.range_m + off_m)
     late = Samples(own.time_s[8:], own.range_m[8:], own.range_std_m[8:], own.second[8:])
     clean, jumped, left = (grid.posterior(samples, 0.0, GROUND_M).misfit for samples in (own, mixed, late))
     assert clean < 1.0

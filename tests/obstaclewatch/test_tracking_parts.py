@@ -14,7 +14,7 @@ from obstaclewatch.carrier_phase import (
     bessel_i0,
     cycle,
     deviation_factor,
-    heard_at,
+    hear,
     log_agreement,
     second_channel,
 )
@@ -69,7 +69,7 @@ def test_coherent_power_peaks_at_the_true_path_difference(aside_m):
     off = (phase + 2.0 * np.pi * u_m * profile.reference_hz / C + np.pi) % (2.0 * np.pi) - np.pi
     assert abs(off) < 0.15
     asked_m = np.array([u_m, u_m - 0.12, u_m + 0.12], dtype=np.float32)
-    value = heard_at(row[0], asked_m)
+    value = _heard_at(row[0], asked_m)
     power = np.abs(_sum(row, asked_m[None], asked_m[None])) ** 2
     assert np.sum(value**2, axis=0) == pytest.approx(power, rel=1e-3)  # one beep has no phase to compare
     assert power[0] == pytest.approx((point.gain / 0.01) ** 2, rel=0.05)
@@ -97,18 +97,25 @@ def test_phase_reads_the_moment_while_the_envelope_reads_ahead(speed):
     assert abs(off[0]) < 0.3 * abs(off[1])
 
 
+def _heard_at(row, u_m):
+    """(2, H) real and imaginary part of a row at path differences."""
+    heard = np.empty((2, len(u_m)), dtype=np.float32)
+    hear(heard, np.empty(len(u_m), dtype=np.int32), row, u_m)
+    return heard
+
+
 def _sum(second, read_m, hit_m):
     """(H,) what (K, W) rows add up to at path differences (K, H), as read and as hit."""
     total = np.zeros((2, read_m.shape[1]), dtype=np.float32)
     for row, read, hit in zip(second, read_m, hit_m, strict=True):
-        add_turned(total, heard_at(row, read), hit, np.float32(1.0 / WAVELENGTH), np.float32(1.0))
+        add_turned(total, _heard_at(row, read), hit, np.float32(1.0 / WAVELENGTH), np.float32(1.0))
     return total[0] + 1j * total[1]
 
 
 def test_path_differences_out_of_reach_read_the_ends():
     row = (np.arange(len(OFFSETS_M)) + 1.0j).astype("c8")
     asked_m = np.array([-1.0, 1.0, np.nan], dtype=np.float32)
-    assert heard_at(row, asked_m)[0] == pytest.approx([0.0, len(OFFSETS_M) - 1.0, 0.0], abs=0.011)
+    assert _heard_at(row, asked_m)[0] == pytest.approx([0.0, len(OFFSETS_M) - 1.0, 0.0], abs=0.011)
 
 
 def test_coherent_sum_against_a_slow_one():
