@@ -60,9 +60,9 @@ class Track:
     """One obstacle that closes in.
 
     Attributes:
-        state: (2,) range, m, and closing speed, m/s, at `time_s`.
-        covariance: (2, 2).
-        time_s: of the state: when the beep's centre meets the obstacle, about.
+        range_m, closing_m_s: range and closing speed at `time_s`.
+        covariance: (2, 2) of the two.
+        time_s: of these: when the beep's centre meets the obstacle, about.
         score: log likelihood ratio of being real.
         level_db, snr_db: of its last peak.
         misses: beeps since that peak.
@@ -74,7 +74,8 @@ class Track:
         readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no course.
     """
 
-    state: Array
+    range_m: float
+    closing_m_s: float
     covariance: Array
     time_s: float
     score: float
@@ -89,10 +90,10 @@ class Track:
     readings: LastRows = field(default_factory=lambda: LastRows(FITTED_BEEPS, 3))
 
     def follow(self, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_], ahead_s: float) -> int:
-        """Move the state to a beep and update it by the likeliest of the peaks not taken; which it is, -1 for none."""
+        """Move on to a beep and update by the likeliest of the peaks not taken; which it is, -1 for none."""
         step_s, self.time_s = time_s - self.time_s, time_s
-        self.state, self.covariance, which = _followed(
-            self.state, self.covariance, step_s, ahead_s, peaks.readings, taken
+        self.range_m, self.closing_m_s, self.covariance, which = _followed(
+            self.range_m, self.closing_m_s, self.covariance, step_s, ahead_s, peaks.readings, taken
         )
         return which
 
@@ -170,10 +171,10 @@ class Approaches:
         self._gather(time_s, peaks)
         self._free.append((time_s, peaks, ~taken))
         for track in self.tracks:
-            self._fade(track.state[0] - self._ahead_s * track.state[1], peaks)
+            self._fade(track.range_m - self._ahead_s * track.closing_m_s, peaks)
         self._start(peaks)
         self._part()
-        self.tracks.sort(key=lambda track: track.state[0])
+        self.tracks.sort(key=lambda track: track.range_m)
         return self.tracks
 
     def _follow(self, track: Track, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_]) -> None:
@@ -226,9 +227,10 @@ class Approaches:
         age = np.array([last_s - self._free[row][0] for row, _ in chain])
         read = np.array([self._free[row][1].range_m[which] for row, which in chain])
         state, covariance = begun(age, read, 4.0 * SURGE_READ_M**2, self._ahead_s)
-        if not state[1] >= LEAST_SPEED_M_S:
+        range_m, closing_m_s = state.tolist()
+        if not closing_m_s >= LEAST_SPEED_M_S:
             return
-        track = Track(state, covariance, last_s, score)
+        track = Track(range_m, closing_m_s, covariance, last_s, score)
         for row, which in chain:
             time_s, peaks, free = self._free[row]
             track.remember(time_s, peaks, which)
@@ -247,23 +249,32 @@ class Approaches:
 def _lives(track: Track) -> bool:
     """Still heard, still closing in, still ahead."""
     heard = track.score > 0.0 and track.misses <= MOST_MISSES
-    return heard and track.state[1] >= LEAST_SPEED_M_S and track.state[0] > 0.1
+    return heard and track.closing_m_s >= LEAST_SPEED_M_S and track.range_m > 0.1
 
 
 def _are_one(track: Track, other: Track) -> bool:
     """As near and as fast as each other."""
-    return abs(track.state[0] - other.state[0]) < TWINS_M and abs(track.state[1] - other.state[1]) < TWINS_M_S
+    near = abs(track.range_m - other.range_m) < TWINS_M
+    return near and abs(track.closing_m_s - other.closing_m_s) < TWINS_M_S
 
 
 @numba.njit(cache=True)
 def _followed(
-    state: Array, covariance: Array, step_s: float, ahead_s: float, readings: Array, taken: NDArray[np.bool_]
-) -> tuple[Array, Array, int]:
-    """State (2,) and covariance (2, 2) a step later, updated by the likeliest peak of `MovingPeaks.readings`; which.
+    range_now_m: float,
+    closing_m_s: float,
+    covariance: Array,
+    step_s: float,
+    ahead_s: float,
+    readings: Array,
+    taken: NDArray[np.bool_],
+) -> tuple[float, float, Array, int]:
+    """Range, closing speed and covariance (2, 2) a step later, updated by the likeliest peak; which one.
 
-    That is the free peak within the gate that is strongest for its distance from the expected one; -1 if there is none,
+    `readings` are those of `MovingPeaks`, of n peaks, and `taken` (n,) says which are another track's. The likeliest is
+    the free peak within the gate that is strongest for its distance from the expected one; -1 if there is none,
     and no update then.
     """
+    state = np.array([range_now_m, closing_m_s])
     moved, spread = predicted(state, covariance, step_s, ACCELERATION_M_S2)
     expected_m, expected_variance = expected_reading(moved, spread, ahead_s)
     best, most = -1, -np.inf
@@ -276,7 +287,7 @@ def _followed(
             best, most = peak, merit
     if best >= 0:
         moved, spread = updated(moved, spread, range_m[best], SURGE_READ_M**2 + range_std_m[best] ** 2, ahead_s)
-    return moved, spread, best
+    return moved[0], moved[1], spread, best
 
 
 @numba.njit(cache=True)

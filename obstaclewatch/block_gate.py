@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ class BlockGate:
             raise ValueError(f"a block must hold real numbers, got {samples.dtype}")
         count, given_s = self._given
         begin_s = given_s + (self._count - count) * self._beep.period_s if time_s is None else float(time_s)
-        if not np.isfinite(begin_s):
+        if not isfinite(begin_s):
             raise ValueError(f"time_s must be finite, got {begin_s}")
         if begin_s <= self._last_s:
             raise ValueError(f"time_s must be later than the last block's {self._last_s} s, got {begin_s} s")

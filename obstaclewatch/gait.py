@@ -58,10 +58,13 @@ def whitening(covariance: Array) -> Array:
         for column in range(count):
             rows[row, column] = covariance[row, column]
     for pivot in range(count):
+        reached = slice(pivot, count + pivot + 1)  # before it all is eliminated, behind it the identity has zeros
+        own = rows[pivot, reached].copy()
         for row in range(pivot + 1, count):
-            share = rows[row, pivot] / rows[pivot, pivot]
-            for column in range(pivot, count + row):
-                rows[row, column] -= share * rows[pivot, column]
+            other = rows[row, reached]
+            share = other[0] / own[0]
+            for column in range(count + 1):
+                other[column] -= share * own[column]
     white = np.zeros((count, count))
     for row in range(count):
         deviation = np.sqrt(rows[row, row])

@@ -58,15 +58,16 @@ class LineEvidence:
         self.speeds_m_s = shifts * step
         self._cells, self._first = cells, int(shifts[0])
         self._width = cells + int(shifts[-1])
-        self._sum = np.zeros((len(shifts), self._width), dtype=np.float32)
+        self._sum, self._before = np.zeros((2, len(shifts), self._width), dtype=np.float32)
 
     def clear(self) -> None:
         """Forget everything."""
-        self._sum[:] = 0.0
+        self._sum[:], self._before[:] = 0.0, 0.0
 
     def add(self, ratio: NDArray[np.float32]) -> None:
         """Move every speed's ranges nearer by one beep and add what was heard there, (cells,) log ratios."""
-        self._sum = _gathered(self._sum, ratio, self._first)
+        self._sum, self._before = self._before, self._sum
+        _gather(self._sum, self._before, ratio, self._first)
 
     def fade(self, first: int, last: int, share: float = 0.0) -> None:
         """Keep only a share of the evidence of the cells from `first` on and before `last`."""
@@ -84,12 +85,14 @@ class LineEvidence:
 
 
 @numba.njit(cache=True)
-def _gathered(evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: int) -> NDArray[np.float32]:
-    """(S, width) evidence a beep later: of a line's own and its neighbours' the best, none below 0, and what was heard.
+def _gather(
+    gathered: NDArray[np.float32], evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: int
+) -> None:
+    """Fill in evidence a beep later: of a line's own and its neighbours' the best, none below 0, and what was heard.
 
-    Row k's ranges come `first + k` cells nearer; ranges beyond those heard have no evidence.
+    Row k's ranges come `first + k` cells nearer; those beyond the ones heard have none, before (S, width) and after.
     """
-    gathered, last, change = np.zeros_like(evidence), len(evidence) - 1, np.float32(CHANGE)
+    last, change = len(evidence) - 1, np.float32(CHANGE)
     for row in range(last + 1):
         slow, fast = max(row - 1, 0), min(row + 1, last)
         own, slower = evidence[row, first + row :], evidence[slow, first + slow :]
@@ -99,7 +102,6 @@ def _gathered(evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: 
             best = slower[cell] - change if slower[cell] - change > best else best
             best = faster[cell] - change if faster[cell] - change > best else best
             gathered[row, cell] = best + ratio[cell]
-    return gathered
 
 
 @numba.njit(cache=True)

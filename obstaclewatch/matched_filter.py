@@ -50,8 +50,13 @@ class EchoProfile:
 
     def position(self, delay_s: float) -> int:
         """Index of the sample nearest to a delay, kept within the profile."""
-        index = round((delay_s - self.start_s) * self.rate_hz)
-        return min(max(index, 0), self.envelope.shape[1] - 1)
+        return int(nearest_sample.py_func(delay_s, self.start_s, self.rate_hz, self.envelope.shape[1]))
+
+
+@numba.njit(cache=True)
+def nearest_sample(delay_s: float, start_s: float, rate_hz: float, count: int) -> int:
+    """`EchoProfile.position` in a profile of that start, rate and number of samples."""
+    return min(max(round((delay_s - start_s) * rate_hz), 0), count - 1)
 
 
 class MatchedFilter:

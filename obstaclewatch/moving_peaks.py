@@ -197,12 +197,9 @@ class PeakFinder:
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""
-        clutter, rate = self._clutter.mean, self._filter.rate_hz
-        if clutter is None:
+        if self._clutter.mean is None:
             return
-        heights_m, spread = (HEIGHTS_M[0], USUAL_GROUND_M, HEIGHTS_M[1]), 2.0 * GROUND_SPREAD_M / self._c * rate
-        low, usual, high = ((2.0 * height_m / self._c - first_s) * rate for height_m in heights_m)
-        middle = _middle_that_stands_out(clutter, round(low), round(high), usual, spread)
+        middle = _middle_that_stands_out(self._clutter.mean, first_s, self._filter.rate_hz, self._c)
         if middle >= 0.0:
             self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
             self.ground_m = distance_of(self._ground_path_m, self._baseline_m, sin(self.pitch_rad))
@@ -223,11 +220,15 @@ class PeakFinder:
 
 
 @numba.njit(cache=True)
-def _middle_that_stands_out(clutter: Array, low: int, high: int, usual: float, spread: float) -> float:
-    """Middle of the peak of clutter from sample low to high that is highest for how far it is from the usual place.
+def _middle_that_stands_out(clutter: Array, first_s: float, rate_hz: float, sound_speed_m_s: float) -> float:
+    """Middle of the peak of clutter (S,) that is highest for how far it is from where the ground usually is, samples.
 
     -1 if it does not stand out. The map's peaks are widened, so that the middle is that of what is nearly as high.
     """
+    low = round((2.0 * HEIGHTS_M[0] / sound_speed_m_s - first_s) * rate_hz)
+    high = round((2.0 * HEIGHTS_M[1] / sound_speed_m_s - first_s) * rate_hz)
+    usual = (2.0 * USUAL_GROUND_M / sound_speed_m_s - first_s) * rate_hz
+    spread = 2.0 * GROUND_SPREAD_M / sound_speed_m_s * rate_hz
     low, high = max(low, 0), min(high, len(clutter))
     best, most = -1, 0.0
     for sample in range(low, high):

@@ -7,8 +7,7 @@ The paper's method has that bias and `PaperDetector` keeps it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -17,14 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from obstaclewatch.bearing import law_of_cosines
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.echoes import echoes_at, refined_peak, separated_peaks
-from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.matched_filter import EchoProfile, MatchedFilter, nearest_sample
 
 DIRECT_SEARCH_S = 1.2e-3
 """How far from the block's start the direct peak may lie: the air path along a 16 cm phone takes 0.47 ms."""
 
 
-@dataclass(frozen=True)
-class DirectSound:
+class DirectSound(NamedTuple):
     """The direct peaks of one beep.
 
     Attributes:
@@ -40,9 +38,7 @@ class DirectSound:
 
 def direct_sound(profile: EchoProfile) -> DirectSound:
     """The strongest peak of each channel near the block's start ("the first strongest peak", section 3.4)."""
-    first, last = profile.position(-DIRECT_SEARCH_S), profile.position(DIRECT_SEARCH_S) + 1
-    position, amplitude, found = _direct_peaks(profile.magnitude, first, last)
-    return DirectSound(profile.start_s + position / profile.rate_hz, amplitude, found)
+    return DirectSound(*_direct_peaks(profile.magnitude, profile.start_s, profile.rate_hz))
 
 
 def checked_direct_delay_s(delay_s: float) -> float:
@@ -61,17 +57,20 @@ def checked_direct_delay_s(delay_s: float) -> float:
 
 @numba.njit(cache=True)
 def _direct_peaks(
-    magnitude: NDArray[np.float64], first: int, last: int
+    magnitude: NDArray[np.float64], start_s: float, rate_hz: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
-    """(2,) positions and heights of the highest peaks between two samples; whether microphone 0 heard none higher."""
-    position, height, found = np.empty(2), np.empty(2), True
+    """`DirectSound` of a profile's (2, M) magnitude."""
+    delay_s, height, found, count = np.empty(2), np.empty(2), True, magnitude.shape[1]
+    first = nearest_sample(-DIRECT_SEARCH_S, start_s, rate_hz, count)
+    last = nearest_sample(DIRECT_SEARCH_S, start_s, rate_hz, count) + 1
     for mic in range(2):
         peak = first + int(np.argmax(magnitude[mic, first:last]))
-        position[mic], height[mic] = refined_peak(magnitude[mic], peak)
+        position, height[mic] = refined_peak(magnitude[mic], peak)
+        delay_s[mic] = start_s + position / rate_hz
         if mic == 0:
             strongest = magnitude[0].max()
             found = first < peak < last - 1 and bool(strongest > 0.0 and magnitude[0, peak] == strongest)
-    return position, height, found
+    return delay_s, height, found
 
 
 def measured_direct_delay_s(block: NDArray[np.floating], beep: BeepDesign) -> float:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.echoes import refined_peak
 from obstaclewatch.last_rows import LastRows
-from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.order_statistic import median
 from obstaclewatch.sinusoid import common_sinusoid
 
@@ -109,18 +109,21 @@ def ground_echo(
         difference_m: path difference at which microphone 1 is listened to.
         sound_speed_m_s: speed of sound.
     """
-    first, last = (profile.position(start_s + (path_m + side * 2.0 * REACH_M) / sound_speed_m_s) for side in (-1, 1))
-    offset = difference_m / sound_speed_m_s * profile.rate_hz
-    position, phase_rad = _strongest(profile.magnitude[0], profile.envelope, first, last, offset)
-    delay_s = profile.start_s + position / profile.rate_hz
+    early_s, late_s = (start_s + (path_m + side * 2.0 * REACH_M) / sound_speed_m_s for side in (-1, 1))
+    later_s, about = difference_m / sound_speed_m_s, (profile.start_s, profile.rate_hz)
+    delay_s, phase_rad = _strongest(profile.magnitude, profile.envelope, *about, early_s, late_s, later_s)
     return GroundEcho(0.5 * sound_speed_m_s * (delay_s - start_s), phase_rad)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _strongest(magnitude: Array, envelope: Complexes, first: int, last: int, offset: float) -> tuple[float, float]:
-    """Position of the highest sample from first to last, and the phase of microphone 1 that much later against it."""
-    position, _ = refined_peak(magnitude, first + int(np.argmax(magnitude[first : last + 1])))
-    return position, phase_at(envelope, position, position + offset)
+def _strongest(
+    magnitude: Array, envelope: Complexes, start_s: float, rate_hz: float, early_s: float, late_s: float, later_s: float
+) -> tuple[float, float]:
+    """Delay of microphone 0's highest peak between two, and the phase of microphone 1 that much later against it."""
+    first = nearest_sample(early_s, start_s, rate_hz, magnitude.shape[1])
+    last = nearest_sample(late_s, start_s, rate_hz, magnitude.shape[1])
+    position, _ = refined_peak(magnitude[0], first + int(np.argmax(magnitude[0, first : last + 1])))
+    return start_s + position / rate_hz, phase_at(envelope, position, position + later_s * rate_hz)
 
 
 class StepListener:
@@ -158,8 +161,7 @@ class StepListener:
         """
         if len(self._heard) < LEAST_BEEPS:
             return STEADY
-        time_s, read_m, phase_rad = self._heard.rows.T.copy()
-        return _swing(time_s, read_m, phase_rad, self._pitch_per_phase(height_m), self._ahead_s)
+        return Swing(*_swing(self._heard.rows, self._pitch_per_phase(height_m), self._ahead_s))
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
@@ -169,16 +171,17 @@ class StepListener:
 
 
 @numba.njit(cache=True)
-def _swing(time_s: Array, read_m: Array, phase_rad: Array, pitch_per_phase: float, ahead_s: float) -> Swing:
-    """The swing of (K,) readings of the ground's echo; steady where no step explains enough of them."""
+def _swing(heard: Array, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
+    """`Swing` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
+    time_s, read_m, phase_rad = heard[:, 0].copy(), heard[:, 1].copy(), heard[:, 2].copy()
     step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
     if shares.max() < LEAST_SHARE:
-        return Swing(0.0, 0.0j, 0.0j, 0.0j)
+        return 0.0, 0.0j, 0.0j, 0.0j
     read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j
     turn = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j
     height = READ_SCALE_M * read / complex(1.0, step_rad_s * ahead_s)
     surge = 1j * SURGE_M * height / abs(height) if abs(height) > 0.0 else 0.0j
-    return Swing(step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, surge)
+    return step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, surge
 
 
 @numba.njit(cache=True)

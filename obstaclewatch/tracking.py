@@ -176,17 +176,16 @@ class TrackingDetector(EchoDetector):
         found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
         alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
         known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
-        columns = np.empty((len(COLUMNS), len(known)))
-        for column, k in enumerate(known):
-            columns[:, column] = self._row(tracks[k], courses[k], found[k])
-        if Flag.IDENTICAL_CHANNELS in flag:
+        rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
+        columns = np.array(list(zip(*rows, strict=True))).reshape(len(COLUMNS), len(known))
+        if flag is Flag.IDENTICAL_CHANNELS:
             columns[:3] = np.nan
         return Detection(
             index=index,
             time_s=time_s,
             **dict(zip(COLUMNS, columns, strict=True)),
             collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
-            flags=np.full(len(known), int(flag)),
+            flags=np.array([int(flag)] * len(known), dtype=np.int_),
             beep_flags=flag,
             decision=self._decide(time_s, any(alarming), courses, found),
         )
@@ -236,7 +235,7 @@ def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | 
     A beep that was searched for tracks that begin leaves no time to judge what is far: that waits for the next one.
     """
     pressing = [track for track in tracks if is_pressing(track)]
-    near = [track for track in tracks if not searched or track.state[0] < WAITS_M]
+    near = [track for track in tracks if not searched or track.range_m < WAITS_M]
     return due(pressing or near, now_s)
 
 
@@ -247,7 +246,7 @@ def due(tracks: list[Track], now_s: float) -> Track | None:
         if track.judged is None:
             return np.inf
         waited_s = now_s - track.judged.time_s if track.heard_s > track.judged.time_s else 0.0
-        return waited_s / float(track.state[0])
+        return waited_s / track.range_m
 
     most = max(tracks, key=urgency, default=None)
     return None if most is None or urgency(most) == 0.0 else most

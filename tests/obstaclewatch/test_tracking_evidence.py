@@ -94,7 +94,7 @@ def _posterior(time_s):
 def _track(range_m, judged_s, heard_s):
     """A track whose course was judged once and that was heard last at a time."""
     judged = None if judged_s is None else _posterior(judged_s)
-    return Track(np.array([range_m, 1.3]), np.eye(2), heard_s, 12.0, heard_s=heard_s, judged=judged)
+    return Track(range_m, 1.3, np.eye(2), heard_s, 12.0, heard_s=heard_s, judged=judged)
 
 
 def test_one_course_is_judged_at_a_time_the_nearest_most_often():
@@ -114,7 +114,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
 def test_what_was_not_heard_since_is_not_judged_again():
     silent = _track(1.5, 0.9, 0.9)
     assert due([silent], 1.8) is due([], 1.8) is None
-    assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).state[0] == 5.0
+    assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).range_m == 5.0
 
 
 @pytest.mark.parametrize(
