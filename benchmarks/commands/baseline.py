@@ -30,7 +30,7 @@ def update(run_folders: tuple[Path, ...], reason: str, gates_file: str, file: Pa
     for key, counts in after.history[-1]["runs"].items():
         for detector, text in counts.items():
             click.echo(f"{key} {detector}: {text}")
-    click.echo(f"{path}: {path.stat().st_size / 1024:.0f} kB")
+    click.echo(f"{path.resolve()}: {path.stat().st_size / 1024:.0f} kB")
 
 
 @baseline.command()
