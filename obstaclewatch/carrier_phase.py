@@ -14,8 +14,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.matched_filter import EchoProfile
-
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
@@ -43,22 +41,13 @@ ODD = 0.1
 """Share of echoes whose phase is another's: two that overlap, or from another height."""
 
 
-def second_channel(profile: EchoProfile, delay_s: Array, noise: float, sound_speed_m_s: float) -> NDArray[np.complex64]:
-    """(n, W) envelope of microphone 1 at `OFFSETS_M` of path after n peaks of microphone 0.
+@numba.njit(cache=True, error_model="numpy")
+def second_channel(envelope: Complexes, position: Array, offset: Array, noise: float) -> NDArray[np.complex64]:
+    """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).
 
     Each row is turned so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
     The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u turns the row by
-    -2 pi reference_hz u / c.
-    """
-    position, offset = (delay_s - profile.start_s) * profile.rate_hz, OFFSETS_M / sound_speed_m_s * profile.rate_hz
-    return turned_rows(profile.envelope, position, offset, noise)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def turned_rows(envelope: Complexes, position: Array, offset: Array, noise: float) -> NDArray[np.complex64]:
-    """(n, W) microphone 1 at offsets (W,) after positions (n,) of envelopes (2, M), in units of the noise.
-
-    Each row is turned by microphone 0's phase at the position.
+    -2 pi reference_hz u / c. `envelope` is (2, M).
     """
     rows, first, second = np.empty((len(position), len(offset)), dtype=np.complex64), envelope[0], envelope[1]
     for peak in range(len(position)):

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.carrier_phase import turned_rows
+from obstaclewatch.carrier_phase import second_channel
 from obstaclewatch.echoes import (
     SIDELOBE,
     TINY,
@@ -99,7 +99,7 @@ def peak_readings(
     second = np.full((len(sample), len(offset)), np.complex64(np.nan))
     if len(sample) > 0 and not identical:
         noise = max(noise_amplitude(magnitude[1, first:]), TINY)
-        second = turned_rows(moved, (delay_s - known.start_s) * known.rate_hz, offset, noise)
+        second = second_channel(moved, (delay_s - known.start_s) * known.rate_hz, offset, noise)
     return readings, second, log_ratio(height * height)
 
 

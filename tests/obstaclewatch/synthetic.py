@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch import BeepDesign, PhoneGeometry, Recording
+from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
 
 C = 343.0
 BEEP = BeepDesign()
@@ -83,3 +84,9 @@ def true_range(point, speed_m_s, time_s, mic=0):
 def noise_for(snr_db, gain, beep=BEEP):
     """Standard deviation per sample that gives an echo the matched-filter SNR 2E/N0 = gain^2 sum(s^2) / sigma^2."""
     return gain * np.sqrt(np.sum(beep.samples() ** 2)) / 10.0 ** (snr_db / 20.0)
+
+
+def second_after(profile, delay_s, noise):
+    """(n, W) microphone 1 at `OFFSETS_M` of path after echoes at delays (n,), see `second_channel`."""
+    position = (delay_s - profile.start_s) * profile.rate_hz
+    return second_channel(profile.envelope, position, OFFSETS_M / C * profile.rate_hz, noise)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from obstaclewatch import MatchedFilter, PaperDetector, PaperSettings
-from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
+from obstaclewatch.carrier_phase import OFFSETS_M
 
-from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, true_range
+from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, second_after, true_range
 
 TRIALS = 500
 POINT = Point(2.0, 1.8)
@@ -110,7 +110,7 @@ def test_the_claimed_deviation_is_the_actual_one(snr_db):
 
 def carrier_difference_m(profile, delay_s):
     """Path difference from the carrier's phase alone, in the cycle next to the truth."""
-    second = second_channel(profile, np.array([delay_s]), 1.0, C)[0]
+    second = second_after(profile, np.array([delay_s]), 1.0)[0]
     nearest = np.argmin(np.abs(OFFSETS_M - TRUE_DIFFERENCE_M))
     wave_number = 2.0 * np.pi * profile.reference_hz / C
     residual = np.angle(second[nearest] * np.exp(1j * wave_number * TRUE_DIFFERENCE_M))

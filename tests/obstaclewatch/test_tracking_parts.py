@@ -16,14 +16,13 @@ from obstaclewatch.carrier_phase import (
     deviation_factor,
     hear,
     log_agreement,
-    second_channel,
 )
 from obstaclewatch.echoes import echoes_at
 from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.moving_peaks import PeakFinder
 from obstaclewatch.settings import PaperSettings
 
-from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, true_range
+from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, second_after, true_range
 
 LENGTH = PHONE.mic_separation_m
 WAVELENGTH = C / BEEP.center_hz
@@ -63,7 +62,7 @@ def test_coherent_power_peaks_at_the_true_path_difference(aside_m):
     start = profile.position((true_range(point, 0.0, 0.0) * 2.0 - 0.1) / C)
     peak = start + np.argmax(profile.magnitude[0, start : start + 30])
     delay = echoes_at(profile, 0, np.array([peak])).delay_s
-    row = second_channel(profile, delay, 0.01, C)
+    row = second_after(profile, delay, 0.01)
     assert row.shape == (1, len(OFFSETS_M))
     phase = np.angle(np.interp(u_m, OFFSETS_M, row[0].real) + 1j * np.interp(u_m, OFFSETS_M, row[0].imag))
     off = (phase + 2.0 * np.pi * u_m * profile.reference_hz / C + np.pi) % (2.0 * np.pi) - np.pi
@@ -88,7 +87,7 @@ def test_phase_reads_the_moment_while_the_envelope_reads_ahead(speed):
 
     start = profile.position(2.0 * (true_range(point, speed, hit + AHEAD_S) - 0.2) / C)
     peak = start + np.argmax(profile.magnitude[0, start : start + 40])
-    row = second_channel(profile, echoes_at(profile, 0, np.array([peak])).delay_s, 1.0, C)[0]
+    row = second_after(profile, echoes_at(profile, 0, np.array([peak])).delay_s, 1.0)[0]
     envelope_m = OFFSETS_M[np.argmax(np.abs(row))]
     assert abs(envelope_m - u_m(hit + AHEAD_S)) < 0.015
     value = np.interp(envelope_m, OFFSETS_M, row.real) + 1j * np.interp(envelope_m, OFFSETS_M, row.imag)
