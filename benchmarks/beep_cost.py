@@ -12,21 +12,19 @@ from time import perf_counter
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.compute import heard
 from benchmarks.cells.equipment import detector_for
 from benchmarks.plan import plan_cells
 from benchmarks.suite import load_suite
 from obstaclewatch.detectors import EchoDetector
+from obstaclewatch.support.arrays import Floats, Singles
 
 LIMIT_MS = 0.5
 HEADER = ("detector", "beeps", "mean", "median", "95 %", "slowest", f"within {LIMIT_MS} ms")
 
-Blocks = NDArray[np.float32]
 
-
-def beep_cost_ms(detector: EchoDetector, blocks: Blocks, rounds: int) -> NDArray[np.float64]:
+def beep_cost_ms(detector: EchoDetector, blocks: Singles, rounds: int) -> Floats:
     """(B,) least time of each beep, ms, of (B, 2, period_samples) blocks streamed so often, each time anew."""
     least = np.full(len(blocks), np.inf)
     for _ in range(rounds):
@@ -38,7 +36,7 @@ def beep_cost_ms(detector: EchoDetector, blocks: Blocks, rounds: int) -> NDArray
     return 1e3 * least
 
 
-def cost_row(name: str, cost_ms: NDArray[np.float64]) -> tuple[str, ...]:
+def cost_row(name: str, cost_ms: Floats) -> tuple[str, ...]:
     """One detector's line under `HEADER`."""
     mean, middle, most = np.mean(cost_ms), np.median(cost_ms), np.max(cost_ms)
     figures = (f"{value:.3f} ms" for value in (mean, middle, np.quantile(cost_ms, 0.95), most))
@@ -54,7 +52,7 @@ def main(walks: int, rounds: int, seed: int | None) -> None:
     suite = load_suite("paper", ["split=dev"], seed)
     cells = [cell for cell in plan_cells(suite, "full") if cell.kind == "approach"]
     chosen = [cells[k] for k in np.linspace(0, len(cells) - 1, walks).round().astype(int)]
-    cost_ms: dict[str, list[NDArray[np.float64]]] = {name: [] for name in suite.detectors}
+    cost_ms: dict[str, list[Floats]] = {name: [] for name in suite.detectors}
     for cell in chosen:
         setting, beep, recording = heard(cell)
         count = recording.samples.shape[1] // beep.period_samples

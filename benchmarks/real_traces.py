@@ -19,8 +19,7 @@ from obstaclewatch.approaches import ACCELERATION_M_S2
 from obstaclewatch.background import ClutterMap
 from obstaclewatch.collision import CollisionVote
 from obstaclewatch.echoes import refine_peaks, separated_peaks
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Flags, Floats
 
 ZONE_M = (1.6, 3.5)
 """Where objects were: beyond the floor's echo at 1.35 m, before the end of the traces."""
@@ -55,12 +54,12 @@ class Trace:
 
     name: str
     phone: str
-    level: Array
-    range_m: Array
-    time_s: Array
-    hold: NDArray[np.bool_]
+    level: Floats
+    range_m: Floats
+    time_s: Floats
+    hold: Flags
     object_m: float
-    wall_m: Array
+    wall_m: Floats
     wall_channel: int
 
     @property
@@ -98,10 +97,10 @@ class BaselineRule:
         factor: multiple of it that a height must exceed.
     """
 
-    clutter: dict[tuple[str, int], Array]
+    clutter: dict[tuple[str, int], Floats]
     factor: float
 
-    def threshold(self, trace: Trace, channel: int) -> Array:
+    def threshold(self, trace: Trace, channel: int) -> Floats:
         """(R,) height above which something is there."""
         return self.factor * self.clutter[trace.phone, channel]
 
@@ -137,7 +136,7 @@ def false_detections(rule: BaselineRule, baselines: Sequence[Trace], half: int) 
     return false, total
 
 
-def objects_at_label(trace: Trace, rule: BaselineRule) -> Array:
+def objects_at_label(trace: Trace, rule: BaselineRule) -> Floats:
     """(K, C) range of the peak of each beep and channel that exceeds the rule most where the object was labelled.
 
     NaN if none does.
@@ -154,7 +153,7 @@ def objects_at_label(trace: Trace, rule: BaselineRule) -> Array:
     return best
 
 
-def track_from_hold(trace: Trace, rule: BaselineRule) -> Array:
+def track_from_hold(trace: Trace, rule: BaselineRule) -> Floats:
     """(K,) range of the object, from its median range while the user stood at the mark, forwards and backwards.
 
     Only the span over which the authors' line was followed is tracked; NaN elsewhere.
@@ -169,13 +168,13 @@ def track_from_hold(trace: Trace, rule: BaselineRule) -> Array:
     return track
 
 
-def voted(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def voted(present: Flags) -> Flags:
     """(K,) the paper's vote, five of the last nine beeps."""
     vote = CollisionVote(5, 9)
     return np.array([vote.cast(bool(beep)) >= 5 for beep in present])
 
 
-def follow(trace: Trace, start_m: float, beeps: Sequence[int], channel: int) -> Array:
+def follow(trace: Trace, start_m: float, beeps: Sequence[int], channel: int) -> Floats:
     """(len(beeps),) ranges of a Kalman track that starts at a range and takes the strongest peak near it in each beep.
 
     "Near" is a gate of 9 cm on either side, as the tracking detector's; the first and strongest line of an object is
@@ -200,24 +199,24 @@ def follow(trace: Trace, start_m: float, beeps: Sequence[int], channel: int) -> 
     return ranges
 
 
-def _mean_clutter(level: Array) -> Array:
+def _mean_clutter(level: Floats) -> Floats:
     clutter = ClutterMap(len(level), MAP_HALF_WIDTH)
     for row in level:
         clutter.level(row)
     return clutter.level(level[-1])
 
 
-def _scores(level: Array, clutter: Array, range_m: Array) -> Array:
+def _scores(level: Floats, clutter: Floats, range_m: Floats) -> Floats:
     """(K,) highest ratio of height to clutter within the zone."""
     zone = (range_m > ZONE_M[0]) & (range_m < ZONE_M[1])
-    ratio: Array = (level / clutter)[:, zone].max(axis=1)
+    ratio: Floats = (level / clutter)[:, zone].max(axis=1)
     return ratio
 
 
-def _peaks_m(trace: Trace, beep: int, channel: int, threshold: Array) -> Array:
+def _peaks_m(trace: Trace, beep: int, channel: int, threshold: Floats) -> Floats:
     row = trace.level[beep, :, channel]
     position = refine_peaks(row, separated_peaks(row, threshold, 2))[0]
-    ranges: Array = trace.range_m[0] + position * trace.step_m
+    ranges: Floats = trace.range_m[0] + position * trace.step_m
     return ranges
 
 
@@ -228,5 +227,5 @@ def _strongest_near(trace: Trace, beep: int, channel: int, expected_m: float) ->
     return float(peaks[np.argmax(trace.level[beep, _bins(trace, peaks), channel])]) if len(peaks) else np.nan
 
 
-def _bins(trace: Trace, range_m: Array) -> NDArray[np.intp]:
+def _bins(trace: Trace, range_m: Floats) -> NDArray[np.intp]:
     return np.round((range_m - trace.range_m[0]) / trace.step_m).astype(np.intp)

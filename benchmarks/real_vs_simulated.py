@@ -16,13 +16,11 @@ import click
 import numpy as np
 import trimesh
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from benchmarks.real_traces import Trace, load_trace
+from obstaclewatch.support.arrays import Floats
 from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.noise import noise_rms
-
-Array = NDArray[np.float64]
 
 RATE_HZ, PERIOD, CHIRP = 48_000.0, 2400, 1200
 LOW_HZ, HIGH_HZ = 18_000.0, 24_000.0
@@ -51,7 +49,7 @@ class Case:
 CASES = (Case("6p_mic_2m_1", 1.98, 1.39), Case("6p_mic_3m_2", 2.90, 1.40))
 
 
-def excitation() -> Array:
+def excitation() -> Floats:
     """(1200,) the chirp that was played: 18-24 kHz in 25 ms, 10 % Hamming fades, peak 1."""
     time = np.arange(CHIRP) / RATE_HZ
     chirp = np.cos(2.0 * np.pi * (LOW_HZ * time + (HIGH_HZ - LOW_HZ) / (2.0 * time[-1]) * time**2))
@@ -60,11 +58,11 @@ def excitation() -> Array:
     top = int(fade.argmax())
     chirp[: top + 1] *= fade[: top + 1]
     chirp[CHIRP - (len(fade) - top - 1) :] *= fade[top + 1 :]
-    peak: Array = chirp / np.abs(chirp).max()
+    peak: Floats = chirp / np.abs(chirp).max()
     return peak
 
 
-def to_magnitude(period: Array) -> Array:
+def to_magnitude(period: Floats) -> Floats:
     """(300,) magnitudes of one period of samples that starts at the direct sound, as the recordings were processed.
 
     Rectified correlation at delays 0 to 1200 samples, each bin a triangle of +-4 samples, mirrored at the ends.
@@ -76,11 +74,11 @@ def to_magnitude(period: Array) -> Array:
     weight = np.maximum(0.0, 1.0 - np.abs(index - center[:, None]) * BINS / SAMPLES)
     mirrored = np.where(index < 0, -1 - index, index)
     mirrored = np.where(mirrored >= SAMPLES, 2 * SAMPLES - 1 - mirrored, mirrored)
-    mean: Array = np.sum(weight * whole[mirrored], axis=1) / weight.sum(axis=1)
+    mean: Floats = np.sum(weight * whole[mirrored], axis=1) / weight.sum(axis=1)
     return mean
 
 
-def simulated_levels(case: Case, phone: Phone, seed: int = 0) -> Array:
+def simulated_levels(case: Case, phone: Phone, seed: int = 0) -> Floats:
     """(300, 2) median magnitude over beeps of the same place, channels in the file's order, in noise."""
     ground = trimesh.creation.box((40.0, 40.0, 1.0))
     ground.apply_translation([0.0, 0.0, -0.5])
@@ -102,17 +100,17 @@ def simulated_levels(case: Case, phone: Phone, seed: int = 0) -> Array:
     return np.median([[to_magnitude(channel) for channel in beep] for beep in beeps], axis=0).T
 
 
-def real_levels(trace: Trace) -> Array:
+def real_levels(trace: Trace) -> Floats:
     """(300, C) median over the hold."""
     return np.asarray(np.median(trace.level[trace.hold], axis=0))
 
 
-def to_db(level: Array) -> Array:
+def to_db(level: Floats) -> Floats:
     """Relative to the strongest of the first eight bins: the direct sound."""
     return 20.0 * np.log10(level / level[:8].max(axis=0))
 
 
-def line_db(profile_db: Array, range_m: Array, at_m: float) -> float:
+def line_db(profile_db: Floats, range_m: Floats, at_m: float) -> float:
     """Highest level within 12 cm of a range."""
     return float(profile_db[np.abs(range_m - at_m) < 0.12].max())
 
@@ -141,7 +139,7 @@ def draw(cases: Sequence[Case], folder: Path, output: Path) -> list[str]:
     return table
 
 
-def _lines(case: Case, mic: str, range_m: Array, real_db: Array, simulated_db: Array) -> list[str]:
+def _lines(case: Case, mic: str, range_m: Floats, real_db: Floats, simulated_db: Floats) -> list[str]:
     far = (range_m > 3.6) & (range_m < 4.2)
     rows = [
         (f"{name} at {at_m:.2f} m", *(line_db(profile, range_m, at_m) for profile in (real_db, simulated_db)))

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.measured import detectors_of, judged_detectors, part, strata
 from benchmarks.report_verdict import Measured, rate_measured
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, chosen, true_negative_rate, true_positive_rate
+from obstaclewatch.support.arrays import Ints, Strings
 
 UNKNOWN = "unknown"
 MOST_CASES = 10
@@ -124,7 +124,7 @@ def _false(run: RunData, name: str, table: Table, most: int) -> WorstCases:
     return WorstCases(name, "False alerts", len(order), _cases(run, wrong, order[:most], words))
 
 
-def _turn(names: NDArray[np.str_]) -> NDArray[np.int64]:
+def _turn(names: Strings) -> Ints:
     """How many earlier entries have the same name."""
     order = np.argsort(names, kind="stable")
     ordered = names[order]
@@ -133,7 +133,7 @@ def _turn(names: NDArray[np.str_]) -> NDArray[np.int64]:
     return turn
 
 
-def _cases(run: RunData, table: Table, rows: NDArray[np.int64], words: Sequence[str]) -> tuple[Case, ...]:
+def _cases(run: RunData, table: Table, rows: Ints, words: Sequence[str]) -> tuple[Case, ...]:
     labels, phones = table["label"], table["phone"]
     return tuple(
         Case(str(labels[row]), str(phones[row]), what, rerun_command(run, str(labels[row])))

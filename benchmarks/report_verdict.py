@@ -37,6 +37,7 @@ from benchmarks.scores import (
     true_positive_rate,
 )
 from benchmarks.statistics import Rate
+from obstaclewatch.support.arrays import Floats
 
 WORDS = {"better than": "better", "worse than": "worse", "cannot be told from": "same", "cannot be compared with": ""}
 
@@ -244,7 +245,7 @@ def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, scale: flo
 
 
 def _quantile(
-    values: NDArray[np.float64], quantile: float, walks: NDArray[Any], scale: float, unit: str, paper: PaperValue | None
+    values: Floats, quantile: float, walks: NDArray[Any], scale: float, unit: str, paper: PaperValue | None
 ) -> Measured:
     value, low, high, count = quantile_over_walks(values, quantile, walks)
     of = f"{count} of {len(values)}"

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from benchmarks.cells.spec import counts_as
 from benchmarks.results import RunData
 from benchmarks.statistics import Rate, quantile_with_interval, wilson
+from obstaclewatch.support.arrays import Flags, Floats
 
 Table = dict[str, NDArray[Any]]
 
@@ -79,7 +80,7 @@ ECHOES = {"echo_range_m": "range_m", "echo_range2_m": "range2_m"}
 """Columns of the nearest loud echo at microphone 0 and 1, and of the estimates that they are nearest to."""
 
 
-def nearest_echo(estimate_m: ArrayLike, echoes_m: ArrayLike) -> NDArray[np.float64]:
+def nearest_echo(estimate_m: ArrayLike, echoes_m: ArrayLike) -> Floats:
     """(T,) which of (E,) echoes is nearest to each of (T,) estimates; NaN without an estimate or an echo."""
     estimate, echoes = np.asarray(estimate_m, dtype=np.float64), np.asarray(echoes_m, dtype=np.float64)
     if echoes.size == 0:
@@ -114,12 +115,12 @@ def by(table: Table, column: str) -> dict[Any, Table]:
     return {value: chosen(table, table[column] == value) for value in np.unique(table[column])}
 
 
-def chosen(table: Table, mask: NDArray[np.bool_]) -> Table:
+def chosen(table: Table, mask: Flags) -> Table:
     """The rows of a mask."""
     return {name: values[mask] for name, values in table.items()}
 
 
-def absolute_errors(table: Table, estimate: str, truth: str) -> NDArray[np.float64]:
+def absolute_errors(table: Table, estimate: str, truth: str) -> Floats:
     """(n,) |estimate - truth|, NaN without an estimate."""
     return np.abs(table[estimate] - table[truth])
 

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
+from obstaclewatch.support.arrays import Floats
+
 BOOTSTRAP = 2_000
 
 
@@ -134,9 +136,7 @@ def quantile_with_interval(
     return value, float(low), float(high), len(data)
 
 
-def _cluster_bootstrap(
-    data: NDArray[np.float64], labels: NDArray, q: float, rng: np.random.Generator
-) -> NDArray[np.float64]:
+def _cluster_bootstrap(data: Floats, labels: NDArray, q: float, rng: np.random.Generator) -> Floats:
     """(BOOTSTRAP,) quantiles of resamples of whole clusters, by weighting the sorted values.
 
     One resample at a time: a run has 10^5 beeps, and all resamples at once would take gigabytes.

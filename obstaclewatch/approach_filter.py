@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 
 @numba.njit(cache=True)
-def begun(age_s: Array, read_m: Array, variance: float, ahead_s: float) -> tuple[Array, Array]:
+def begun(age_s: Floats, read_m: Floats, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
     """State (2,) and covariance (2, 2) at the last of K readings of equal variance: least squares through them."""
     total, first, second = float(len(age_s)), age_s.sum(), np.sum(age_s * age_s)
     read, moment, spread = read_m.sum(), np.sum(age_s * read_m), total * second - first * first
@@ -27,7 +26,7 @@ def begun(age_s: Array, read_m: Array, variance: float, ahead_s: float) -> tuple
 
 
 @numba.njit(cache=True)
-def predicted(state: Array, covariance: Array, step_s: float, acceleration_m_s2: float) -> tuple[Array, Array]:
+def predicted(state: Floats, covariance: Floats, step_s: float, acceleration_m_s2: float) -> tuple[Floats, Floats]:
     """State (2,), range, m, and closing speed, m/s, and covariance (2, 2) a time later, under white acceleration."""
     moved, spread = np.empty(2), np.empty((2, 2))
     moved[0], moved[1] = state[0] - step_s * state[1], state[1]
@@ -40,14 +39,14 @@ def predicted(state: Array, covariance: Array, step_s: float, acceleration_m_s2:
 
 
 @numba.njit(cache=True)
-def expected_reading(state: Array, covariance: Array, ahead_s: float) -> tuple[float, float]:
+def expected_reading(state: Floats, covariance: Floats, ahead_s: float) -> tuple[float, float]:
     """What a chirp would read, m, and its variance."""
     to_range, to_speed = _seen(covariance, ahead_s)
     return state[0] - ahead_s * state[1], to_range - ahead_s * to_speed
 
 
 @numba.njit(cache=True)
-def updated(state: Array, covariance: Array, read_m: float, variance: float, ahead_s: float) -> tuple[Array, Array]:
+def updated(state: Floats, covariance: Floats, read_m: float, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
     """State and covariance after a reading of that variance."""
     better, spread = np.empty(2), np.empty((2, 2))
     seen = _seen(covariance, ahead_s)
@@ -61,7 +60,7 @@ def updated(state: Array, covariance: Array, read_m: float, variance: float, ahe
 
 
 @numba.njit(cache=True)
-def _seen(covariance: Array, ahead_s: float) -> tuple[float, float]:
+def _seen(covariance: Floats, ahead_s: float) -> tuple[float, float]:
     """Covariances of range and speed with what is read."""
     return (
         covariance[0, 0] - ahead_s * covariance[0, 1],

@@ -20,10 +20,9 @@ from obstaclewatch.courses import Course, Posterior, Samples
 from obstaclewatch.last_rows import LastRows
 from obstaclewatch.line_evidence import LineEvidence
 from obstaclewatch.moving_peaks import MovingPeaks
+from obstaclewatch.support.arrays import Flags, Floats
 from obstaclewatch.swing import Swing
 from obstaclewatch.track_range import FITTED_BEEPS, Timing, TrackRange, track_range
-
-Array = NDArray[np.float64]
 
 SEARCH_BEEPS = 12
 GATE_M = 0.09
@@ -76,7 +75,7 @@ class Track:
 
     range_m: float
     closing_m_s: float
-    covariance: Array
+    covariance: Floats
     time_s: float
     score: float
     level_db: float = np.nan
@@ -89,7 +88,7 @@ class Track:
     heard_s: float = -np.inf
     readings: LastRows = field(default_factory=lambda: LastRows(FITTED_BEEPS, 3))
 
-    def follow(self, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_], ahead_s: float) -> int:
+    def follow(self, time_s: float, peaks: MovingPeaks, taken: Flags, ahead_s: float) -> int:
         """Move on to a beep and update by the likeliest of the peaks not taken; which it is, -1 for none."""
         step_s, self.time_s = time_s - self.time_s, time_s
         self.range_m, self.closing_m_s, self.covariance, which = _followed(
@@ -132,10 +131,10 @@ class _FreePeaks(NamedTuple):
         ages_s: (B,) of the beeps.
     """
 
-    readings: Array
-    free: NDArray[np.bool_]
+    readings: Floats
+    free: Flags
     counts: NDArray[np.int_]
-    ages_s: Array
+    ages_s: Floats
 
 
 class Approaches:
@@ -154,7 +153,7 @@ class Approaches:
         self._ahead_s, self._evidence = ahead_s, evidence
         self.tracks: list[Track] = []
         self.searched = False
-        self._free: deque[tuple[float, MovingPeaks, NDArray[np.bool_]]] = deque(maxlen=SEARCH_BEEPS)
+        self._free: deque[tuple[float, MovingPeaks, Flags]] = deque(maxlen=SEARCH_BEEPS)
 
     def clear(self) -> None:
         """Forget everything."""
@@ -177,7 +176,7 @@ class Approaches:
         self.tracks.sort(key=lambda track: track.range_m)
         return self.tracks
 
-    def _follow(self, track: Track, time_s: float, peaks: MovingPeaks, taken: NDArray[np.bool_]) -> None:
+    def _follow(self, track: Track, time_s: float, peaks: MovingPeaks, taken: Flags) -> None:
         best = track.follow(time_s, peaks, taken, self._ahead_s)
         if best < 0:
             track.misses += 1
@@ -262,12 +261,12 @@ def _are_one(track: Track, other: Track) -> bool:
 def _followed(
     range_now_m: float,
     closing_m_s: float,
-    covariance: Array,
+    covariance: Floats,
     step_s: float,
     ahead_s: float,
-    readings: Array,
-    taken: NDArray[np.bool_],
-) -> tuple[float, float, Array, int]:
+    readings: Floats,
+    taken: Flags,
+) -> tuple[float, float, Floats, int]:
     """Range, closing speed and covariance (2, 2) a step later, updated by the likeliest peak; which one.
 
     `readings` are those of `MovingPeaks`, of n peaks, and `taken` (n,) says which are another track's. The likeliest is
@@ -291,7 +290,7 @@ def _followed(
 
 
 @numba.njit(cache=True)
-def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Array) -> NDArray[np.int_]:
+def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Floats) -> NDArray[np.int_]:
     """(B,) which peak of each beep lies on the line that gained most, -1 where none does or before it gained.
 
     Args:
@@ -317,9 +316,7 @@ def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Array) -> NDArray[
 
 
 @numba.njit(cache=True)
-def _on_line(
-    range_m: Array, power: Array, free: NDArray[np.bool_], read_m: float, farther_m: float
-) -> tuple[int, float]:
+def _on_line(range_m: Floats, power: Floats, free: Flags, read_m: float, farther_m: float) -> tuple[int, float]:
     """The free peak that gains most for a line farther than `read_m`, and what it gains; -1 if none is near enough."""
     best, most = -1, -np.inf
     for peak in range(len(range_m)):

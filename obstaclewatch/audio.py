@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Singles
 
 FORMATS = {".wav": "WAV", ".flac": "FLAC"}
 BITS = 24
@@ -85,7 +86,7 @@ def read_blocks(path: str | os.PathLike[str], block_samples: int) -> Iterator[Re
             yield Recording(samples, float(sound.samplerate))
 
 
-def _to_steps(samples: NDArray[np.float32]) -> NDArray[np.int32]:
+def _to_steps(samples: Singles) -> NDArray[np.int32]:
     """(2, N) samples to the upper 24 bits of int32."""
     beyond = np.abs(samples) > 1.0
     if beyond.any():
@@ -149,7 +150,7 @@ def _check_contents(sound: Any, path: Path) -> None:
         raise ValueError(f"'{path}' must hold at least one sample per microphone, got none")
 
 
-def _read(sound: Any, count: int, path: Path) -> NDArray[np.float32]:
+def _read(sound: Any, count: int, path: Path) -> Singles:
     """(2, count) samples."""
     try:
         samples = sound.read(count, dtype="float32", always_2d=True).T

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import highest_nearby
+from obstaclewatch.support.arrays import Complexes, Floats
 
 
 class CoherentBackground:
@@ -24,13 +24,13 @@ class CoherentBackground:
     def __init__(self, beeps: int) -> None:
         self._beeps = beeps
         self._count = 0
-        self._mean: NDArray[np.complex128] | None = None
+        self._mean: Complexes | None = None
 
     def clear(self) -> None:
         """Forget all beeps."""
         self._count, self._mean = 0, None
 
-    def subtract(self, envelope: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def subtract(self, envelope: Complexes) -> Complexes:
         """What of a (2, M) envelope was not there in the mean of earlier beeps; then learn it. Zeros at first."""
         self._count = min(self._count + 1, self._beeps)
         if self._mean is None:
@@ -51,18 +51,18 @@ class ClutterMap:
         self._beeps = beeps
         self._half_width = half_width
         self._count = 0
-        self._mean: NDArray[np.float64] | None = None
+        self._mean: Floats | None = None
 
     def clear(self) -> None:
         """Forget all beeps."""
         self._count, self._mean = 0, None
 
     @property
-    def mean(self) -> NDArray[np.float64] | None:
+    def mean(self) -> Floats | None:
         """(M,) mean of all beeps' highest value nearby; None before the first."""
         return self._mean
 
-    def level(self, magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    def level(self, magnitude: Floats) -> Floats:
         """(M,) mean of the earlier beeps' highest value nearby; then learn this one. Infinite at first."""
         self._count, before = min(self._count + 1, self._beeps), self._mean
         if before is None:
@@ -73,9 +73,7 @@ class ClutterMap:
 
 
 @numba.njit(cache=True)
-def _mean_height(
-    mean: NDArray[np.float64], magnitude: NDArray[np.float64], half_width: int, count: int
-) -> NDArray[np.float64]:
+def _mean_height(mean: Floats, magnitude: Floats, half_width: int, count: int) -> Floats:
     """(M,) mean height of `count` beeps, from that of all but the last and the last one's magnitude, widened."""
     height = highest_nearby(magnitude, half_width)
     for sample in range(len(mean)):
@@ -84,7 +82,7 @@ def _mean_height(
 
 
 @numba.njit(cache=True)
-def _learnt(mean: NDArray[np.complex128], envelope: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+def _learnt(mean: Complexes, envelope: Complexes, count: int) -> Complexes:
     """What of an envelope is not in the mean of `count - 1` others; the mean, in place, becomes that of all."""
     rest, share = np.empty(mean.shape, dtype=np.complex128), 1.0 / count
     for mic in range(len(mean)):

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from obstaclewatch.support.arrays import Flags
+
 PHASES = 8
 
 
@@ -58,7 +60,7 @@ class BandSpectrum:
 def _turned_sums(
     slow: NDArray[np.complexfloating],
     row: NDArray[np.intp],
-    mirrored: NDArray[np.bool_],
+    mirrored: Flags,
     turn: NDArray[np.complexfloating],
 ) -> NDArray[np.complexfloating]:
     """(C, B) sums over the slow sequences' bins (C, rows, PHASES), each turned, conjugate where mirrored."""

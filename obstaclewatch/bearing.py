@@ -8,7 +8,9 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from obstaclewatch.support.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -21,19 +23,19 @@ class PathDifference:
         body_deducted: (n,) the peak came by way of the walker's body, and the detour was taken off.
     """
 
-    u_m: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    body_deducted: NDArray[np.bool_]
+    u_m: Floats
+    amplitude: Floats
+    body_deducted: Flags
 
 
 def path_difference(
-    path1_m: NDArray[np.float64],
-    path2_m: NDArray[np.float64],
-    amplitude2: NDArray[np.float64],
+    path1_m: Floats,
+    path2_m: Floats,
+    amplitude2: Floats,
     separation_m: float,
     margin_m: float,
     body_distance_m: Callable[[], float],
-    least_amplitude: NDArray[np.float64],
+    least_amplitude: Floats,
     cos_pitch: float = 1.0,
     gated: bool = True,
     whole_detour: bool = True,
@@ -69,7 +71,7 @@ def path_difference(
 
 def deducted_difference(
     gap_m: ArrayLike, separation_m: float, body_distance_m: float, cos_pitch: float = 1.0, whole_detour: bool = True
-) -> NDArray[np.float64]:
+) -> Floats:
     """u of an echo that reached microphone 1 by way of the walker's body (D3 of Fig. 8).
 
     The body is a plane across the walking direction, a distance d behind the microphone. A plane wave from azimuth a
@@ -94,7 +96,7 @@ def body_distance(excess_m: float, separation_m: float, cos_pitch: float = 1.0) 
     return 0.5 * (float(np.sqrt(squared)) - separation_m * cos_pitch)
 
 
-def cone_cosine(range_m: ArrayLike, range2_m: ArrayLike, separation_m: float) -> NDArray[np.float64]:
+def cone_cosine(range_m: ArrayLike, range2_m: ArrayLike, separation_m: float) -> Floats:
     """Cosine of the angle between the phone's long axis and the obstacle, not clamped (Eq. 2).
 
     theta = pi - arccos((D1^2 + L^2 - D2^2) / (2 D1 L)), so cos theta = (D2^2 - D1^2 - L^2) / (2 D1 L).
@@ -115,9 +117,7 @@ def path_difference_at(range_m: Any, cosine: Any, separation_m: float) -> Any:
     return np.sqrt(range_m * (range_m + 2.0 * separation_m * cosine) + separation_m**2) - range_m
 
 
-def walking_angle(
-    cosine: NDArray[np.float64], cos_pitch: float = 1.0, clamped: bool = True
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def walking_angle(cosine: Floats, cos_pitch: float = 1.0, clamped: bool = True) -> tuple[Floats, Flags]:
     """Bearing from the cone's cosine, and whether it had to be clamped.
 
     An obstacle at the phone's height lies at the azimuth cos a = cos(cone) / cos(pitch). The angle is unsigned: two
@@ -134,9 +134,7 @@ def walking_angle(
     return np.arccos(inside), outside & clamped
 
 
-def bearing_std(
-    bearing_rad: NDArray[np.float64], u_std_m: NDArray[np.float64], separation_m: float, cos_pitch: float = 1.0
-) -> NDArray[np.float64]:
+def bearing_std(bearing_rad: Floats, u_std_m: Floats, separation_m: float, cos_pitch: float = 1.0) -> Floats:
     """Standard deviation of the bearing, to first order; near straight ahead, where that diverges, held finite.
 
     The cosine has s = u_std / (L cos(pitch)); the bearing s / sin(bearing), and about sqrt(s) straight ahead.
@@ -147,13 +145,13 @@ def bearing_std(
 
 @numba.njit(cache=True)
 def _strongest(
-    path1_m: NDArray[np.float64],
-    path2_m: NDArray[np.float64],
-    amplitude2: NDArray[np.float64],
-    least_amplitude: NDArray[np.float64],
+    path1_m: Floats,
+    path2_m: Floats,
+    amplitude2: Floats,
+    least_amplitude: Floats,
     nearest_m: float,
     farthest_m: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Path 2 - path 1 and height of each candidate's strongest peak between two differences, NaN where none is."""
     gap_m, height = np.empty(len(path1_m)), np.empty(len(path1_m))
     for row in range(len(path1_m)):

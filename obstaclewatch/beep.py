@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -83,22 +84,22 @@ class BeepDesign:
         """How far ahead in time a moving range reads: center_hz / chirp_rate_hz_s (0.205 s for 18-23 kHz)."""
         return self.center_hz / self.chirp_rate_hz_s
 
-    def window(self, time_s: ArrayLike) -> NDArray[np.float64]:
+    def window(self, time_s: ArrayLike) -> Floats:
         """Hann window at times after the start of the beep; exactly zero outside it."""
         t = np.asarray(time_s, dtype=np.float64)
         inside = (t >= 0.0) & (t <= self.duration_s)
         return np.where(inside, np.sin(np.pi * t / self.duration_s) ** 2, 0.0)
 
-    def phase_rad(self, time_s: ArrayLike) -> NDArray[np.float64]:
+    def phase_rad(self, time_s: ArrayLike) -> Floats:
         """Phase of the chirp, 2 pi (f0 t + k t^2 / 2), rad."""
         t = np.asarray(time_s, dtype=np.float64)
         return 2.0 * np.pi * (self.start_hz + 0.5 * self.chirp_rate_hz_s * t) * t
 
-    def waveform(self, time_s: ArrayLike) -> NDArray[np.float64]:
+    def waveform(self, time_s: ArrayLike) -> Floats:
         """The beep at any times, s, peak 1."""
         return self.window(time_s) * np.cos(self.phase_rad(time_s))
 
-    def samples(self) -> NDArray[np.float64]:
+    def samples(self) -> Floats:
         """(n,) the beep sampled at `sample_rate_hz`; 9600 samples for the paper's beep."""
         count = round(self.duration_s * self.sample_rate_hz)
         return self.waveform(np.arange(count) / self.sample_rate_hz)

@@ -14,11 +14,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.course_prior import Hypotheses
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 EDGES_M = np.array([0.15, 0.2, 0.23, 0.26, 0.29, 0.32, 0.36, 0.41, 0.5, 0.8, 1.1, 1.5, 2.2, 3.5, 8.0])
 """Between classes of radii; evenly spread within a class."""
@@ -36,18 +34,18 @@ SAID = 0.6827
 HALVINGS = 30
 
 
-def radius_shares(courses: Hypotheses) -> Array:
+def radius_shares(courses: Hypotheses) -> Floats:
     """(H, B) probabilities of the classes of radii, given each course."""
     upright = courses.tilt_rad == 0.0
     level, corner = (courses.height_m == 0.0) & upright, np.isinf(courses.height_m)
     kind = np.select([corner, level & courses.is_wall, level], [2, 3, 0], default=1)
     table = np.array([OF_LEVEL, OF_BETWEEN, OF_CORNER, OF_WALL], dtype=np.float64)
-    shares: Array = (table / table.sum(axis=1, keepdims=True))[kind]
+    shares: Floats = (table / table.sum(axis=1, keepdims=True))[kind]
     return shares
 
 
 @numba.njit(cache=True, error_model="numpy")
-def narrow_radius(share: Array, radii: Array) -> tuple[float, float]:
+def narrow_radius(share: Floats, radii: Floats) -> tuple[float, float]:
     """Radius of what is thought narrow, and its deviation, m; NaN both if that is not likelier than not.
 
     Args:
@@ -70,7 +68,7 @@ def narrow_radius(share: Array, radii: Array) -> tuple[float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _median(weight: Array) -> float:
+def _median(weight: Floats) -> float:
     """Of the first classes (n,), whose weights are not all 0."""
     left, row = 0.5 * weight.sum(), 0
     while left > weight[row]:
@@ -79,7 +77,7 @@ def _median(weight: Array) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _share_within(weight: Array, low_m: float, high_m: float) -> float:
+def _share_within(weight: Floats, low_m: float, high_m: float) -> float:
     """Of classes' weights (B,), what lies between two radii."""
     total = 0.0
     for row in range(len(weight)):

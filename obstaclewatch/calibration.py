@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from obstaclewatch.alignment import BeepFinder, NoBeepError
@@ -22,6 +21,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.ranging import direct_sound
 from obstaclewatch.recording import PhoneGeometry, Recording
+from obstaclewatch.support.arrays import Complexes, Floats
 
 AIR_M_S = (310.0, 365.0)
 """Speeds of sound in air between -35 and 50 C; a direct sound that seems to travel faster came through the case."""
@@ -48,17 +48,17 @@ class Calibration:
             the gate that keeps echoes out.
     """
 
-    emission_s: NDArray[np.float64]
-    drift_s: NDArray[np.float64]
-    level: NDArray[np.float64]
+    emission_s: Floats
+    drift_s: Floats
+    level: Floats
     mic_delay_s: float
     mic_gain_db: float
     sound_speed_m_s: float
-    response_hz: NDArray[np.float64]
-    response_db: NDArray[np.float64]
+    response_hz: Floats
+    response_db: Floats
 
     @property
-    def beep_to_beep_db(self) -> NDArray[np.float64]:
+    def beep_to_beep_db(self) -> Floats:
         """(2,) standard deviation of the direct level; 0 for a deaf microphone."""
         return np.std(20.0 * np.log10(np.maximum(self.level, np.finfo(float).tiny)), axis=0)
 
@@ -108,8 +108,8 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
 
 
 def _calibration(
-    rows: NDArray[np.float64],
-    power: NDArray[np.float64],
+    rows: Floats,
+    power: Floats,
     compressor: MatchedFilter,
     beep: BeepDesign,
     phone: PhoneGeometry,
@@ -136,7 +136,7 @@ def _calibration(
     )
 
 
-def _gated_power(envelope: NDArray[np.complex128], center: int, rate_hz: float) -> NDArray[np.float64]:
+def _gated_power(envelope: Complexes, center: int, rate_hz: float) -> Floats:
     """(2, n) power spectrum of the direct sound's compressed pulse, under a Hann gate of `DIRECT_GATE_S`."""
     first, last = (center + round(edge * rate_hz) for edge in DIRECT_GATE_S)
     index = np.arange(max(first, 0), min(last + 1, envelope.shape[1]))
@@ -148,9 +148,7 @@ def _gate_bins(rate_hz: float) -> int:
     return int(fft.next_fast_len(round(rate_hz / RESPONSE_STEP_HZ)))
 
 
-def _response(
-    power: NDArray[np.float64], compressor: MatchedFilter, beep: BeepDesign
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _response(power: Floats, compressor: MatchedFilter, beep: BeepDesign) -> tuple[Floats, Floats]:
     """(F,) frequencies and (2, F) levels of the direct sound over the beep's own pulse, gated alike."""
     block = np.zeros((1, beep.period_samples))
     block[0, : len(beep.samples())] = beep.samples()

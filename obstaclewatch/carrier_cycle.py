@@ -10,12 +10,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.matched_filter import EchoProfile
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Complexes, Floats
 
 CYCLES = np.arange(-4, 5)
 """Around the one nearest to the envelopes' difference."""
@@ -40,14 +38,14 @@ class PathEvidence(NamedTuple):
         cycle_m: wavelength at the profile's reference frequency.
     """
 
-    envelope_m: Array
-    envelope_std_m: Array
-    phase_rad: Array
-    phase_std_rad: Array
+    envelope_m: Floats
+    envelope_std_m: Floats
+    phase_rad: Floats
+    phase_std_rad: Floats
     cycle_m: float
 
 
-def phase_between(profile: EchoProfile, delay_s: Array, difference_s: Array) -> Array:
+def phase_between(profile: EchoProfile, delay_s: Floats, difference_s: Floats) -> Floats:
     """(n,) phase of microphone 1's envelope over microphone 0's, rad, at n delays and so much later; NaN stays NaN.
 
     An echo that reaches microphone 1 by u later has the phase -2 pi reference_hz u, whichever the sample asked.
@@ -57,7 +55,7 @@ def phase_between(profile: EchoProfile, delay_s: Array, difference_s: Array) -> 
 
 
 @numba.njit(cache=True)
-def _phases(envelope: NDArray[np.complex128], position0: Array, position1: Array) -> Array:
+def _phases(envelope: Complexes, position0: Floats, position1: Floats) -> Floats:
     phase = np.full(len(position0), np.nan)
     for row in range(len(position0)):
         if np.isfinite(position1[row]):
@@ -65,7 +63,7 @@ def _phases(envelope: NDArray[np.complex128], position0: Array, position1: Array
     return phase
 
 
-def within_cycle(evidence: PathEvidence, longest_m: Array) -> tuple[Array, Array]:
+def within_cycle(evidence: PathEvidence, longest_m: Floats) -> tuple[Floats, Floats]:
     """Path differences by phase in the likeliest cycle, and their deviations, the chance of other cycles included.
 
     Cycles are weighed by the envelopes and by what is possible: nothing at the phone's height is further behind at
@@ -89,7 +87,7 @@ def nearest_place(phase_rad: float, envelope_m: float, cycle_m: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def likeliest_cycle(evidence: PathEvidence, weight: Array) -> tuple[Array, Array]:
+def likeliest_cycle(evidence: PathEvidence, weight: Floats) -> tuple[Floats, Floats]:
     """(n,) path differences and (n,) deviations by weights (n, len(CYCLES)) of the cycles, of any sum."""
     u_m, std_m = evidence.envelope_m.copy(), evidence.envelope_std_m.copy()
     per_rad = evidence.cycle_m / (2.0 * np.pi)
@@ -106,7 +104,7 @@ def likeliest_cycle(evidence: PathEvidence, weight: Array) -> tuple[Array, Array
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _weights(evidence: PathEvidence, longest_m: Array) -> Array:
+def _weights(evidence: PathEvidence, longest_m: Floats) -> Floats:
     """(n, len(CYCLES)) likelihoods of the cycles; NaN stays NaN."""
     weight = np.empty((len(longest_m), len(CYCLES)))
     for row in range(len(longest_m)):

@@ -14,9 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Complexes = NDArray[np.complex128]
+from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 
 REACH_M = 0.19
 """Path differences that are kept, on either side: the longest phone's 16 cm and 3 cm more."""
@@ -42,7 +40,7 @@ ODD = 0.1
 
 
 @numba.njit(cache=True, error_model="numpy")
-def second_channel(envelope: Complexes, position: Array, offset: Array, noise: float) -> NDArray[np.complex64]:
+def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise: float) -> SingleComplexes:
     """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).
 
     Each row is turned so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
@@ -59,7 +57,7 @@ def second_channel(envelope: Complexes, position: Array, offset: Array, noise: f
 
 
 @numba.njit(cache=True, error_model="numpy")
-def hear(heard: Singles, sample: NDArray[np.int32], row: NDArray[np.complex64], u_m: Singles) -> None:
+def hear(heard: Singles, sample: NDArray[np.int32], row: SingleComplexes, u_m: Singles) -> None:
     """Fill in (2, H) real and imaginary part of a row (W,) of `second_channel` at path differences.
 
     It is linear between samples; where to read, (H,), is found before reading, which keeps several from being handled
@@ -80,7 +78,7 @@ def hear(heard: Singles, sample: NDArray[np.int32], row: NDArray[np.complex64], 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def deviation_factor(row: NDArray[np.complex64]) -> np.float32:
+def deviation_factor(row: SingleComplexes) -> np.float32:
     """Factor that brings a row (W,) to units of noise and of a deviation that is `WOBBLE` of the echo."""
     power = np.float32(0.0)
     for value in row:

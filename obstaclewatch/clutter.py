@@ -13,7 +13,8 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Flags, Floats
 
 SPEED_STEP_M_S = 0.1
 """Between trial speeds: 7 cm after 0.7 s, just within the tolerance of an approach."""
@@ -36,9 +37,9 @@ class Motion:
         judged: there were enough earlier beeps to say so; False leaves all of the above False and NaN.
     """
 
-    static: NDArray[np.bool_]
-    closing: NDArray[np.bool_]
-    closing_speed_m_s: NDArray[np.float64]
+    static: Flags
+    closing: Flags
+    closing_speed_m_s: Floats
     judged: bool
 
 
@@ -51,13 +52,13 @@ class PeakHistory:
 
     def __init__(self, span_s: float) -> None:
         self._span_s = span_s
-        self._beeps: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self._beeps: deque[tuple[float, Floats]] = deque()
 
-    def add(self, time_s: float, range_m: NDArray[np.float64]) -> None:
+    def add(self, time_s: float, range_m: Floats) -> None:
         """Remember the (n,) peak ranges of the beep at that time."""
         self._beeps.append((time_s, range_m))
 
-    def before(self, time_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def before(self, time_s: float) -> tuple[Floats, Floats]:
         """Ages (K,), s, and ranges (K, P), m, NaN-padded, of the beeps within the span; older ones are forgotten."""
         while self._beeps and time_s - self._beeps[0][0] > self._span_s:
             self._beeps.popleft()
@@ -74,9 +75,9 @@ class PeakHistory:
 
 
 def judge_motion(
-    range_m: NDArray[np.float64],
-    age_s: NDArray[np.float64],
-    past_m: NDArray[np.float64],
+    range_m: Floats,
+    age_s: Floats,
+    past_m: Floats,
     static_tolerance_m: float,
     static_age_s: float,
     closing_speed_m_s: tuple[float, float],
@@ -94,14 +95,14 @@ def judge_motion(
 
 @numba.njit(cache=True)
 def _judged(
-    range_m: NDArray[np.float64],
-    age_s: NDArray[np.float64],
-    past_m: NDArray[np.float64],
+    range_m: Floats,
+    age_s: Floats,
+    past_m: Floats,
     static_tolerance_m: float,
     static_age_s: float,
-    speeds_m_s: NDArray[np.float64],
+    speeds_m_s: Floats,
     closing_tolerance_m: float,
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64], bool]:
+) -> tuple[Flags, Flags, Floats, bool]:
     """The fields of `judge_motion`'s answer; the first of the speeds is zero, the others are approaches."""
     count, beeps = len(range_m), len(age_s)
     static, closing = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
@@ -123,7 +124,7 @@ def _judged(
 
 
 @lru_cache(maxsize=16)
-def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> NDArray[np.float64]:
+def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> Floats:
     """Zero, and the speeds of approach that are tried."""
     steps = np.arange(slowest_m_s, fastest_m_s + SPEED_STEP_M_S / 2, SPEED_STEP_M_S)
     speeds = np.concatenate([[0.0], steps])
@@ -134,11 +135,11 @@ def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> NDArray[np.float64]:
 @numba.njit(cache=True)
 def _partners(
     range_m: float,
-    age_s: NDArray[np.float64],
-    past_m: NDArray[np.float64],
-    speeds_m_s: NDArray[np.float64],
+    age_s: Floats,
+    past_m: Floats,
+    speeds_m_s: Floats,
     tolerance_m: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Of each approach (S,) to a range: how many earlier beeps hold a peak on it, and how far all beeps' lie off it.
 
     Speeds run innermost, so that they are handled several at once.
@@ -158,7 +159,7 @@ def _partners(
 
 
 @numba.njit(cache=True)
-def _best(partners: NDArray[np.float64], apart_m: NDArray[np.float64]) -> int:
+def _best(partners: Floats, apart_m: Floats) -> int:
     """The approach with the most partners; of several, the one nearest to all beeps. The first speed is none."""
     best = 1
     for trial in range(2, len(partners)):
@@ -169,9 +170,7 @@ def _best(partners: NDArray[np.float64], apart_m: NDArray[np.float64]) -> int:
 
 
 @numba.njit(cache=True)
-def _stays(
-    range_m: float, age_s: NDArray[np.float64], past_m: NDArray[np.float64], tolerance_m: float, static_age_s: float
-) -> tuple[int, int]:
+def _stays(range_m: float, age_s: Floats, past_m: Floats, tolerance_m: float, static_age_s: float) -> tuple[int, int]:
     """How many earlier beeps hold a peak at the same range, and how many of those are old enough to tell."""
     stays = stays_long = 0
     for beep in range(len(age_s)):
@@ -182,7 +181,7 @@ def _stays(
 
 
 @numba.njit(cache=True)
-def _nearest_offset(expected_m: float, past_m: NDArray[np.float64]) -> float:
+def _nearest_offset(expected_m: float, past_m: Floats) -> float:
     """How much farther than expected the nearest of a beep's peaks lies; infinite if there is none."""
     nearest = np.inf
     for past in past_m:
@@ -195,8 +194,8 @@ def _nearest_offset(expected_m: float, past_m: NDArray[np.float64]) -> float:
 def _fitted_speed(
     range_m: float,
     speed_m_s: float,
-    age_s: NDArray[np.float64],
-    past_m: NDArray[np.float64],
+    age_s: Floats,
+    past_m: Floats,
     tolerance_m: float,
 ) -> float:
     """Least-squares speed through a peak and its partners along a trial speed."""

@@ -6,7 +6,8 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,7 @@ class CollisionVote:
         self._votes.clear()
 
 
-def on_course(
-    range_m: NDArray[np.float64], bearing_rad: NDArray[np.float64], radius_m: NDArray[np.float64], half_width_m: float
-) -> NDArray[np.bool_]:
+def on_course(range_m: Floats, bearing_rad: Floats, radius_m: Floats, half_width_m: float) -> Flags:
     """(n,) whether the walker would meet the obstacle (Eq. 4, corrected): D1 sin(bearing) <= radius + half width.
 
     An unknown radius (NaN) counts as 0, an unknown bearing as no collision. What lies behind cannot be met.
@@ -63,7 +62,7 @@ def on_course(
     return (miss_m <= np.where(np.isnan(radius_m), 0.0, radius_m) + half_width_m) & (bearing_rad < np.pi / 2)
 
 
-def on_course_printed(bearing_rad: NDArray[np.float64], collision_angle_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
+def on_course_printed(bearing_rad: Floats, collision_angle_rad: Floats) -> Flags:
     """(n,) Eq. 4 as printed: bearing <= delta; NaN is no collision."""
     return bearing_rad <= collision_angle_rad
 
@@ -71,9 +70,9 @@ def on_course_printed(bearing_rad: NDArray[np.float64], collision_angle_rad: NDA
 def decide(
     vote: CollisionVote,
     time_s: float,
-    range_m: NDArray[np.float64],
-    closing_speed_m_s: NDArray[np.float64],
-    collides: NDArray[np.bool_],
+    range_m: Floats,
+    closing_speed_m_s: Floats,
+    collides: Flags,
     danger_m: float,
 ) -> Decision:
     """Cast this beep's vote and decide; the n candidates come nearest first."""

@@ -13,12 +13,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.bearing import law_of_cosines, path_difference_at
 from obstaclewatch.carrier_cycle import CYCLES, PathEvidence, nearest_place
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 STEP_RAD = np.deg2rad(1.0)
 BEARINGS_RAD = STEP_RAD * np.arange(0.5, 90.0)
@@ -45,7 +43,7 @@ class Attitude(NamedTuple):
     separation_m: float
 
 
-def bearing_posterior(range_m: Array, evidence: PathEvidence, attitude: Attitude) -> tuple[Array, Array, Array]:
+def bearing_posterior(range_m: Floats, evidence: PathEvidence, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
     """Bearings of n candidates, and which cycles they lie in.
 
     Args:
@@ -62,7 +60,7 @@ def bearing_posterior(range_m: Array, evidence: PathEvidence, attitude: Attitude
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _posterior(range_m: Array, evidence: PathEvidence, attitude: Attitude) -> tuple[Array, Array, Array]:
+def _posterior(range_m: Floats, evidence: PathEvidence, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
     medians, deviations = np.full(len(range_m), np.nan), np.full(len(range_m), np.nan)
     cycles = np.zeros((len(range_m), len(CYCLES)))
     place = np.empty(len(BEARINGS_RAD))
@@ -85,8 +83,8 @@ def _weigh(
     phase: tuple[float, float],
     cycle_m: float,
     attitude: Attitude,
-    place: Array,
-    cycles: Array,
+    place: Floats,
+    cycles: Floats,
 ) -> float:
     """Fill weights of bearings and of cycles (as many as `CYCLES`) for one candidate; their sum."""
     place[:], cycles[:] = 0.0, 0.0
@@ -128,7 +126,7 @@ def _step_at(cosine: float) -> int:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _middle(share: Array) -> tuple[float, float]:
+def _middle(share: Floats) -> tuple[float, float]:
     """Median of the bearing, and root mean square departure from it."""
     passed, median = 0.0, np.nan
     for angle in range(len(share)):

@@ -9,13 +9,11 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import add_turned, deviation_factor, hear
 from obstaclewatch.course_geometry import (
     NEAREST_M,
     Bodies,
-    Singles,
     cone_cosine,
     distance_ahead,
     mirror_off,
@@ -24,8 +22,7 @@ from obstaclewatch.course_geometry import (
     steady_range,
 )
 from obstaclewatch.gait import line_weights, whitening
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
 
 
 class Ears(NamedTuple):
@@ -63,12 +60,12 @@ class Agreement(NamedTuple):
 def agreement(
     bodies: Bodies,
     ears: Ears,
-    time_s: Array,
-    read_m: Array,
-    covariance: Array,
-    second: NDArray[np.complex64],
-    swing_read: Array,
-    swing_hit: Array,
+    time_s: Floats,
+    read_m: Floats,
+    covariance: Floats,
+    second: SingleComplexes,
+    swing_read: Floats,
+    swing_hit: Floats,
 ) -> Agreement:
     """Lines through the ranges of K beeps, and how well ranges and phases agree with them.
 
@@ -91,7 +88,7 @@ def agreement(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def steady_ranges(bodies: Bodies, read_m: Array, lift_m: Array, surge_m: Array) -> Singles:
+def steady_ranges(bodies: Bodies, read_m: Floats, lift_m: Floats, surge_m: Floats) -> Singles:
     """(K, H) ranges as a phone would read them that neither bobs nor surges, from (K,) readings and departures."""
     steady = np.empty((len(read_m), len(bodies.miss_m)), dtype=np.float32)
     for beep in range(len(read_m)):
@@ -103,7 +100,7 @@ def steady_ranges(bodies: Bodies, read_m: Array, lift_m: Array, surge_m: Array) 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Array, of_closing: Array) -> tuple[Singles, Singles]:
+def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closing: Floats) -> tuple[Singles, Singles]:
     """(H,) distances ahead at time 0 and closing speeds: sums, by (K,) weights, of the distances that ranges say."""
     ahead, closing = np.zeros_like(bodies.miss_m), np.zeros_like(bodies.miss_m)
     for beep in range(len(steady_m)):
@@ -118,7 +115,7 @@ def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Array, of_closin
 
 @numba.njit(cache=True, error_model="numpy")
 def misfits(
-    bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Array, white: Array
+    bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Floats, white: Floats
 ) -> Singles:
     """(H,) squared deviations of ranges (K, H) from straight lines, once a triangle (K, K) has whitened them."""
     error, misfit, white_error = np.empty_like(steady_m), np.zeros_like(ahead_m), np.empty_like(ahead_m)
@@ -136,7 +133,7 @@ def misfits(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def weighted_sum(total: Singles, rows: Singles, weight: Array, count: int) -> None:
+def weighted_sum(total: Singles, rows: Singles, weight: Floats, count: int) -> None:
     """Fill in (H,) the weighted sum of the first rows (count, H)."""
     total[:] = np.float32(0.0)
     for row in range(count):
@@ -175,10 +172,10 @@ def gathered(
     ears: Ears,
     ahead_m: Singles,
     closing_m_s: Singles,
-    time_s: Array,
-    second: NDArray[np.complex64],
-    swing_read: Array,
-    swing_hit: Array,
+    time_s: Floats,
+    second: SingleComplexes,
+    swing_read: Floats,
+    swing_hit: Floats,
 ) -> Singles:
     """(2, H) real and imaginary part of what courses gather in phase at microphone 1; its squared size is 1 for noise.
 

@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Singles
 
 Single = np.float32
-Singles = NDArray[np.float32]
 
 NEAREST_M = np.float32(0.05)
 """Least distance, for a line that runs on behind the walker."""

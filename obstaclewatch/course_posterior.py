@@ -10,18 +10,16 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.breadth import narrow_radius
 from obstaclewatch.carrier_phase import log_agreement
 from obstaclewatch.course_evidence import Agreement, Ears, agreement
-from obstaclewatch.course_geometry import NEAREST_M, Singles, bodies_at, cone_cosine, sight
+from obstaclewatch.course_geometry import NEAREST_M, bodies_at, cone_cosine, sight
 from obstaclewatch.course_prior import speed_density
 from obstaclewatch.gait import READING_M, SWING_KNOWN_M, reading_covariance
+from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes, Singles
 from obstaclewatch.swing import Swing, swing_as_read, swing_at
 from obstaclewatch.wall_ends import still_heard
-
-Array = NDArray[np.float64]
 
 SHARE_HEARD = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
@@ -46,11 +44,11 @@ class Prior(NamedTuple):
         radii: (H, B) probabilities of the classes of radii, see `breadth`.
     """
 
-    log_share: Array
-    nearing: Array
-    tells_phase: NDArray[np.bool_]
+    log_share: Floats
+    nearing: Floats
+    tells_phase: Flags
     phase_rad: float
-    radii: Array
+    radii: Floats
 
 
 class Posterior(NamedTuple):
@@ -69,7 +67,7 @@ class Posterior(NamedTuple):
     time_s: float
     bodies: Singles
     ground_m: float
-    share: Array
+    share: Floats
     ahead_m: Singles
     closing_m_s: Singles
     misfit: float
@@ -84,12 +82,12 @@ def posterior(
     ground_m: float,
     phone: tuple[Any, ...],
     swinging: tuple[Any, ...],
-    time_s: Array,
-    range_m: Array,
-    range_std_m: Array,
-    second: NDArray[np.complex64],
+    time_s: Floats,
+    range_m: Floats,
+    range_std_m: Floats,
+    second: SingleComplexes,
     now_s: float,
-) -> tuple[Array, Singles, Singles, float, float, float]:
+) -> tuple[Floats, Singles, Singles, float, float, float]:
     """What `Posterior` has from `share` on, after K >= 3 beeps.
 
     Args:
@@ -116,9 +114,7 @@ def posterior(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def shares(
-    log_prior: Array, found: Agreement, density: Array, tells_phase: NDArray[np.bool_], phase_rad: float
-) -> Array:
+def shares(log_prior: Floats, found: Agreement, density: Floats, tells_phase: Flags, phase_rad: float) -> Floats:
     """(H,) probabilities, 1 together.
 
     Args:
@@ -156,12 +152,12 @@ class Meeting(NamedTuple):
         aside: how far aside a wall's nearest point lies per distance along its normal; infinite for other things.
     """
 
-    collision: Array
-    contact_m: Array
-    angle_rad: Array
-    nearing: Array
-    way: Array
-    aside: Array
+    collision: Floats
+    contact_m: Floats
+    angle_rad: Floats
+    nearing: Floats
+    way: Floats
+    aside: Floats
 
 
 class Course(NamedTuple):
@@ -195,13 +191,13 @@ class Course(NamedTuple):
 
 @numba.njit(cache=True, error_model="numpy")
 def expectations(
-    share: Array,
+    share: Floats,
     ahead_m: Singles,
     closing_m_s: Singles,
     later_s: float,
     table: Singles,
     ground_m: float,
-    meetings: Array,
+    meetings: Floats,
     ends_m: tuple[float, float],
     pitch_rad: float,
     mic_m: float,

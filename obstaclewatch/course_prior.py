@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Flags, Floats
 
 MISS_M = np.sqrt(np.concatenate([[0.0, 0.02, 0.05, 0.09, 0.14, 0.2, 0.27, 0.35], np.arange(0.44, 3.2, 0.1)]))
 """Evenly in the square, as bearing's cosine and path difference see it: 0.1 m^2 at 1.5 m are 3 mm of path, 65 degrees
@@ -76,15 +75,15 @@ class Hypotheses:
         contact_m: (H,) distance ahead of the phone's middle at which the walker's body meets it.
     """
 
-    miss_m: Array
-    height_m: Array
-    angle_rad: Array
-    tilt_rad: Array
-    radius_m: Array
-    is_wall: NDArray[np.bool_]
-    log_prior: Array
-    collision: Array
-    contact_m: Array
+    miss_m: Floats
+    height_m: Floats
+    angle_rad: Floats
+    tilt_rad: Floats
+    radius_m: Floats
+    is_wall: Flags
+    log_prior: Floats
+    collision: Floats
+    contact_m: Floats
 
 
 def hypotheses(half_width_m: float) -> Hypotheses:
@@ -123,7 +122,7 @@ def walking_speed(step_hz: float) -> tuple[float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def speed_density(speed_m_s: Array, step_hz: float) -> Array:
+def speed_density(speed_m_s: Floats, step_hz: float) -> Floats:
     """Density of speeds of approach (H,), s/m: walkers', and one in eight that something comes the other way."""
     own, std = walking_speed(step_hz)
     slowest, fastest = ONCOMING_M_S
@@ -136,7 +135,7 @@ def speed_density(speed_m_s: Array, step_hz: float) -> Array:
     return density
 
 
-def _things(half_width_m: float) -> tuple[Array, Array]:
+def _things(half_width_m: float) -> tuple[Floats, Floats]:
     """(heights x M,) shares of miss distances among collisions, and among misses: from an edge on, then ever fewer."""
     spread, edge = (half_width_m + beyond[:, None] for beyond in (HIT_SPREAD_M, MISS_GAP_M))
     hit = np.exp(-0.5 * (MISS_M / spread) ** 2)
@@ -144,21 +143,21 @@ def _things(half_width_m: float) -> tuple[Array, Array]:
     return _of_kinds(HEIGHT_PRIOR, hit * np.gradient(MISS_M)), _of_kinds(HEIGHT_PRIOR, passed * np.gradient(MISS_M))
 
 
-def _walls() -> tuple[Array, Array]:
+def _walls() -> tuple[Floats, Floats]:
     """(kinds x A,) shares of angles among the walls that are hit, and among those that are passed."""
     across = np.exp(-0.5 * (WALL_ANGLES_RAD / WALL_HIT_RAD) ** 2)
     alongside = ndtr((WALL_ANGLES_RAD - WALL_MISS_RAD) / WALL_MISS_STD_RAD)
     return _of_kinds(WALL_KIND_PRIOR, across), _of_kinds(WALL_KIND_PRIOR, alongside)
 
 
-def _of_kinds(prior: Array, weight: Array) -> Array:
+def _of_kinds(prior: Floats, weight: Floats) -> Floats:
     """(kinds x places,) shares: the kinds' by their prior, a kind's places by their weights (kinds or 1, places)."""
     rows = np.broadcast_to(weight, (len(prior), weight.shape[-1]))
-    share: Array = (prior / prior.sum() * (rows / rows.sum(axis=1, keepdims=True)).T).T.ravel()
+    share: Floats = (prior / prior.sum() * (rows / rows.sum(axis=1, keepdims=True)).T).T.ravel()
     return share
 
 
-def _contacts(half_width_m: float) -> Array:
+def _contacts(half_width_m: float) -> Floats:
     """(H,) distances ahead at which a body with a round front, `FRONT_M` before the phone's middle, is touched.
 
     A round thing lies between the front and abreast of it; what a miss distance beyond its reach says to be a collision

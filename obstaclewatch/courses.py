@@ -22,17 +22,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.breadth import radius_shares
 from obstaclewatch.course_evidence import Ears
-from obstaclewatch.course_geometry import Singles
 from obstaclewatch.course_posterior import Course, Meeting, Posterior, Prior, expectations, posterior
 from obstaclewatch.course_prior import Hypotheses, hypotheses
+from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
 from obstaclewatch.swing import LEAST_COS, STEADY, Swing
 from obstaclewatch.wall_ends import ends_of_passed
-
-Array = NDArray[np.float64]
 
 
 class Samples(NamedTuple):
@@ -44,10 +41,10 @@ class Samples(NamedTuple):
         second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
     """
 
-    time_s: Array
-    range_m: Array
-    range_std_m: Array
-    second: NDArray[np.complex64]
+    time_s: Floats
+    range_m: Floats
+    range_std_m: Floats
+    second: SingleComplexes
 
 
 class CourseGrid:
@@ -123,7 +120,7 @@ class CourseGrid:
         return Course(*found)
 
 
-def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[Array, Array]:
+def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[Floats, Floats]:
     """(H,) m^2 by which a mirror shortens the path difference, times sin^2 / range: in the level plane, and upright.
 
     With speaker and microphone s and m off the ray, a point's path is longer by (s^2 + m^2) / 2R than the ray's, a

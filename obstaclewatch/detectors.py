@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
@@ -19,6 +19,7 @@ from obstaclewatch.measurement import Measurement
 from obstaclewatch.pipeline import EchoPipeline
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.support.arrays import Flags
 
 
 class EchoDetector(ABC):
@@ -126,7 +127,7 @@ class EchoDetector(ABC):
                     return
 
     @abstractmethod
-    def _collides(self, found: Measurement) -> NDArray[np.bool_]:
+    def _collides(self, found: Measurement) -> Flags:
         """(n,) which candidates vote for a collision."""
 
     @abstractmethod
@@ -140,7 +141,7 @@ class PaperDetector(EchoDetector):
     It keeps the paper's range-Doppler bias: what closes in at 1.0-1.6 m/s reads 20-33 cm short.
     """
 
-    def _collides(self, found: Measurement) -> NDArray[np.bool_]:
+    def _collides(self, found: Measurement) -> Flags:
         settings = self.settings
         near = found.may_vote & (found.range_m <= settings.evaluation_m)
         if Flag.IDENTICAL_CHANNELS in found.beep_flags:
@@ -162,7 +163,7 @@ class DistanceOnlyDetector(EchoDetector):
 
     RANGE_M = 4.0
 
-    def _collides(self, found: Measurement) -> NDArray[np.bool_]:
+    def _collides(self, found: Measurement) -> Flags:
         ahead = ~(found.bearing_rad >= np.pi / 2)
         return found.may_vote & (found.range_m <= self.RANGE_M) & ahead
 
@@ -170,9 +171,7 @@ class DistanceOnlyDetector(EchoDetector):
         return self.RANGE_M
 
 
-def _detection(
-    index: int, time_s: float, found: Measurement, collides: NDArray[np.bool_], decision: Decision
-) -> Detection:
+def _detection(index: int, time_s: float, found: Measurement, collides: Flags, decision: Decision) -> Detection:
     return Detection(
         index=index,
         time_s=time_s,

@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.order_statistic import order_statistic
+from obstaclewatch.support.arrays import Flags, Floats
 
 TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = float(np.sqrt(-np.log(0.75)))
@@ -31,18 +32,18 @@ class Echoes:
         sample: (n,) profile sample next to each peak.
     """
 
-    delay_s: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
+    delay_s: Floats
+    amplitude: Floats
     sample: NDArray[np.intp]
 
     def __len__(self) -> int:
         return len(self.delay_s)
 
-    def __getitem__(self, which: NDArray[np.bool_] | NDArray[np.intp] | slice) -> Echoes:
+    def __getitem__(self, which: Flags | NDArray[np.intp] | slice) -> Echoes:
         return Echoes(self.delay_s[which], self.amplitude[which], self.sample[which])
 
 
-def mean_threshold(magnitude: NDArray[np.float64], factor: float) -> float:
+def mean_threshold(magnitude: Floats, factor: float) -> float:
     """The paper's threshold: the average envelope over the target range, times lambda (section 3.4).
 
     The average leaves out the direct sound, which would raise it by 1 % of the direct peak: more than a wall's echo.
@@ -50,7 +51,7 @@ def mean_threshold(magnitude: NDArray[np.float64], factor: float) -> float:
     return factor * float(np.mean(magnitude))
 
 
-def os_cfar_threshold(magnitude: NDArray[np.float64], factor: float, half_width: int) -> NDArray[np.float64]:
+def os_cfar_threshold(magnitude: Floats, factor: float, half_width: int) -> Floats:
     """(n,) multiple of a local order statistic: ordered-statistic constant false-alarm rate (Rohling 1983).
 
     Args:
@@ -64,11 +65,11 @@ def os_cfar_threshold(magnitude: NDArray[np.float64], factor: float, half_width:
 
 @numba.njit(cache=True)
 def os_cfar_passes(
-    magnitude: NDArray[np.float64],
+    magnitude: Floats,
     peaks: NDArray[np.intp],
     factor: float,
     half_width: int,
-) -> NDArray[np.bool_]:
+) -> Flags:
     """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without sorting anything.
 
     A peak reaches the multiple of the window's order statistic where more samples of the window than the statistic's
@@ -86,7 +87,7 @@ def os_cfar_passes(
 
 
 @numba.njit(cache=True)
-def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
+def _reached(samples: Floats, factor: float, height: float) -> int:
     """How many samples times the factor are no higher than a height. By index this compiles to several at once."""
     count = 0
     for sample in range(len(samples)):
@@ -95,7 +96,7 @@ def _reached(samples: NDArray[np.float64], factor: float, height: float) -> int:
 
 
 @numba.njit(cache=True)
-def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[np.float64]:
+def highest_nearby(magnitude: Floats, half_width: int) -> Floats:
     """(n,) highest sample within `half_width` samples of each: windows that double in width, then two that overlap."""
     size, width = 2 * half_width + 1, 1
     window = np.full(len(magnitude) + 2 * half_width, -np.inf)
@@ -109,16 +110,14 @@ def highest_nearby(magnitude: NDArray[np.float64], half_width: int) -> NDArray[n
 
 
 @numba.njit(cache=True)
-def _raise_to(lowest: NDArray[np.float64], other: NDArray[np.float64]) -> None:
+def _raise_to(lowest: Floats, other: Floats) -> None:
     """Replace (n,) numbers by those of another, or of the same a little later, that are higher."""
     for row in range(len(lowest)):
         lowest[row] = other[row] if other[row] > lowest[row] else lowest[row]
 
 
 @numba.njit(cache=True)
-def above_sidelobes(
-    magnitude: NDArray[np.float64], peaks: NDArray[np.intp], half_width: int, least: float
-) -> NDArray[np.intp]:
+def above_sidelobes(magnitude: Floats, peaks: NDArray[np.intp], half_width: int, least: float) -> NDArray[np.intp]:
     """Those of the peaks higher than the sidelobes of any echo within `half_width` samples, and than `least`."""
     highest = SIDELOBE * magnitude.max()
     kept = np.empty(len(peaks), dtype=np.bool_)
@@ -131,7 +130,7 @@ def above_sidelobes(
 
 
 @numba.njit(cache=True)
-def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
+def noise_amplitude(magnitude: Floats) -> float:
     """Rms of a complex Gaussian noise envelope, from the lower quartile of the heights.
 
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
@@ -140,7 +139,7 @@ def noise_amplitude(magnitude: NDArray[np.float64]) -> float:
 
 
 @numba.njit(cache=True)
-def local_maxima(magnitude: NDArray[np.float64]) -> NDArray[np.intp]:
+def local_maxima(magnitude: Floats) -> NDArray[np.intp]:
     """(n,) samples higher than both their neighbours; of a flat top its middle."""
     peaks, count, sample = np.empty(len(magnitude) // 2, dtype=np.intp), 0, 1
     while sample < len(magnitude) - 1:
@@ -155,9 +154,7 @@ def local_maxima(magnitude: NDArray[np.float64]) -> NDArray[np.intp]:
     return peaks[:count].copy()
 
 
-def separated_peaks(
-    magnitude: NDArray[np.float64], threshold: float | NDArray[np.float64], separation: int
-) -> NDArray[np.intp]:
+def separated_peaks(magnitude: Floats, threshold: float | Floats, separation: int) -> NDArray[np.intp]:
     """(n,) local maxima above a threshold; of two nearer than `separation` samples only the higher stays."""
     peaks = local_maxima(magnitude)
     height = threshold if np.ndim(threshold) == 0 else np.asarray(threshold)[peaks]
@@ -165,7 +162,7 @@ def separated_peaks(
 
 
 @numba.njit(cache=True)
-def keep_separated(magnitude: NDArray[np.float64], peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
+def keep_separated(magnitude: Floats, peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
     """Of peaks nearer to one another than `separation` samples, the highest; peaks come and go in order."""
     undecided, kept = np.ones(len(peaks), dtype=np.bool_), np.zeros(len(peaks), dtype=np.bool_)
     for _ in range(len(peaks)):
@@ -182,16 +179,14 @@ def keep_separated(magnitude: NDArray[np.float64], peaks: NDArray[np.intp], sepa
     return peaks[kept]
 
 
-def highest_of_windows(magnitude: NDArray[np.float64], window: int) -> NDArray[np.intp]:
+def highest_of_windows(magnitude: Floats, window: int) -> NDArray[np.intp]:
     """(n,) the highest sample of every non-overlapping window (section 3.4 as printed)."""
     whole = len(magnitude) // window * window
     return np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
 
 
 @numba.njit(cache=True)
-def refine_peaks(
-    magnitude: NDArray[np.float64], peaks: NDArray[np.intp]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def refine_peaks(magnitude: Floats, peaks: NDArray[np.intp]) -> tuple[Floats, Floats]:
     """Sub-sample positions and heights of peaks: a parabola through three points of the log envelope.
 
     The compressed pulse is nearly Gaussian at its top, so its logarithm is nearly a parabola. Samples that are no
@@ -207,7 +202,7 @@ def refine_peaks(
 
 
 @numba.njit(cache=True)
-def refined_peak(magnitude: NDArray[np.float64], peak: int) -> tuple[float, float]:
+def refined_peak(magnitude: Floats, peak: int) -> tuple[float, float]:
     """The same of a single peak."""
     if not 1 <= peak <= len(magnitude) - 2:
         return float(peak), magnitude[peak]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Singles
 
 
 class SampleFeed:
@@ -26,10 +26,10 @@ class SampleFeed:
     def __init__(self, pieces: Iterable[Recording], sample_rate_hz: float) -> None:
         self._pieces: Iterator[Recording] = iter(pieces)
         self._rate = sample_rate_hz
-        self._held: NDArray[np.float32] = np.empty((2, 0), dtype=np.float32)
+        self._held: Singles = np.empty((2, 0), dtype=np.float32)
         self._first = 0
 
-    def take(self, begin: int, end: int) -> NDArray[np.float32]:
+    def take(self, begin: int, end: int) -> Singles:
         """(2, n) samples `begin` to `end` (excluded); fewer at the recording's end.
 
         Raises:

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 STEP_HZ, STEP_STD_HZ = 1.85, 0.15
 """Steps per second of adults who walk at 1.0-1.5 m/s (Murakami and Otaka 2017: 1.6-2.0)."""
@@ -25,7 +24,7 @@ OTHER_M = 0.012
 
 
 @numba.njit(cache=True, error_model="numpy")
-def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> Array:
+def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -> Floats:
     """(K, K) covariance, m^2, of K readings about a straight course.
 
     A sinusoid of random phase and of a frequency N(STEP_HZ, STEP_STD_HZ^2), and white noise.
@@ -49,7 +48,7 @@ def reading_covariance(time_s: Array, noise_std_m: Array, step_std_m: float) -> 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def whitening(covariance: Array) -> Array:
+def whitening(covariance: Floats) -> Floats:
     """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated together."""
     count = len(covariance)
     rows = np.zeros((count, 2 * count))
@@ -74,7 +73,7 @@ def whitening(covariance: Array) -> Array:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def line_weights(time_s: Array, white: Array) -> tuple[Array, Array]:
+def line_weights(time_s: Floats, white: Floats) -> tuple[Floats, Floats]:
     """(K,) weights whose sums over readings are a straight line's value at time 0, and its fall a second.
 
     Generalised least squares: in whitened readings (K, K) the line is `level - fall time`.

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import local_maxima, noise_amplitude, refined_peak
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.support.arrays import Floats
 
 HEIGHTS_M = (1.0, 1.7)
 """Of microphone 0 above the ground, at which a phone may be held."""
@@ -63,7 +63,7 @@ class GroundListener:
 
 
 @numba.njit(cache=True)
-def _louder_at_second(magnitude: NDArray[np.float64], first: int, last: int, later: int, least: float) -> float:
+def _louder_at_second(magnitude: Floats, first: int, last: int, later: int, least: float) -> float:
     """Position of the highest peak of the second channel that the first one, so many samples before, hears weaker."""
     best, position = least, np.nan
     for peak in local_maxima(magnitude[1, first : last + 1]) + first:

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from obstaclewatch.support.arrays import Floats
+
 FRAME_S, HOP_S = 4e-3, 1e-3
 LOWEST_HZ = 10_000.0
 """Speech, steps and traffic lie below."""
@@ -76,7 +78,7 @@ def heard_beep(samples: NDArray[np.floating], sample_rate_hz: float) -> HeardBee
     return HeardBeep(start, stop, duration, period * HOP_S, (low, high))
 
 
-def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[Floats, Floats]:
     """(F, K) spectrogram above `LOWEST_HZ` less what is there at all times, and its (F,) frequencies."""
     frame, hop = round(FRAME_S * rate_hz), round(HOP_S * rate_hz)
     if len(samples) < 4 * frame:
@@ -89,7 +91,7 @@ def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[NDArra
     return np.maximum(power - 2.0 * np.median(power, axis=1, keepdims=True), 0.0), frequency[kept]
 
 
-def _period_frames(energy: NDArray[np.float64]) -> float | None:
+def _period_frames(energy: Floats) -> float | None:
     """Period of the energy in frames, from the first strong peak of its autocorrelation, refined at its multiples."""
     low, high = (round(edge / HOP_S) for edge in PERIOD_S)
     varying = energy - energy.mean()
@@ -106,7 +108,7 @@ def _period_frames(energy: NDArray[np.float64]) -> float | None:
     return _refined_period(lags, int(first))
 
 
-def _refined_period(lags: NDArray[np.float64], first: int) -> float:
+def _refined_period(lags: Floats, first: int) -> float:
     """The period from its first multiples: the error shrinks with the multiple, and few of them span a gap."""
     period = float(first)
     for multiple in range(1, MULTIPLES + 1):
@@ -120,7 +122,7 @@ def _refined_period(lags: NDArray[np.float64], first: int) -> float:
     return period
 
 
-def _beeps(power: NDArray[np.float64], period: float) -> list[NDArray[np.float64]]:
+def _beeps(power: Floats, period: float) -> list[Floats]:
     """One (F, round(period)) piece a period, the frame of most energy in its middle; those cut off are left out."""
     energy, width = power.sum(axis=0), round(period)
     tops = [start + int(np.argmax(energy[start : start + width])) for start in range(0, len(energy) - width + 1, width)]
@@ -128,7 +130,7 @@ def _beeps(power: NDArray[np.float64], period: float) -> list[NDArray[np.float64
     return [power[:, begin : begin + width] for begin in first if begin >= 0 and begin + width <= len(energy)]
 
 
-def _fitted(piece: NDArray[np.float64], frequency: NDArray[np.float64]) -> tuple[float, ...]:
+def _fitted(piece: Floats, frequency: Floats) -> tuple[float, ...]:
     """Start, stop, duration and core of the line through the ridge of one beep, weighted by energy."""
     time = np.arange(piece.shape[1]) * HOP_S
     weight = piece.max(axis=0)

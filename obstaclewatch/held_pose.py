@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import noise_amplitude
 from obstaclewatch.matched_filter import EchoProfile
+from obstaclewatch.support.arrays import Complexes
 
 STILL = 6.0
 """Height of a change, in rms of what is left of noise, from which the phone has moved: noise alone reaches it at one
@@ -34,7 +34,7 @@ class HeldPose:
         if beeps < 1:
             raise ValueError(f"beeps must be at least 1, got {beeps}")
         self._beeps = beeps
-        self._mean: NDArray[np.complex128] | None = None
+        self._mean: Complexes | None = None
         self._count = 0
 
     def clear(self) -> None:
@@ -52,7 +52,7 @@ class HeldPose:
         return replace(profile, envelope=self._mean)
 
 
-def has_changed(difference: NDArray[np.complex128]) -> bool:
+def has_changed(difference: Complexes) -> bool:
     """Whether more than noise is left in (C, M) differences of two responses."""
     height = np.abs(difference)
     return any(float(row.max()) > STILL * noise_amplitude(row) for row in height)

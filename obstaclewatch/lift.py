@@ -12,12 +12,10 @@ from __future__ import annotations
 from math import asin, ceil, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import refined_peak
 from obstaclewatch.order_statistic import median
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 LEAST_BEEPS = 12
 """A second: two steps, over which the swing is averaged away."""
@@ -48,7 +46,7 @@ class LiftListener:
         """Forget everything."""
         self._power[:], self._count = 0.0, 0
 
-    def add(self, magnitude: Array, position: float) -> None:
+    def add(self, magnitude: Floats, position: float) -> None:
         """One beep.
 
         Args:

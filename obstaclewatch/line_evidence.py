@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import highest_nearby
+from obstaclewatch.support.arrays import Floats, Singles
 
 SPEEDS_M_S = (0.45, 3.2)
 CHANGE = 0.4
@@ -27,7 +27,7 @@ RATIO_LIMITS = (-1.2, 4.0)
 
 
 @numba.njit(cache=True)
-def log_ratio(power: NDArray[np.float64]) -> NDArray[np.float32]:
+def log_ratio(power: Floats) -> Singles:
     """(N // 2,) log likelihood ratios of cells from (N,) powers over noise: fluctuating echo against noise alone.
 
     A cell stands for two samples and, because gait moves a reading by 2.8 cm, takes the highest of its neighbours.
@@ -64,7 +64,7 @@ class LineEvidence:
         """Forget everything."""
         self._sum[:], self._before[:] = 0.0, 0.0
 
-    def add(self, ratio: NDArray[np.float32]) -> None:
+    def add(self, ratio: Singles) -> None:
         """Move every speed's ranges nearer by one beep and add what was heard there, (cells,) log ratios."""
         self._sum, self._before = self._before, self._sum
         _gather(self._sum, self._before, ratio, self._first)
@@ -78,16 +78,14 @@ class LineEvidence:
         best = int(np.argmax(self._sum))
         return float(self._sum.flat[best]), best % self._width
 
-    def speeds_to(self, cell: int) -> NDArray[np.float64]:
+    def speeds_to(self, cell: int) -> Floats:
         """(n,) closing speeds, m/s, of the lines to a cell that have gathered nearly the most."""
         gathered = self._sum[:, cell]
         return self.speeds_m_s[gathered >= gathered.max() - NEARLY]
 
 
 @numba.njit(cache=True)
-def _gather(
-    gathered: NDArray[np.float32], evidence: NDArray[np.float32], ratio: NDArray[np.float32], first: int
-) -> None:
+def _gather(gathered: Singles, evidence: Singles, ratio: Singles, first: int) -> None:
     """Fill in evidence a beep later: of a line's own and its neighbours' the best, none below 0, and what was heard.
 
     Row k's ranges come `first + k` cells nearer; those beyond the ones heard have none, before (S, width) and after.
@@ -105,7 +103,7 @@ def _gather(
 
 
 @numba.njit(cache=True)
-def _fade(evidence: NDArray[np.float32], first: int, last: int, share: np.float32) -> None:
+def _fade(evidence: Singles, first: int, last: int, share: np.float32) -> None:
     """Scale (S, width) evidence in place from a cell on and before another."""
     for row in range(len(evidence)):
         for cell in range(first, last):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.order_statistic import order_statistic
+from obstaclewatch.support.arrays import Floats
 
 QUANTILE = 0.6
 QUANTILE_TO_RMS = float(np.sqrt(-np.log(1.0 - QUANTILE)))
@@ -14,7 +14,7 @@ QUANTILE_TO_RMS = float(np.sqrt(-np.log(1.0 - QUANTILE)))
 
 
 @numba.njit(cache=True)
-def local_noise(magnitude: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+def local_noise(magnitude: Floats, window: int) -> Floats:
     """(M,) rms of the noise around each sample of an envelope, from quantiles of windows that overlap by half.
 
     Args:

@@ -17,6 +17,7 @@ from scipy import fft
 
 from obstaclewatch.band_spectrum import BandSpectrum
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_MARGIN = 0.1
 """Share of the bandwidth kept on either side: Doppler at 3 m/s moves 23 kHz by 400 Hz."""
@@ -33,18 +34,18 @@ class EchoProfile:
         reference_hz: frequency that was moved to zero.
     """
 
-    envelope: NDArray[np.complex128]
+    envelope: Complexes
     start_s: float
     rate_hz: float
     reference_hz: float
 
     @cached_property
-    def magnitude(self) -> NDArray[np.float64]:
+    def magnitude(self) -> Floats:
         """(2, M) upper envelope of the correlation."""
         return np.abs(self.envelope)
 
     @property
-    def delay_s(self) -> NDArray[np.float64]:
+    def delay_s(self) -> Floats:
         """(M,) delay of every sample."""
         return self.start_s + np.arange(self.envelope.shape[1]) / self.rate_hz
 
@@ -117,12 +118,12 @@ class MatchedFilter:
             self.reference_hz,
         )
 
-    def band_signal(self, block: NDArray[np.floating]) -> NDArray[np.complex128]:
+    def band_signal(self, block: NDArray[np.floating]) -> Complexes:
         """(C, M) complex baseband of the block in the beep's band, at `rate_hz`, from the block's first sample on."""
         self._check(block)
         return self._envelope(block, np.full(len(self._slots), 2.0 / self._length, dtype=np.complex128))
 
-    def _envelope(self, block: NDArray[np.floating], weight: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def _envelope(self, block: NDArray[np.floating], weight: Complexes) -> Complexes:
         """(C, count) envelope of the weighted band: its middle goes to zero frequency, its lower half behind it."""
         spectrum, is_finite = _about_zero(self._band(block), weight, self._below, self._count)
         if not is_finite:  # any sample that is not finite reaches all bins
@@ -130,7 +131,7 @@ class MatchedFilter:
             raise ValueError(f"a block must be finite and not overflow, got {bad} NaN or infinite samples")
         return fft.ifft(spectrum, norm="forward", overwrite_x=True)
 
-    def _conjugate_replica(self, reverse: bool) -> NDArray[np.complex128]:
+    def _conjugate_replica(self, reverse: bool) -> Complexes:
         """Conjugate spectrum of the beep, scaled to unit gain and delayed so that the output starts `lead_s` early."""
         samples = self.beep.samples()
         bins = self._band((samples[::-1] if reverse else samples)[None])[0]
@@ -153,9 +154,7 @@ class MatchedFilter:
 
 
 @numba.njit(cache=True)
-def _about_zero(
-    band: NDArray[np.complexfloating], weight: NDArray[np.complex128], below: int, count: int
-) -> tuple[NDArray[np.complex128], bool]:
+def _about_zero(band: NDArray[np.complexfloating], weight: Complexes, below: int, count: int) -> tuple[Complexes, bool]:
     """(C, count) spectrum of bins (C, B) times weights (B,), the first `below` behind; whether all are finite."""
     spectrum, is_finite = np.zeros((len(band), count), dtype=np.complex128), True
     for channel in range(len(band)):

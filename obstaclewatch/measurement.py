@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.detection import Flag
+from obstaclewatch.support.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -21,17 +22,17 @@ class Measurement:
     """
 
     start_s: float
-    range_m: NDArray[np.float64]
-    range2_m: NDArray[np.float64]
-    bearing_rad: NDArray[np.float64]
-    collision_angle_rad: NDArray[np.float64]
-    radius_m: NDArray[np.float64]
-    level_db: NDArray[np.float64]
-    snr_db: NDArray[np.float64]
-    closing_speed_m_s: NDArray[np.float64]
-    range_std_m: NDArray[np.float64]
-    bearing_std_rad: NDArray[np.float64]
-    may_vote: NDArray[np.bool_]
+    range_m: Floats
+    range2_m: Floats
+    bearing_rad: Floats
+    collision_angle_rad: Floats
+    radius_m: Floats
+    level_db: Floats
+    snr_db: Floats
+    closing_speed_m_s: Floats
+    range_std_m: Floats
+    bearing_std_rad: Floats
+    may_vote: Flags
     flags: NDArray[np.int_]
     beep_flags: Flag
 

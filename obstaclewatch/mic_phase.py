@@ -16,7 +16,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.alignment import BeepFinder
 from obstaclewatch.beep import BeepDesign
@@ -25,8 +24,7 @@ from obstaclewatch.echoes import noise_amplitude, refined_peak
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.ranging import checked_direct_delay_s, direct_sound
 from obstaclewatch.recording import PhoneGeometry, Recording
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 LEAST_BEEPS = 8
 LEAST_SNR_DB = 15.0
@@ -172,7 +170,7 @@ def _profiles(recording: Recording, beep: BeepDesign, direct_delay_s: float, rea
         begin += beep.period_samples
 
 
-def _mean_phase(phase_rad: Array, late_m: float, tilt_rad: float) -> tuple[float, float]:
+def _mean_phase(phase_rad: Floats, late_m: float, tilt_rad: float) -> tuple[float, float]:
     """Mean of phases (K,) on the circle, and their deviation, if they are one mirror's."""
     if abs(late_m) > MOST_LATE_M:
         raise ValueError(

@@ -23,9 +23,8 @@ from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.ranging import direct_sound, distance_of
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 from obstaclewatch.swing import GroundEcho, ground_echo, ground_path_difference_m
-
-Array = NDArray[np.float64]
 
 BACKGROUND_BEEPS = 16
 """Beeps in the coherent mean; an echo that moves leaves 1/16 of itself in its earlier places."""
@@ -59,9 +58,9 @@ class MovingPeaks:
         identical: both channels are the same.
     """
 
-    readings: Array
-    second: NDArray[np.complex64]
-    log_ratio: NDArray[np.float32]
+    readings: Floats
+    second: SingleComplexes
+    log_ratio: Singles
     first_m: float
     cell_m: float
     identical: bool
@@ -70,7 +69,7 @@ class MovingPeaks:
         return self.readings.shape[1]
 
     @property
-    def range_m(self) -> Array:
+    def range_m(self) -> Floats:
         """(n,) from microphone 0."""
         return self.readings[1]
 
@@ -220,7 +219,7 @@ class PeakFinder:
 
 
 @numba.njit(cache=True)
-def _middle_that_stands_out(clutter: Array, first_s: float, rate_hz: float, sound_speed_m_s: float) -> float:
+def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sound_speed_m_s: float) -> float:
     """Middle of the peak of clutter (S,) that is highest for how far it is from where the ground usually is, samples.
 
     -1 if it does not stand out. The map's peaks are widened, so that the middle is that of what is nearly as high.
@@ -246,7 +245,7 @@ def _middle_that_stands_out(clutter: Array, first_s: float, rate_hz: float, soun
 
 
 @numba.njit(cache=True)
-def _are_same(envelope: NDArray[np.complex128]) -> bool:
+def _are_same(envelope: Complexes) -> bool:
     """Whether both rows (2, M) are equal; they mostly differ in the first sample."""
     sample = 0
     while sample < envelope.shape[1] and envelope[0, sample] == envelope[1, sample]:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 
 @numba.njit(cache=True)
-def order_statistic(values: Array, rank: int) -> float:
+def order_statistic(values: Floats, rank: int) -> float:
     """The number that `rank` of (n,) finite numbers would precede if they were sorted."""
     low, high = _extremes(values)
     if _reached(values, low) > rank:
@@ -33,7 +32,7 @@ def order_statistic(values: Array, rank: int) -> float:
 
 
 @numba.njit(cache=True)
-def median(values: Array) -> float:
+def median(values: Floats) -> float:
     """Of (n,) finite numbers; of an even count the mean of the middle two."""
     half = len(values) // 2
     upper = order_statistic(values, half)
@@ -41,7 +40,7 @@ def median(values: Array) -> float:
 
 
 @numba.njit(cache=True)
-def _extremes(values: Array) -> tuple[float, float]:
+def _extremes(values: Floats) -> tuple[float, float]:
     """The lowest and the highest of (n,) finite numbers."""
     low = high = values[0]
     for row in range(len(values)):
@@ -51,7 +50,7 @@ def _extremes(values: Array) -> tuple[float, float]:
 
 
 @numba.njit(cache=True)
-def _reached(values: Array, most: float) -> int:
+def _reached(values: Floats, most: float) -> int:
     """How many numbers are no higher. By index this compiles to several at once."""
     count = 0
     for row in range(len(values)):
@@ -60,7 +59,7 @@ def _reached(values: Array, most: float) -> int:
 
 
 @numba.njit(cache=True)
-def _highest_of(values: Array, most: float) -> float:
+def _highest_of(values: Floats, most: float) -> float:
     """The highest of those that are no higher."""
     highest = -np.inf
     for row in range(len(values)):

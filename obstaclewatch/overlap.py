@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.echoes import Echoes, refined_peak
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
-
-Array = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from obstaclewatch.support.arrays import Complexes, Floats
 
 TABLE_S, FINE = 5e-3, 16
 """Of the pulse's table: reach of the filter that makes it, and entries per sample of the envelope."""
@@ -70,8 +68,8 @@ class Crests(NamedTuple):
         amplitude: (n,) complex.
     """
 
-    position: Array
-    std: Array
+    position: Floats
+    std: Floats
     amplitude: Complexes
 
     def echoes(self, profile: EchoProfile) -> Echoes:
@@ -81,7 +79,7 @@ class Crests(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def pulse_table(beep: BeepDesign) -> Array:
+def pulse_table(beep: BeepDesign) -> Floats:
     """The compressed pulse from its middle on, at every `FINE`th of a sample of the filter's; it is even."""
     compressor = MatchedFilter(beep, TABLE_S)
     count, middle = 2 * (REACH + FARTHEST), 20
@@ -95,7 +93,7 @@ def pulse_table(beep: BeepDesign) -> Array:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Array, noise: float) -> Crests:
+def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Floats, noise: float) -> Crests:
     """Echoes of the crests about given peaks, in order: one each, or two where two explain what one does not.
 
     Args:
@@ -127,7 +125,7 @@ def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Array, no
 
 
 @numba.njit(cache=True, error_model="numpy")
-def nearest_echoes(crests: Crests, position: Array) -> tuple[Array, Array]:
+def nearest_echoes(crests: Crests, position: Floats) -> tuple[Floats, Floats]:
     """(n,) phases, rad, and (n,) deviations, samples, of the echoes next to positions; NaN stays NaN."""
     phase, std = np.full(len(position), np.nan), np.full(len(position), np.nan)
     for row in range(len(position)):
@@ -138,7 +136,7 @@ def nearest_echoes(crests: Crests, position: Array) -> tuple[Array, Array]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def is_one_pulse(envelope: Complexes, peak: int, table: Array, noise: float) -> bool:
+def is_one_pulse(envelope: Complexes, peak: int, table: Floats, noise: float) -> bool:
     """Whether a single pulse leaves little of the crest about a peak."""
     middle, amplitude = _single(envelope, peak)
     left = 0.0
@@ -148,7 +146,7 @@ def is_one_pulse(envelope: Complexes, peak: int, table: Array, noise: float) -> 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def two_echoes(envelope: Complexes, peak: int, table: Array, noise: float) -> Pair:
+def two_echoes(envelope: Complexes, peak: int, table: Floats, noise: float) -> Pair:
     """The pair of echoes about a peak that explains most; arguments as of `parted_crests`."""
     energy, early, late, sharpness = _refined(envelope, _coarse(envelope, peak, table), table)
     rho = pulse_at(table, late - early)
@@ -168,7 +166,7 @@ def two_echoes(envelope: Complexes, peak: int, table: Array, noise: float) -> Pa
 
 
 @numba.njit(cache=True, error_model="numpy")
-def pulse_at(table: Array, offset: float) -> float:
+def pulse_at(table: Floats, offset: float) -> float:
     """The pulse so many samples beside its middle."""
     along = abs(offset) * FINE
     low = int(along)
@@ -210,7 +208,7 @@ def _single(envelope: Complexes, peak: int) -> tuple[float, complex]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _coarse(envelope: Complexes, peak: int, table: Array) -> tuple[float, float, float]:
+def _coarse(envelope: Complexes, peak: int, table: Floats) -> tuple[float, float, float]:
     """Energy and places of the best pair of every other sample about a peak."""
     best, early, late = -1.0, 0.0, 0.0
     for one in range(peak - REACH, peak + REACH - CLOSEST + 1, 2):
@@ -223,7 +221,7 @@ def _coarse(envelope: Complexes, peak: int, table: Array) -> tuple[float, float,
 
 @numba.njit(cache=True, error_model="numpy")
 def _refined(
-    envelope: Complexes, start: tuple[float, float, float], table: Array
+    envelope: Complexes, start: tuple[float, float, float], table: Floats
 ) -> tuple[float, float, float, tuple[float, float]]:
     """The same, climbed to the top by parabolas through nine neighbours: two delays trade off along a ridge.
 
@@ -250,7 +248,7 @@ def _refined(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _to_top(energy: Array) -> tuple[float, float, tuple[float, float]]:
+def _to_top(energy: Floats) -> tuple[float, float, tuple[float, float]]:
     """Steps to the top of the paraboloid through (3, 3) values, and its inverse curvatures.
 
     Where there is no top, to the highest of the values; the curvatures' inverses are then infinite.

@@ -25,9 +25,7 @@ from obstaclewatch.line_evidence import log_ratio
 from obstaclewatch.local_noise import local_noise
 from obstaclewatch.order_statistic import order_statistic
 from obstaclewatch.ranging import distance_of
-
-Array = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 
 CLUTTER_FACTOR = 1.6
 """How far above clutter a peak must stand. At 1.2 the ground's echo, which gait moves, captured tracks that crossed it:
@@ -63,9 +61,9 @@ class Listening(NamedTuple):
 @numba.njit(cache=True, error_model="numpy")
 def peak_readings(
     moved: Complexes,
-    magnitude: Array,
-    clutter: Array,
-    offset: Array,
+    magnitude: Floats,
+    clutter: Floats,
+    offset: Floats,
     listening: tuple[Any, ...],
     first: int,
     start_s: float,
@@ -73,7 +71,7 @@ def peak_readings(
     floor: float,
     most_peaks: int,
     identical: bool,
-) -> tuple[Array, NDArray[np.complex64], NDArray[np.float32]]:
+) -> tuple[Floats, SingleComplexes, Singles]:
     """What n peaks read (5, n) and microphone 1 around them (n, W), see `MovingPeaks`, and the log ratios of all cells.
 
     Args:
@@ -104,7 +102,7 @@ def peak_readings(
 
 
 @numba.njit(cache=True)
-def noise_under(heard: Array, clutter: Array, window: int, reach: int, floor: float) -> Array:
+def noise_under(heard: Floats, clutter: Floats, window: int, reach: int, floor: float) -> Floats:
     """(S,) rms that an envelope's moving echoes must stand out of: noise, what stays, and sidelobes.
 
     Args:
@@ -121,7 +119,7 @@ def noise_under(heard: Array, clutter: Array, window: int, reach: int, floor: fl
 
 
 @numba.njit(cache=True)
-def highest_peaks(magnitude: Array, height: Array, separation: int, most: int) -> NDArray[np.intp]:
+def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int) -> NDArray[np.intp]:
     """(n,) peaks apart from one another that are highest over noise, nearest first."""
     if most == 0:
         return np.empty(0, dtype=np.intp)
@@ -134,15 +132,15 @@ def highest_peaks(magnitude: Array, height: Array, separation: int, most: int) -
 
 @numba.njit(cache=True, error_model="numpy")
 def readings_of(
-    path_m: Array,
-    amplitude: Array,
+    path_m: Floats,
+    amplitude: Floats,
     sample: NDArray[np.intp],
-    heard: Array,
-    height: Array,
+    heard: Floats,
+    height: Floats,
     baseline_m: float,
     one_m: float,
     direct: float,
-) -> Array:
+) -> Floats:
     """(5, n) power over noise, range as if from straight ahead, its deviation, level in dB and 2E/N0 in dB, of n peaks.
 
     Args:

@@ -47,6 +47,7 @@ from obstaclewatch.ranging import (
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.size import Size, printed_rim_excess, rim_excess, size_from_crest
+from obstaclewatch.support.arrays import Flags, Floats
 
 PRINTED_SOUND_SPEED_M_S = 340.0
 """Section 3.4, "assuming the speed of sound is 340m/s"; section 3.3 uses 343."""
@@ -61,11 +62,11 @@ SEPARATION_SHARE = 0.7
 class Placed(NamedTuple):
     """Where n candidates are: (n,) each, as in `Measurement`; `clamped` tells that Eq. 2 left arccos's domain."""
 
-    range_m: NDArray[np.float64]
-    range2_m: NDArray[np.float64]
-    bearing_rad: NDArray[np.float64]
-    bearing_std_rad: NDArray[np.float64]
-    clamped: NDArray[np.bool_]
+    range_m: Floats
+    range2_m: Floats
+    bearing_rad: Floats
+    bearing_std_rad: Floats
+    clamped: Flags
 
 
 class EchoPipeline:
@@ -165,13 +166,13 @@ class EchoPipeline:
             return checked_direct_delay_s(float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s))
         return checked_direct_delay_s(calibrated)
 
-    def _start_s(self, direct: DirectSound) -> NDArray[np.float64]:
+    def _start_s(self, direct: DirectSound) -> Floats:
         """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""
         if self.settings.errata.shared_start:
             return np.full(2, direct.delay_s[0] - self.direct_delay_s)
         return direct.delay_s
 
-    def _path_m(self, echoes: Echoes, start_s: float) -> NDArray[np.float64]:
+    def _path_m(self, echoes: Echoes, start_s: float) -> Floats:
         return self.sound_speed_m_s * (echoes.delay_s - start_s)
 
     def _echoes(self, profile: EchoProfile, start_s: float, direct: float) -> tuple[Echoes, float]:
@@ -196,9 +197,7 @@ class EchoPipeline:
         """Echoes at peaks of a channel, under noise of that rms: one each."""
         return echoes_at(profile, channel, peaks)
 
-    def _high_enough(
-        self, heard: NDArray[np.float64], peaks: NDArray[np.intp], rate_hz: float, direct: float
-    ) -> NDArray[np.intp]:
+    def _high_enough(self, heard: Floats, peaks: NDArray[np.intp], rate_hz: float, direct: float) -> NDArray[np.intp]:
         """Those of the peaks that reach the threshold."""
         settings = self.settings
         if not settings.errata.local_threshold:
@@ -207,7 +206,7 @@ class EchoPipeline:
         peaks = above_sidelobes(heard, peaks, round(SIDELOBE_HALF_WIDTH_S * rate_hz), least)
         return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))]
 
-    def _motion(self, range_m: NDArray[np.float64], time_s: float) -> Motion:
+    def _motion(self, range_m: Floats, time_s: float) -> Motion:
         """Compare the peaks with those of earlier beeps, then remember them."""
         settings = self.settings
         age_s, past_m = self._history.before(time_s)
@@ -225,9 +224,7 @@ class EchoPipeline:
             return motion
         return Motion(np.zeros(len(range_m), bool), motion.closing, motion.closing_speed_m_s, motion.judged)
 
-    def _difference(
-        self, profile: EchoProfile, path1_m: NDArray[np.float64], amplitude1: NDArray[np.float64], start_s: float
-    ) -> PathDifference:
+    def _difference(self, profile: EchoProfile, path1_m: Floats, amplitude1: Floats, start_s: float) -> PathDifference:
         """u of the candidates from microphone 1's peaks, freed of the walker's body."""
         settings, noise = self.settings, noise_amplitude(profile.magnitude[1, profile.position(0.0) :])
         least = noise * 10.0 ** (settings.second_mic_snr_db / 20.0) / np.sqrt(2.0)
@@ -247,9 +244,7 @@ class EchoPipeline:
             whole_detour=settings.errata.whole_detour,
         )
 
-    def _evidence(
-        self, profile: EchoProfile, echoes: Echoes, snr: NDArray[np.float64], difference: PathDifference
-    ) -> PathEvidence:
+    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
         """What envelopes say of path differences, and the carrier where microphone 1's phase is known."""
         by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
         cycle_m = self.sound_speed_m_s / profile.reference_hz
@@ -268,9 +263,7 @@ class EchoPipeline:
             cycle_m,
         )
 
-    def _placed(
-        self, profile: EchoProfile, start_s: float, path1_m: NDArray[np.float64], evidence: PathEvidence
-    ) -> Placed:
+    def _placed(self, profile: EchoProfile, start_s: float, path1_m: Floats, evidence: PathEvidence) -> Placed:
         """Ranges and bearings: u within the carrier's cycle if that is known, then Eq. 2."""
         u_m, u_std_m = evidence.envelope_m, evidence.envelope_std_m
         if self.settings.mic_phase_rad is not None:
@@ -280,9 +273,9 @@ class EchoPipeline:
         spread = bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch)
         return Placed(range_m, range2_m, bearing_rad, spread, clamped)
 
-    def _longest_m(self, path1_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _longest_m(self, path1_m: Floats) -> Floats:
         """Path difference of what is straight ahead at the phone's height."""
-        longest: NDArray[np.float64] = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
+        longest: Floats = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
         return longest
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
@@ -293,9 +286,7 @@ class EchoPipeline:
         path_m = nearest_body_path(profile, start_s, window, self.sound_speed_m_s, least)
         return body_distance(path_m - straight_m, self._separation_m, self._cos_pitch)
 
-    def _ranges(
-        self, path1_m: NDArray[np.float64], u_m: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _ranges(self, path1_m: Floats, u_m: Floats) -> tuple[Floats, Floats]:
         """D1 and D2 (sections 3.4 and 3.5)."""
         errata = self.settings.errata
         if not errata.one_way_range:
@@ -304,7 +295,7 @@ class EchoPipeline:
         range_m = ranges_of_pairs(path1_m, u_m, self._separation_m, baseline_m, self._speaker_cosine)
         return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
 
-    def _range_std_m(self, delay_std_s: NDArray[np.float64], range2_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _range_std_m(self, delay_std_s: Floats, range2_m: Floats) -> Floats:
         """(n,) deviation of D1: half of path 1's, and what the triangle takes of u = path 2 - path 1.
 
         To first order D1 = path 1 / 2 + k u with k = b s / (2 L), for a speaker at b and cosine s from microphone 0.
@@ -315,9 +306,7 @@ class EchoPipeline:
         both = np.hypot(0.5 - share, share)
         return self.sound_speed_m_s * delay_std_s * np.where(np.isnan(range2_m), 0.5, both)
 
-    def _bearing(
-        self, range_m: NDArray[np.float64], range2_m: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def _bearing(self, range_m: Floats, range2_m: Floats) -> tuple[Floats, Flags]:
         cosine = cone_cosine(range_m, range2_m, self._separation_m)
         return walking_angle(cosine, self._cos_pitch, self.settings.errata.clamped_angle)
 
@@ -326,8 +315,8 @@ class EchoPipeline:
         profile: EchoProfile,
         echoes: Echoes,
         start_s: float,
-        range_m: NDArray[np.float64],
-        speed_m_s: NDArray[np.float64],
+        range_m: Floats,
+        speed_m_s: Floats,
     ) -> Size:
         """Collision angle and radius (Eq. 3)."""
         errata = self.settings.errata
@@ -342,9 +331,9 @@ class EchoPipeline:
 
 
 def _flags(
-    clamped: NDArray[np.bool_],
+    clamped: Flags,
     difference: PathDifference,
-    merged: NDArray[np.bool_],
+    merged: Flags,
     confirmed: bool,
     identical: bool,
 ) -> NDArray[np.int_]:

@@ -11,11 +11,12 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.echoes import TINY, refine_peaks
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.support.arrays import Flags, Floats
 
 SPEEDS_M_S = np.arange(0.0, 4.01, 0.2)
 """Closing speeds of the width table. Doppler stretches the paper's pulse: its half width at half height grows from
@@ -35,14 +36,14 @@ class PulseShape:
     """
 
     level: float
-    trailing_s: NDArray[np.float64]
+    trailing_s: Floats
     rms_bandwidth_hz: float
 
-    def trailing_width_s(self, closing_speed_m_s: ArrayLike) -> NDArray[np.float64]:
+    def trailing_width_s(self, closing_speed_m_s: ArrayLike) -> Floats:
         """Trailing width of an echo that closes in (or recedes) at a speed."""
         return np.interp(np.abs(closing_speed_m_s), SPEEDS_M_S, self.trailing_s)
 
-    def delay_std_s(self, snr: ArrayLike) -> NDArray[np.float64]:
+    def delay_std_s(self, snr: ArrayLike) -> Floats:
         """Cramer-Rao bound of an echo's delay from its envelope, 1 / (2 pi B sqrt(snr)); snr = 2E/N0 as a ratio."""
         return 1.0 / (2.0 * np.pi * self.rms_bandwidth_hz * np.sqrt(np.asarray(snr, dtype=np.float64)))
 
@@ -69,13 +70,13 @@ def rms_bandwidth_hz(beep: BeepDesign) -> float:
 
 @numba.njit(cache=True)
 def trailing_widths(
-    magnitude: NDArray[np.float64],
-    position: NDArray[np.float64],
-    height: NDArray[np.float64],
+    magnitude: Floats,
+    position: Floats,
+    height: Floats,
     rate_hz: float,
     level: float,
     reach_s: float,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Floats, Flags]:
     """From each peak to where its trailing side first falls to `level` of its height.
 
     Args:
@@ -102,7 +103,7 @@ def trailing_widths(
 
 
 @numba.njit(cache=True)
-def _crossing(side: NDArray[np.float64], target: float) -> tuple[int, bool]:
+def _crossing(side: Floats, target: float) -> tuple[int, bool]:
     """Where a peak's side first falls below a target, 0 if nowhere, and whether it rises again before."""
     rises = False
     for sample in range(len(side)):
@@ -113,7 +114,7 @@ def _crossing(side: NDArray[np.float64], target: float) -> tuple[int, bool]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _inverse_parabola(height: NDArray[np.float64], target: float) -> float:
+def _inverse_parabola(height: Floats, target: float) -> float:
     """Where falling heights (3,) at samples -2, -1, 0 pass a target: position as a parabola of log height."""
     early, middle, late = [math.log(max(sample, TINY)) for sample in height]
     goal = math.log(target)
@@ -124,7 +125,7 @@ def _inverse_parabola(height: NDArray[np.float64], target: float) -> float:
 
 def _peak_of(
     compressor: MatchedFilter, beep: BeepDesign, speed_m_s: float, sound_speed_m_s: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Envelope, peak position and height of a mirror that closes in at a speed."""
     time = np.arange(compressor.block_samples) / beep.sample_rate_hz
     delay_s = 0.2 * beep.period_s

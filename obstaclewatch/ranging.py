@@ -17,6 +17,7 @@ from obstaclewatch.bearing import law_of_cosines
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.echoes import echoes_at, refined_peak, separated_peaks
 from obstaclewatch.matched_filter import EchoProfile, MatchedFilter, nearest_sample
+from obstaclewatch.support.arrays import Floats
 
 DIRECT_SEARCH_S = 1.2e-3
 """How far from the block's start the direct peak may lie: the air path along a 16 cm phone takes 0.47 ms."""
@@ -31,8 +32,8 @@ class DirectSound(NamedTuple):
         found: the strongest peak of microphone 0's whole profile is the direct one; False says there is no beep here.
     """
 
-    delay_s: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
+    delay_s: Floats
+    amplitude: Floats
     found: bool
 
 
@@ -56,9 +57,7 @@ def checked_direct_delay_s(delay_s: float) -> float:
 
 
 @numba.njit(cache=True)
-def _direct_peaks(
-    magnitude: NDArray[np.float64], start_s: float, rate_hz: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+def _direct_peaks(magnitude: Floats, start_s: float, rate_hz: float) -> tuple[Floats, Floats, bool]:
     """`DirectSound` of a profile's (2, M) magnitude."""
     delay_s, height, found, count = np.empty(2), np.empty(2), True, magnitude.shape[1]
     first = nearest_sample(-DIRECT_SEARCH_S, start_s, rate_hz, count)
@@ -89,7 +88,7 @@ def measured_direct_delay_s(block: NDArray[np.floating], beep: BeepDesign) -> fl
     return float(direct.delay_s[0])
 
 
-def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0) -> NDArray[np.float64]:
+def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0) -> Floats:
     """Distance from a microphone to a point, from the whole path speaker - point - microphone.
 
     path = D + sqrt(D^2 + b^2 - 2 D b cos a), hence D = (path^2 - b^2) / (2 (path - b cos a)); for b = 0 path / 2.
@@ -115,12 +114,12 @@ def distance_of(path_m: Any, baseline_m: float, cosine: Any) -> Any:
 
 @numba.njit(cache=True)
 def ranges_of_pairs(
-    path1_m: NDArray[np.float64],
-    u_m: NDArray[np.float64],
+    path1_m: Floats,
+    u_m: Floats,
     separation_m: float,
     baseline_m: float,
     speaker_cosine: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """(n,) distances from microphone 0 by both microphones' paths, with the speaker somewhere between them.
 
     The triangle needs the bearing and the bearing the range: the second round moves it by less than 0.1 mm.

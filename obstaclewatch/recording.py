@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.arrays import Floats, Singles
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class PhoneGeometry:
     """
 
     name: str
-    speaker_m: NDArray[np.float64]
-    mics_m: NDArray[np.float64]
+    speaker_m: Floats
+    mics_m: Floats
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "speaker_m", _checked(self.speaker_m, (3,), "speaker_m"))
@@ -42,7 +43,7 @@ class PhoneGeometry:
         return float(np.linalg.norm(self.mics_m[0] - self.mics_m[1]))
 
     @property
-    def speaker_to_mic_m(self) -> NDArray[np.float64]:
+    def speaker_to_mic_m(self) -> Floats:
         """(2,) length of the direct path from the speaker to each microphone, m."""
         return np.linalg.norm(self.mics_m - self.speaker_m, axis=1)
 
@@ -60,7 +61,7 @@ class Recording:
             positive.
     """
 
-    samples: NDArray[np.float32]
+    samples: Singles
     sample_rate_hz: float
 
     def __post_init__(self) -> None:
@@ -84,7 +85,7 @@ class Recording:
         return self.samples.shape[1] / self.sample_rate_hz
 
 
-def _checked(value: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
+def _checked(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
     array = np.array(value, dtype=np.float64)
     if array.shape != shape:
         raise ValueError(f"{name} must have shape {shape}, got {array.shape}")

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.alignment import BeepFinder, NoBeepError
 from obstaclewatch.beep import BeepDesign
@@ -21,6 +20,7 @@ from obstaclewatch.sample_faults import (
     longest_zero_runs,
     one_is_the_other,
 )
+from obstaclewatch.support.arrays import Singles
 
 CLIPPED_SHARE = 2e-3
 """Share of the beep's samples at its extremes; clipping by 0.3 dB leaves 10e-3, a clean beep at most 0.1e-3."""
@@ -321,14 +321,14 @@ def _mid_beep_start(recording: Recording, calibration: Calibration, beep: BeepDe
     return Finding(Fault.MID_BEEP_START, f"the first whole beep is at {calibration.emission_s[0]:.3f} s")
 
 
-def _energy(probe: MatchedFilter, piece: NDArray[np.float32]) -> float:
+def _energy(probe: MatchedFilter, piece: Singles) -> float:
     """Energy of the beep's band in a piece of at most one period."""
     padded = np.zeros((1, probe.block_samples), dtype=np.float32)
     padded[:, : piece.shape[1]] = piece[:, : probe.block_samples]
     return float(np.sum(np.abs(probe.band_signal(padded)) ** 2))
 
 
-def _whole_periods(recording: Recording, calibration: Calibration, beep: BeepDesign) -> NDArray[np.float32]:
+def _whole_periods(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Singles:
     """(K, 2, period_samples) from each emission on."""
     starts = np.maximum(np.round(calibration.emission_s * recording.sample_rate_hz).astype(int), 0)
     whole = starts[starts + beep.period_samples <= recording.samples.shape[1]]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.support.arrays import Flags, Floats, Singles
 
 LEAST_STEPS = 200
 """Height in quantisation steps below which equal samples at the top are no sign of clipping."""
@@ -21,7 +22,7 @@ LEAST_NOISE_STEPS = 0.5
 """Rms of that noise in quantisation steps, below which it does not follow the gain."""
 
 
-def clipped_share(samples: NDArray[np.float32], sounding: int) -> NDArray[np.float64]:
+def clipped_share(samples: Singles, sounding: int) -> Floats:
     """(2,) samples at the very top or bottom, as a share of those during which a beep sounds.
 
     A clean beep touches its extremes once. Recordings of less than `LEAST_STEPS` steps of height give 0.
@@ -39,7 +40,7 @@ def clipped_share(samples: NDArray[np.float32], sounding: int) -> NDArray[np.flo
     return shares
 
 
-def quantisation_step(row: NDArray[np.float32]) -> float:
+def quantisation_step(row: Singles) -> float:
     """Least difference of two samples of a channel, found among the quiet ones; 0 for floating point noise."""
     small = np.unique(np.abs(row))[:200].astype(np.float64)
     steps = np.diff(small)
@@ -48,7 +49,7 @@ def quantisation_step(row: NDArray[np.float32]) -> float:
     return least if whole else 0.0
 
 
-def one_is_the_other(samples: NDArray[np.float32]) -> bool:
+def one_is_the_other(samples: Singles) -> bool:
     """Whether one channel is a multiple of the other: a mono recording in two channels."""
     one, two = samples.astype(np.float64)
     energy = one @ one, two @ two
@@ -58,12 +59,12 @@ def one_is_the_other(samples: NDArray[np.float32]) -> bool:
     return bool(left <= energy[1] * 10.0 ** (COPY_DB / 10.0))
 
 
-def longest_zero_runs(samples: NDArray[np.float32]) -> NDArray[np.intp]:
+def longest_zero_runs(samples: Singles) -> NDArray[np.intp]:
     """(2, 2) start and length of each channel's longest run of exact zeros."""
     return np.array([_longest_run(row == 0.0) for row in samples])
 
 
-def _longest_run(flag: NDArray[np.bool_]) -> tuple[int, int]:
+def _longest_run(flag: Flags) -> tuple[int, int]:
     edges = np.flatnonzero(np.diff(flag.astype(np.int8), prepend=0, append=0))
     starts, ends = edges[::2], edges[1::2]
     if len(starts) == 0:
@@ -72,7 +73,7 @@ def _longest_run(flag: NDArray[np.bool_]) -> tuple[int, int]:
     return int(starts[longest]), int(ends[longest] - starts[longest])
 
 
-def gain_dip_db(periods: NDArray[np.float32], beep: BeepDesign) -> tuple[float, float]:
+def gain_dip_db(periods: Singles, beep: BeepDesign) -> tuple[float, float]:
     """How far the noise beside the beep's band sinks while a beep sounds: the depth of a limiter's work.
 
     Args:
@@ -105,7 +106,7 @@ def _band(beep: BeepDesign) -> tuple[float, float]:
     return GAIN_BAND_HZ[0], min(GAIN_BAND_HZ[1], lowest - GAIN_BAND_GUARD_HZ)
 
 
-def _beside_the_band(periods: NDArray[np.float32], beep: BeepDesign) -> NDArray[np.float64] | None:
+def _beside_the_band(periods: Singles, beep: BeepDesign) -> Floats | None:
     """(K, period_samples) instantaneous power beside the beep's band; None if there is only quantisation."""
     low, high = _band(beep)
     if high <= low:

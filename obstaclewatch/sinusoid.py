@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import TINY
-
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Complexes, Floats
 
 ROUNDS = 3
 """Of the fit, whose weights fall where something else crosses."""
@@ -20,7 +18,7 @@ LEAST_LEFT = 0.02
 
 
 @numba.njit(cache=True, error_model="numpy")
-def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[float, NDArray[np.complex128], Array]:
+def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tuple[float, Complexes, Floats]:
     """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
 
     Args:
@@ -34,7 +32,7 @@ def common_sinusoid(time_s: Array, values: Array, rates_rad_s: Array) -> tuple[f
 
 
 @numba.njit(cache=True, error_model="numpy")
-def waves(time_s: Array, rates_rad_s: Array) -> tuple[Array, Array]:
+def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     """(K, F) cosines and sines at evenly spaced rates, each turned on from the one before."""
     cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
     for beep in range(len(time_s)):
@@ -48,7 +46,7 @@ def waves(time_s: Array, rates_rad_s: Array) -> tuple[Array, Array]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _robust_fit(cosine: Array, sine: Array, values: Array) -> tuple[int, NDArray[np.complex128], Array]:
+def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Complexes, Floats]:
     """The best of F frequencies, (2,) phasors, and (2,) shares explained, from (K, F) cosines and sines."""
     best, phasor, share = 0, np.empty(2, dtype=np.complex128), np.empty(2)
     weight = np.ones(values.shape)
@@ -66,7 +64,7 @@ def _robust_fit(cosine: Array, sine: Array, values: Array) -> tuple[int, NDArray
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _likeliest(first: Array, second: Array) -> int:
+def _likeliest(first: Floats, second: Floats) -> int:
     """Which frequency leaves the least of both series, from the (F,) shares that it explains."""
     best, least = 0, np.inf
     for which in range(len(first)):
@@ -77,7 +75,7 @@ def _likeliest(first: Array, second: Array) -> int:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def weighted_fits(cosine: Array, sine: Array, values: Array, weight: Array) -> tuple[Array, Array]:
+def weighted_fits(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """(3, F) coefficients of cosine, sine and 1 that fit (K,) values best, and (F,) the shares that they explain.
 
     The normal equations of values about their weighted mean, by elimination.
@@ -98,7 +96,7 @@ def weighted_fits(cosine: Array, sine: Array, values: Array, weight: Array) -> t
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _moments(values: Array, weight: Array) -> tuple[float, float, float]:
+def _moments(values: Floats, weight: Floats) -> tuple[float, float, float]:
     """Sum of the weights, weighted mean of (K,) values, and weighted sum of their squared departures from it."""
     total = moment = scatter = 0.0
     for beep in range(len(values)):
@@ -110,7 +108,7 @@ def _moments(values: Array, weight: Array) -> tuple[float, float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _products(cosine: Array, sine: Array, values: Array, weight: Array) -> Array:
+def _products(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> Floats:
     """(6, F) weighted sums over beeps: cosine, sine, cosine squared, cosine times sine, and both times the values."""
     products = np.zeros((6, cosine.shape[1]))
     for beep in range(len(cosine)):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.echoes import Echoes
 from obstaclewatch.matched_filter import EchoProfile
 from obstaclewatch.pulse import REACH_S, PulseShape, trailing_widths
+from obstaclewatch.support.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -22,14 +22,12 @@ class Size:
         merged: (n,) the crest runs into the next one; angle and radius are NaN.
     """
 
-    collision_angle_rad: NDArray[np.float64]
-    radius_m: NDArray[np.float64]
-    merged: NDArray[np.bool_]
+    collision_angle_rad: Floats
+    radius_m: Floats
+    merged: Flags
 
 
-def size_from_crest(
-    range_m: NDArray[np.float64], extra_m: NDArray[np.float64], merged: NDArray[np.bool_], rim_angle: bool = True
-) -> Size:
+def size_from_crest(range_m: Floats, extra_m: Floats, merged: Flags, rim_angle: bool = True) -> Size:
     """Collision angle and radius from how much farther the rim lies than the nearest point.
 
     Fig. 13: the obstacle is round as seen from the phone, its rim a radius off the line to its nearest point and Df
@@ -53,9 +51,9 @@ def rim_excess(
     profile: EchoProfile,
     echoes: Echoes,
     pulse: PulseShape,
-    closing_speed_m_s: NDArray[np.float64],
+    closing_speed_m_s: Floats,
     sound_speed_m_s: float,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Floats, Flags]:
     """Df - D1 from the trailing width beyond the beep's own (Eq. 3, corrected): c dW / 2.
 
     Args:
@@ -75,9 +73,7 @@ def rim_excess(
     return 0.5 * sound_speed_m_s * (width - own), merged
 
 
-def printed_rim_excess(
-    profile: EchoProfile, echoes: Echoes, threshold: float, sound_speed_m_s: float
-) -> NDArray[np.float64]:
+def printed_rim_excess(profile: EchoProfile, echoes: Echoes, threshold: float, sound_speed_m_s: float) -> Floats:
     """(n,) Df - D1 of Eq. 3 as printed: half the crest above an absolute threshold, times the speed of sound."""
     above = profile.magnitude[0] > threshold
     ends = np.flatnonzero(np.diff(above, prepend=False, append=False))

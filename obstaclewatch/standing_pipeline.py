@@ -19,6 +19,7 @@ from obstaclewatch.overlap import Crests, nearest_echoes, parted_crests, pulse_t
 from obstaclewatch.pipeline import EchoPipeline, Placed
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
+from obstaclewatch.support.arrays import Floats
 
 
 class StandingPipeline(EchoPipeline):
@@ -47,9 +48,7 @@ class StandingPipeline(EchoPipeline):
         self._crests[channel] = parted_crests(profile.envelope[channel], peaks, self._table, noise)
         return self._crests[channel].echoes(profile)
 
-    def _evidence(
-        self, profile: EchoProfile, echoes: Echoes, snr: NDArray[np.float64], difference: PathDifference
-    ) -> PathEvidence:
+    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
         """As there, with phases of the echoes themselves instead of the crests', and what parting costs in delay."""
         heard = super()._evidence(profile, echoes, snr, difference)
         if np.isnan(heard.envelope_m).all():  # equal channels are not even parted
@@ -66,9 +65,7 @@ class StandingPipeline(EchoPipeline):
             phase_rad=np.where(np.isnan(heard.phase_rad), np.nan, phase_rad),
         )
 
-    def _placed(
-        self, profile: EchoProfile, start_s: float, path1_m: NDArray[np.float64], evidence: PathEvidence
-    ) -> Placed:
+    def _placed(self, profile: EchoProfile, start_s: float, path1_m: Floats, evidence: PathEvidence) -> Placed:
         """As there where the ground is not heard, and of what no bearing ahead explains."""
         level = super()._placed(profile, start_s, path1_m, evidence)
         height_m = self._ground.height_m(profile, start_s)

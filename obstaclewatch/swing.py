@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.carrier_phase import phase_at
 from obstaclewatch.echoes import refined_peak
@@ -24,9 +23,7 @@ from obstaclewatch.last_rows import LastRows
 from obstaclewatch.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.order_statistic import median
 from obstaclewatch.sinusoid import common_sinusoid
-
-Array = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from obstaclewatch.support.arrays import Complexes, Floats
 
 STEP_RAD_S = 2.0 * np.pi * np.arange(1.3, 2.45, 0.05)
 """Steps of adults (gait.STEP_HZ) and a margin."""
@@ -72,7 +69,7 @@ STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
 
 
 @numba.njit(cache=True)
-def swing_at(swing: Swing, time_s: Array) -> Array:
+def swing_at(swing: Swing, time_s: Floats) -> Floats:
     """(3, K) pitch, height and surge at that time."""
     waves = np.empty((3, len(time_s)))
     for beep in range(len(time_s)):
@@ -84,7 +81,7 @@ def swing_at(swing: Swing, time_s: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def swing_as_read(swing: Swing, time_s: Array, ahead_s: float) -> Array:
+def swing_as_read(swing: Swing, time_s: Floats, ahead_s: float) -> Floats:
     """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
     ahead = complex(1.0, swing.step_rad_s * ahead_s)
     read = Swing(swing.step_rad_s, swing.pitch_rad * ahead, swing.height_m * ahead, swing.surge_m * ahead)
@@ -117,7 +114,13 @@ def ground_echo(
 
 @numba.njit(cache=True, error_model="numpy")
 def _strongest(
-    magnitude: Array, envelope: Complexes, start_s: float, rate_hz: float, early_s: float, late_s: float, later_s: float
+    magnitude: Floats,
+    envelope: Complexes,
+    start_s: float,
+    rate_hz: float,
+    early_s: float,
+    late_s: float,
+    later_s: float,
 ) -> tuple[float, float]:
     """Delay of microphone 0's highest peak between two, and the phase of microphone 1 that much later against it."""
     first = nearest_sample(early_s, start_s, rate_hz, magnitude.shape[1])
@@ -171,7 +174,7 @@ class StepListener:
 
 
 @numba.njit(cache=True)
-def _swing(heard: Array, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
+def _swing(heard: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
     """`Swing` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
     time_s, read_m, phase_rad = heard[:, 0].copy(), heard[:, 1].copy(), heard[:, 2].copy()
     step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
@@ -185,7 +188,7 @@ def _swing(heard: Array, pitch_per_phase: float, ahead_s: float) -> tuple[float,
 
 
 @numba.njit(cache=True)
-def _departures(read_m: Array, phase_rad: Array) -> Array:
+def _departures(read_m: Floats, phase_rad: Floats) -> Floats:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
     departures, middle = np.empty((2, len(read_m))), median(read_m)
     turned = 0.0j

@@ -20,12 +20,10 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.gait import OTHER_M, READING_M, STEP_HZ, SWING_KNOWN_M
+from obstaclewatch.support.arrays import Floats
 from obstaclewatch.swing import Swing
-
-Array = NDArray[np.float64]
 
 FITTED_BEEPS = 16
 """1.4 s. Over walks of development 12 or 24 beeps leave 90 % of ranges within 2 % more."""
@@ -60,7 +58,7 @@ class TrackRange(NamedTuple):
 
 
 def track_range(
-    readings: Array, hit_s: float, timing: Timing, swing: Swing, bob: float = 0.0, surge: float = 0.0
+    readings: Floats, hit_s: float, timing: Timing, swing: Swing, bob: float = 0.0, surge: float = 0.0
 ) -> TrackRange:
     """The range at a time, from K >= 1 readings in any order.
 
@@ -79,7 +77,7 @@ def track_range(
 
 @numba.njit(cache=True, error_model="numpy")
 def _fitted(
-    readings: Array,
+    readings: Floats,
     hit_s: float,
     ahead_s: float,
     period_s: float,
@@ -108,14 +106,14 @@ def _fitted(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _terms(terms: Array, tau_s: float, ahead_s: float, step_rad_s: float) -> None:
+def _terms(terms: Floats, tau_s: float, ahead_s: float, step_rad_s: float) -> None:
     """Fill in (5,) what range, closing speed, acceleration, and cosine and sine of the steps add to a reading."""
     terms[0], terms[1], terms[2] = 1.0, -(tau_s + ahead_s), tau_s * (0.5 * tau_s + ahead_s)
     terms[3], terms[4] = np.cos(step_rad_s * tau_s), np.sin(step_rad_s * tau_s)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _robust_fit(terms: Array, read_m: Array, variance: Array, precision: Array, asked: Array) -> Array:
+def _robust_fit(terms: Floats, read_m: Floats, variance: Floats, precision: Floats, asked: Floats) -> Floats:
     """(2, 5) coefficients of (K, 5) terms, under Student's noise of (K,) scales, and their covariance with `asked`."""
     fit, weight = np.zeros((2, TERMS)), np.empty(len(terms))
     for row in range(len(terms)):
@@ -129,7 +127,7 @@ def _robust_fit(terms: Array, read_m: Array, variance: Array, precision: Array, 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _weighted_fit(fit: Array, terms: Array, read_m: Array, weight: Array, precision: Array, asked: Array) -> None:
+def _weighted_fit(fit: Floats, terms: Floats, read_m: Floats, weight: Floats, precision: Floats, asked: Floats) -> None:
     """Fill in the same (2, 5) by weighted least squares with a prior of (5,) precisions about 0."""
     rows = np.zeros((TERMS, TERMS + 2))
     for term in range(TERMS):
@@ -151,7 +149,7 @@ def _weighted_fit(fit: Array, terms: Array, read_m: Array, weight: Array, precis
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sum_of_products(one: Array, other: Array) -> float:
+def _sum_of_products(one: Floats, other: Floats) -> float:
     """Of (5,) and (5,)."""
     total = 0.0
     for term in range(TERMS):

@@ -8,7 +8,7 @@ each course, by ranges and microphone 1 (`courses`) -> an alert if that is sure 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.approaches import Approaches, Track
 from obstaclewatch.bearing import path_difference_at
@@ -24,6 +24,7 @@ from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.settings import PaperSettings
 from obstaclewatch.standing import ahead_alone, standing_settings
 from obstaclewatch.standing_pipeline import StandingPipeline
+from obstaclewatch.support.arrays import Flags
 from obstaclewatch.swing import STEADY, StepListener
 from obstaclewatch.track_range import Timing, TrackRange
 
@@ -166,7 +167,7 @@ class TrackingDetector(EchoDetector):
         for track in tracks:
             track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
 
-    def _collides(self, found: Measurement) -> NDArray[np.bool_]:
+    def _collides(self, found: Measurement) -> Flags:
         return np.zeros(len(found.range_m), dtype=bool)
 
     def _alert_range_m(self) -> float:

@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints, Strings
 from scenes.approaches import DATA_COLLECTION, Approach, make_approach
 from scenes.preview import COLORS
 from scenes.truth import ground_truth
-
-Array = NDArray[np.float64]
 
 PAPER_DISTANCES_M = {"listens\nto 7 m": 7.0, "judges\nfrom 5 m": 5.0, "alerts\nwithin 3 m": 3.0}
 """Sections 3.5, 3.6 and 3.2."""
@@ -44,17 +42,17 @@ class ApproachStatistics:
         obstacles: (N,) in the scene, the ground and the target included.
     """
 
-    scene: NDArray[np.str_]
-    category: NDArray[np.str_]
-    collision: NDArray[np.bool_]
-    start_range_m: Array
-    start_bearing_rad: Array
-    miss_distance_m: Array
-    clearance_m: Array
-    speed_m_s: Array
-    duration_s: Array
-    radius_m: Array
-    obstacles: NDArray[np.int64]
+    scene: Strings
+    category: Strings
+    collision: Flags
+    start_range_m: Floats
+    start_bearing_rad: Floats
+    miss_distance_m: Floats
+    clearance_m: Floats
+    speed_m_s: Floats
+    duration_s: Floats
+    radius_m: Floats
+    obstacles: Ints
 
     def __len__(self) -> int:
         return len(self.scene)
@@ -100,7 +98,7 @@ def _row(approach: Approach) -> dict[str, Any]:
 
 def statistics_table(found: ApproachStatistics) -> list[dict[str, Any]]:
     """Median and 5th and 95th percentile of every quantity, a row each; angles in degrees."""
-    quantities: Mapping[str, Array] = {
+    quantities: Mapping[str, Floats] = {
         "distance at the start / m": found.start_range_m,
         "walking angle at the start / degrees": np.rad2deg(found.start_bearing_rad),
         "offset of the phone's line, when missed / m": found.miss_distance_m[~found.collision],
@@ -153,7 +151,7 @@ def _cases(axes: Axes, found: ApproachStatistics) -> None:
     axes.set_ylabel("cases")
 
 
-def _halves(axes: Axes, found: ApproachStatistics, values: Array, label: str, edges: Array) -> None:
+def _halves(axes: Axes, found: ApproachStatistics, values: Floats, label: str, edges: Floats) -> None:
     """Histograms of the walks that meet their target, and of those that miss it."""
     held = np.clip(values, edges[0], edges[-1])
     parts = [held[found.collision], held[~found.collision]]

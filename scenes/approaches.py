@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.checked import check_seed
+from obstaclewatch.support.arrays import Floats
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person
 from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
@@ -27,8 +27,6 @@ from scenes.truth import contact, passing_time
 from scenes.walks import Gait, GaitWalk
 from simulator.phone import Phone
 from simulator.scene import Obstacle, Scene
-
-Array = NDArray[np.float64]
 
 SPEED_M_S = (0.8, 1.6)
 START_M = (4.5, 6.0)
@@ -253,6 +251,6 @@ def _timed(walk: GaitWalk, target: Obstacle, end_s: float, period_s: float) -> t
     return replace(walk, start_m=start, duration_s=beeps * period_s, gait=gait), moved_back(target, -skipped)
 
 
-def _velocity(walk: GaitWalk) -> Array:
+def _velocity(walk: GaitWalk) -> Floats:
     """(2,) mean velocity in plan."""
     return walk.speed_m_s * np.array([np.cos(walk.heading_rad), np.sin(walk.heading_rad)])

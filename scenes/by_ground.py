@@ -10,14 +10,13 @@ from __future__ import annotations
 import numba
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from obstaclewatch.support.arrays import Floats
 from scenes.nearest import spheres
 
-Array = NDArray[np.float64]
 
-
-def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Array:
+def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Floats:
     """Points of a mesh with the least sum of distances to each of Q points and to its image in the plane z = 0.
 
     Args:
@@ -32,7 +31,7 @@ def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _corner_points(triangles: Array, query: Array) -> Array:
+def _corner_points(triangles: Floats, query: Floats) -> Floats:
     center, radius = spheres(triangles)
     result = np.empty_like(query)
     mirror = np.array([1.0, 1.0, -1.0])
@@ -51,7 +50,7 @@ def _corner_points(triangles: Array, query: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _least_on_triangle(corners: Array, start: Array, image: Array) -> Array:
+def _least_on_triangle(corners: Floats, start: Floats, image: Floats) -> Floats:
     """Point of a triangle with the least sum of distances to two points."""
     ab, ac = corners[1] - corners[0], corners[2] - corners[0]
     normal = np.cross(ab, ac)
@@ -71,7 +70,7 @@ def _least_on_triangle(corners: Array, start: Array, image: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _where_crossed(corner: Array, normal: Array, start: Array, image: Array) -> Array:
+def _where_crossed(corner: Floats, normal: Floats, start: Floats, image: Floats) -> Floats:
     """Where the shortest way from one point to the other by way of a plane meets it; `normal` may have any length."""
     before, after = normal @ (start - corner), normal @ (image - corner)
     if before * after > 0.0:
@@ -81,7 +80,7 @@ def _where_crossed(corner: Array, normal: Array, start: Array, image: Array) -> 
 
 
 @numba.njit(cache=True, nogil=True)
-def _least_on_edge(first: Array, second: Array, start: Array, image: Array) -> Array:
+def _least_on_edge(first: Floats, second: Floats, start: Floats, image: Floats) -> Floats:
     """Both points turned about the edge into one plane: the straight line between them crosses it at the least sum."""
     edge = second - first
     length2 = edge @ edge
@@ -96,10 +95,10 @@ def _least_on_edge(first: Array, second: Array, start: Array, image: Array) -> A
 
 
 @numba.njit(cache=True, nogil=True)
-def _sum(point: Array, start: Array, image: Array) -> float:
+def _sum(point: Floats, start: Floats, image: Floats) -> float:
     return _length(point - start) + _length(point - image)
 
 
 @numba.njit(cache=True, nogil=True)
-def _length(vector: Array) -> float:
+def _length(vector: Floats) -> float:
     return float(np.sqrt(vector @ vector))

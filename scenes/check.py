@@ -13,16 +13,14 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from scenes.overlap import inside, overlap_depth, winding_number
 from scenes.solids import shifted
 from scenes.truth import NOT_IN_THE_WAY, contact
 from simulator.phone import Phone
 from simulator.pose import Walk
 from simulator.scene import Obstacle, Scene, with_area
-
-Array = NDArray[np.float64]
 
 SMALLEST_M, LARGEST_M = 0.03, 60.0
 """Outside these an obstacle's greatest extent is not that of a thing in a street: its unit is probably another."""
@@ -120,13 +118,13 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
             yield Finding("error", name, "normals", message)
 
 
-def _bodies(mesh: trimesh.Trimesh) -> list[Array]:
+def _bodies(mesh: trimesh.Trimesh) -> list[Floats]:
     """Triangles (F, 3, 3) of every connected part."""
     parts = trimesh.graph.connected_components(mesh.face_adjacency, nodes=np.arange(len(mesh.faces)))
     return [np.asarray(mesh.triangles)[part] for part in parts]
 
 
-def _inverted(bodies: list[Array]) -> int:
+def _inverted(bodies: list[Floats]) -> int:
     """How many bodies point inwards, but for those that are cavities in others."""
     count = 0
     for k, body in enumerate(bodies):
@@ -136,7 +134,7 @@ def _inverted(bodies: list[Array]) -> int:
     return count
 
 
-def _signed_volume(triangles_m: Array) -> float:
+def _signed_volume(triangles_m: Floats) -> float:
     """Volume, negative if the normals point inwards; about the part's own middle, to keep the digits."""
     a, b, c = np.moveaxis(triangles_m - triangles_m.mean(axis=(0, 1)), 1, 0)
     return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0)

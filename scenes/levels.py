@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from scenes.approaches import target_yaw
 from scenes.obstacles import ground, random_obstacle
 from scenes.placing import distance_along, placed
@@ -21,8 +21,6 @@ from simulator.phone import Phone
 from simulator.pose import Pose, held_rotation
 from simulator.scene import Obstacle, Scene
 from simulator.trace import trace_paths
-
-Array = NDArray[np.float64]
 
 TARGET = "target"
 BAND_HZ = (18_000.0, 23_000.0)
@@ -43,7 +41,7 @@ class EchoLevels:
 
     category: str
     distance_m: float
-    level_db: Array
+    level_db: Floats
 
     def percentile_db(self, percent: float) -> float:
         """That percentile of the levels, an obstacle without echo counting as the quietest."""
@@ -68,7 +66,7 @@ def echo_levels(category: str, distance_m: float, phone: Phone, count: int = 40,
     return EchoLevels(category, distance_m, np.concatenate(levels))
 
 
-def _levels(category: str, distance_m: float, phone: Phone, rng: np.random.Generator) -> Array:
+def _levels(category: str, distance_m: float, phone: Phone, rng: np.random.Generator) -> Floats:
     """(3,) levels of one obstacle at the three heights of the phone, dB."""
     drawn = random_obstacle(category, rng, TARGET)
     target = placed(drawn, np.zeros(2), target_yaw(rng, category))
@@ -83,7 +81,7 @@ def _levels(category: str, distance_m: float, phone: Phone, rng: np.random.Gener
         return 20.0 * np.log10(_peaks(echo) / _peaks(paths[paths.order == 0]))
 
 
-def _peaks(paths: Paths) -> Array:
+def _peaks(paths: Paths) -> Floats:
     """(N,) peak of the compressed pulse at microphone 0 of each pose, Hann over the band; a unit path gives 1."""
     response = paths.transfer_function(np.linspace(*BAND_HZ, BINS))[:, 0]
     window = np.hanning(BINS)

@@ -9,15 +9,15 @@ from __future__ import annotations
 import numba
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Flags, Floats
 
 TOUCHING_M = 1e-6
 """Faces that come so near to a point meet there."""
 
 
-def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Array]:
+def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Floats, Floats]:
     """Nearest point of a mesh to each of Q points.
 
     Args:
@@ -33,7 +33,7 @@ def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Array, Ar
     return query + offset, np.linalg.norm(offset, axis=1)
 
 
-def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> NDArray[np.bool_]:
+def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> Flags:
     """(Q,) whether all faces that meet at a mesh's nearest point to each of (Q, 3) points face that point.
 
     Args:
@@ -49,7 +49,7 @@ def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> NDAr
 
 
 @numba.njit(cache=True, nogil=True)
-def _facing(triangles: Array, normals: Array, nearest: Array, toward: Array, cosine: float) -> NDArray[np.bool_]:
+def _facing(triangles: Floats, normals: Floats, nearest: Floats, toward: Floats, cosine: float) -> Flags:
     center, radius = spheres(triangles)
     result = np.ones(len(nearest), dtype=np.bool_)
     for q in range(len(nearest)):
@@ -66,7 +66,7 @@ def _facing(triangles: Array, normals: Array, nearest: Array, toward: Array, cos
 
 
 @numba.njit(cache=True, nogil=True)
-def _nearest_offsets(triangles: Array, query: Array) -> Array:
+def _nearest_offsets(triangles: Floats, query: Floats) -> Floats:
     """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3).
 
     Spheres around the triangles first say how far the nearest can be, then which triangles can be that near.
@@ -93,7 +93,7 @@ def _nearest_offsets(triangles: Array, query: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def spheres(triangles: Array) -> tuple[Array, Array]:
+def spheres(triangles: Floats) -> tuple[Floats, Floats]:
     """(F, 3) centroids and (F,) radii of spheres around the triangles."""
     center, radius = np.empty((len(triangles), 3)), np.empty(len(triangles))
     for f in range(len(triangles)):
@@ -111,7 +111,7 @@ def _length(x: float, y: float, z: float) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _nearest_to_origin(a: Array, b: Array, c: Array) -> Array:
+def _nearest_to_origin(a: Floats, b: Floats, c: Floats) -> Floats:
     """Point of the triangle abc nearest to the origin: its inside if the origin projects there, else its edges."""
     ab, ac = b - a, c - a
     uu, uv, vv = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
@@ -128,7 +128,7 @@ def _nearest_to_origin(a: Array, b: Array, c: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _nearest_on_edge(a: Array, b: Array) -> Array:
+def _nearest_on_edge(a: Floats, b: Floats) -> Floats:
     edge = b - a
     length2 = _dot(edge, edge)
     if length2 == 0.0:
@@ -137,5 +137,5 @@ def _nearest_on_edge(a: Array, b: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _dot(a: Array, b: Array) -> float:
+def _dot(a: Floats, b: Floats) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -10,15 +10,13 @@ from __future__ import annotations
 import numba
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from scenes.nearest import nearest_points
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
-
-def inside(mesh: trimesh.Trimesh, point_m: ArrayLike) -> NDArray[np.bool_]:
+def inside(mesh: trimesh.Trimesh, point_m: ArrayLike) -> Flags:
     """(Q,) whether each of (Q, 3) points lies inside a mesh."""
     points = np.ascontiguousarray(np.atleast_2d(np.asarray(point_m, dtype=np.float64)))
     found = np.zeros(len(points), dtype=bool)
@@ -53,7 +51,7 @@ def _depth_in(host: trimesh.Trimesh, guest: trimesh.Trimesh) -> float:
     return 0.0 if len(buried) == 0 else float(nearest_points(host, buried)[1].max())
 
 
-def _between_crossings(edges: Array, edge: Index, share: Array) -> Array:
+def _between_crossings(edges: Floats, edge: Ints, share: Floats) -> Floats:
     """(K, 3) middles of the stretches of every edge between its ends and its crossings."""
     numbers = np.arange(len(edges))
     every = np.concatenate([edge, numbers, numbers])
@@ -63,12 +61,12 @@ def _between_crossings(edges: Array, edge: Index, share: Array) -> Array:
     same = every[1:] == every[:-1]
     middle = 0.5 * (at[1:] + at[:-1])[same]
     start, end = edges[every[:-1][same], 0], edges[every[:-1][same], 1]
-    points: Array = start + middle[:, None] * (end - start)
+    points: Floats = start + middle[:, None] * (end - start)
     return points
 
 
 @numba.njit(cache=True, nogil=True)
-def winding_number(triangles: Array, points: Array) -> Array:
+def winding_number(triangles: Floats, points: Floats) -> Floats:
     """(Q,) signed solid angle of all triangles (F, 3, 3) over 4 pi (Van Oosterom and Strackee 1983): 1 inside."""
     total = np.zeros(len(points))
     for q in range(len(points)):
@@ -83,7 +81,7 @@ def winding_number(triangles: Array, points: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _volume(a: Array, b: Array, c: Array) -> float:
+def _volume(a: Floats, b: Floats, c: Floats) -> float:
     return (
         a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])
@@ -92,7 +90,7 @@ def _volume(a: Array, b: Array, c: Array) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _crossings(edges: Array, triangles: Array) -> tuple[Index, Array]:
+def _crossings(edges: Floats, triangles: Floats) -> tuple[Ints, Floats]:
     """(K,) edge and (K,) share of its length at which it passes through a triangle (Moeller and Trumbore 1997)."""
     which, share = [0 for _ in range(0)], [0.0 for _ in range(0)]
     for e in range(len(edges)):

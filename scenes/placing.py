@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from obstaclewatch.support.arrays import Floats
 from scenes.swept import Body, Slab
 from simulator.scene import Obstacle
-
-Array = NDArray[np.float64]
 
 
 def placed(
@@ -43,7 +42,7 @@ class Occupied:
     """
 
     slab: Slab
-    velocity_m_s: Array
+    velocity_m_s: Floats
 
     @classmethod
     def by(cls, obstacle: Obstacle) -> Occupied:
@@ -60,7 +59,7 @@ def apart(obstacle: Obstacle, others: Sequence[Occupied], duration_s: float, gap
     return all(other.slab.distance(track) >= radius + gap_m for other, track in zip(others, tracks, strict=True))
 
 
-def extents(obstacle: Obstacle, direction: Array, height_m: float) -> tuple[float, float]:
+def extents(obstacle: Obstacle, direction: Floats, height_m: float) -> tuple[float, float]:
     """Least and greatest coordinate along a horizontal (2,) direction of the obstacle below a height, m."""
     along = Slab.of(obstacle.mesh, 0.0, height_m).points() @ direction
     return float(along.min()), float(along.max())
@@ -83,7 +82,7 @@ def half_breadth(body: Body, heading_rad: float, course_rad: float) -> tuple[flo
     return body.half_width_m + 0.5 * float(np.ptp(across)), float(across.mean())
 
 
-def distance_along(obstacle: Obstacle, start_m: Array, lateral_m: Array, ahead: Array, distance_m: float) -> float:
+def distance_along(obstacle: Obstacle, start_m: Floats, lateral_m: Floats, ahead: Floats, distance_m: float) -> float:
     """How far ahead to put an obstacle, already shifted sideways, for a given distance in plan from the start, m.
 
     Raises:

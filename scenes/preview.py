@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from scenes.approaches import Approach
 from scenes.swept import Body
 from simulator.pose import Walk
@@ -134,7 +134,7 @@ def _draw_walk(axes: Axes, walk: Walk) -> None:
     axes.plot(*pose.position_m[0, :2], "o", color="#7f6000", markersize=4)
 
 
-def _stadium(core_m: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
+def _stadium(core_m: Floats, radius_m: float) -> Floats:
     """(50, 2) outline of all points within a radius of a segment (2, 2)."""
     along = core_m[0] - core_m[1]
     turn = np.arctan2(along[1], along[0]) + np.linspace(-np.pi / 2, np.pi / 2, 25)
@@ -156,7 +156,7 @@ def _draw_solid(axes: Any, mesh: trimesh.Trimesh) -> None:
     axes.set_axis_off()
 
 
-def _shaded(normals: NDArray[np.float64], color: str) -> NDArray[np.float64]:
+def _shaded(normals: Floats, color: str) -> Floats:
     """(F, 3) colours under a lamp from the front left above."""
     base = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     light = 0.45 + 0.55 * np.clip(normals @ LIGHT, 0.0, 1.0)

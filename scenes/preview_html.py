@@ -17,6 +17,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from scenes.preview import COLORS, OTHER
 from scenes.solids import merged
 from simulator.fidelity import Fidelity
@@ -25,8 +26,6 @@ from simulator.phone import Phone
 from simulator.pose import Pose, Walk
 from simulator.scene import Obstacle, Scene
 from simulator.trace import trace_paths
-
-Array = NDArray[np.float64]
 
 GROUND = "#cfd2d4"
 KINDS = {"specular": "#0072b2", "curved": "#d55e00", "edge": "#009e73", "kirchhoff": "#56b4e9", "mixed": "#cc79a7"}
@@ -109,7 +108,7 @@ def _text(array: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def _corner_normals(mesh: trimesh.Trimesh) -> Array:
+def _corner_normals(mesh: trimesh.Trimesh) -> Floats:
     """(T, 3, 3) normal of every corner: the vertex's where the surface bends little there, else the facet's."""
     joined = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     shared = np.asarray(joined.vertex_normals)[joined.faces]
@@ -119,7 +118,7 @@ def _corner_normals(mesh: trimesh.Trimesh) -> Array:
 
 
 def _instants(
-    scene: Scene, walk: Walk, phone: Phone | None, time_s: Array, fidelity: Fidelity | None
+    scene: Scene, walk: Walk, phone: Phone | None, time_s: Floats, fidelity: Fidelity | None
 ) -> list[dict[str, Any]]:
     """What changes from instant to instant: the phone, the walker, and the paths of sound."""
     pose = walk.pose(time_s)
@@ -137,9 +136,9 @@ def _instants(
     ]
 
 
-def _phone_box() -> Array:
+def _phone_box() -> Floats:
     """(8, 3) corners of a phone, in its frame."""
-    corners: Array = np.asarray(trimesh.creation.box().vertices) * 2.0 * PHONE_HALF_M
+    corners: Floats = np.asarray(trimesh.creation.box().vertices) * 2.0 * PHONE_HALF_M
     return corners
 
 
@@ -178,7 +177,7 @@ def _strongest(paths: Paths, pose: int, sound_speed_m_s: float) -> list[dict[str
     ]
 
 
-def tube(points_m: Array, radius_m: float, sides: int = 6) -> trimesh.Trimesh:
+def tube(points_m: Floats, radius_m: float, sides: int = 6) -> trimesh.Trimesh:
     """A tube of straight pieces along (N, 3) points, open at its ends; repeated points are left out."""
     points = np.asarray(points_m, dtype=np.float64)
     points = points[np.r_[True, np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9]]
@@ -210,7 +209,7 @@ def _level(scene: Scene) -> float:
     return max(tops, default=0.0)
 
 
-def _corners(scene: Scene) -> Array:
+def _corners(scene: Scene) -> Floats:
     """(2, 3) bounds of everything but the ground."""
     bounds = [np.asarray(o.mesh.bounds) for o in scene.obstacles if o.category != "ground"]
     points = np.concatenate(bounds) if bounds else np.array([[-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]])

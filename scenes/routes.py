@@ -16,13 +16,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from obstaclewatch.support.arrays import Floats
 from scenes.walks import Gait, Holding, check_holding, grip
 from simulator.pose import Pose
-
-Array = NDArray[np.float64]
 
 SHARPEST_RAD = float(np.deg2rad(150.0))
 """Greatest turn at one waypoint: at a hairpin the walker would come to a stand and face nowhere."""
@@ -31,13 +30,13 @@ STEPS_TO_STOP = 2.0
 """People start and stop within about two steps at any speed (Miff et al. 2005, J. Rehabil. Res. Dev. 42:175)."""
 
 
-def rounded_step(x: Array, half_window: float) -> Array:
+def rounded_step(x: Floats, half_window: float) -> Floats:
     """0 before -half_window, 1 after +half_window, and the integral of a raised cosine in between."""
     u = np.clip(x / half_window, -1.0, 1.0)
     return 0.5 * (1.0 + u + np.sin(np.pi * u) / np.pi)
 
 
-def rounded_ramp(x: Array, half_window: float) -> Array:
+def rounded_ramp(x: Floats, half_window: float) -> Floats:
     """The integral of `rounded_step`: 0 before the window, x after it."""
     u = np.clip(x / half_window, -1.0, 1.0)
     inside = 0.5 * half_window * (0.5 * (1.0 + u) ** 2 - (1.0 + np.cos(np.pi * u)) / np.pi**2)
@@ -57,7 +56,7 @@ class Route:
         ValueError: fewer than two waypoints, legs shorter than twice the rounding, a turn of more than 150 degrees.
     """
 
-    waypoints_m: Array
+    waypoints_m: Floats
     rounding_m: float = 0.8
 
     def __post_init__(self) -> None:
@@ -99,11 +98,11 @@ class Route:
         return cls(points, 0.5 * abs(step) * radius_m)
 
     @cached_property
-    def _leg_m(self) -> Array:
+    def _leg_m(self) -> Floats:
         return np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
 
     @cached_property
-    def _direction(self) -> Array:
+    def _direction(self) -> Floats:
         return np.diff(self.waypoints_m, axis=0) / np.maximum(self._leg_m, 1e-300)[:, None]
 
     @property
@@ -111,20 +110,20 @@ class Route:
         """Length of the polyline, which is what distances along the route are counted on."""
         return float(self._leg_m.sum())
 
-    def point(self, along_m: ArrayLike) -> Array:
+    def point(self, along_m: ArrayLike) -> Floats:
         """(N, 2) places at (N,) distances along the polyline; straight on before the start and beyond the end."""
         along = np.atleast_1d(np.asarray(along_m, dtype=np.float64))
         place = self.waypoints_m[0] + along[:, None] * self._direction[0]
         return place + rounded_ramp(self._past_corners(along), self.rounding_m) @ np.diff(self._direction, axis=0)
 
-    def heading_rad(self, along_m: ArrayLike) -> Array:
+    def heading_rad(self, along_m: ArrayLike) -> Floats:
         """(N,) direction of travel there, counter-clockwise from +x."""
         along = np.atleast_1d(np.asarray(along_m, dtype=np.float64))
         turned = rounded_step(self._past_corners(along), self.rounding_m) @ np.diff(self._direction, axis=0)
         course = self._direction[0] + turned
         return np.arctan2(course[:, 1], course[:, 0])
 
-    def _past_corners(self, along_m: Array) -> Array:
+    def _past_corners(self, along_m: Floats) -> Floats:
         """(N, K - 2) distance beyond every corner."""
         return along_m[:, None] - np.cumsum(self._leg_m)[:-1]
 
@@ -172,26 +171,26 @@ class Pace:
         step_hz = Gait.at_speed(self.speed_m_s).step_hz
         return 0.5 * STEPS_TO_STOP / step_hz if self.ramp_s is None else self.ramp_s
 
-    def distance(self, time_s: Array) -> Array:
+    def distance(self, time_s: Floats) -> Floats:
         """(N,) distance walked, m, 0 at time 0 unless a stop reaches back to it."""
         return (
             self.speed_m_s * (time_s + self._changes(time_s) @ self._signs) if self.stops else self.speed_m_s * time_s
         )
 
-    def speed(self, time_s: Array) -> Array:
+    def speed(self, time_s: Floats) -> Floats:
         """(N,) speed, m/s."""
         lost = rounded_step(self._since(time_s), self.window_s) @ self._signs if self.stops else 0.0
         return self.speed_m_s * (np.ones_like(time_s) + lost)
 
     @property
-    def _signs(self) -> Array:
+    def _signs(self) -> Floats:
         return np.tile([-1.0, 1.0], len(self.stops))
 
-    def _since(self, time_s: Array) -> Array:
+    def _since(self, time_s: Floats) -> Floats:
         """(N, 2 S) time since every stop and every start."""
         return time_s[:, None] - np.array(self.stops).cumsum(axis=1).ravel()
 
-    def _changes(self, time_s: Array) -> Array:
+    def _changes(self, time_s: Floats) -> Floats:
         """(N, 2 S) distance over speed that every stop and start has changed since time 0."""
         window = self.window_s
         return rounded_ramp(self._since(time_s), window) - rounded_ramp(self._since(np.zeros(1)), window)
@@ -237,7 +236,7 @@ class RouteWalk:
         """The gait in use."""
         return Gait.at_speed(self.pace.speed_m_s) if self.gait is None else self.gait
 
-    def mean_plan_m(self, time_s: ArrayLike) -> Array:
+    def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N, 2) places in plan without the gait."""
         return self.route.point(self.pace.distance(np.atleast_1d(np.asarray(time_s, dtype=np.float64))))
 

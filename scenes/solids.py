@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats, Ints
 
 
 def box(size_m: ArrayLike, center_m: ArrayLike | None = None) -> trimesh.Trimesh:
@@ -75,7 +75,7 @@ def ellipsoid(center_m: ArrayLike, radii_m: ArrayLike, segments: int = 24, rows:
     return loft(rings, bottom_m=center - [0.0, 0.0, radii[2]], top_m=center + [0.0, 0.0, radii[2]])
 
 
-def ellipse_rings(z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None = None, segments: int = 32) -> Array:
+def ellipse_rings(z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None = None, segments: int = 32) -> Floats:
     """(M, segments, 3) horizontal ellipses at the heights z_m (M,), counter-clockwise from above.
 
     Args:
@@ -93,7 +93,7 @@ def ellipse_rings(z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None
     return np.concatenate([plan, np.broadcast_to(z[:, None, None], (len(z), segments, 1))], axis=-1)
 
 
-def rounded_rectangle(size_m: ArrayLike, corner_m: float, corner_segments: int = 5, side_segments: int = 1) -> Array:
+def rounded_rectangle(size_m: ArrayLike, corner_m: float, corner_segments: int = 5, side_segments: int = 1) -> Floats:
     """(N, 2) closed outline, counter-clockwise, centred; its corners are arcs, its sides are split evenly.
 
     Raises:
@@ -125,14 +125,14 @@ def wheel(radius_m: float, width_m: float) -> trimesh.Trimesh:
     return mesh
 
 
-def raised(outlines_m: Array, z_m: Array) -> Array:
+def raised(outlines_m: Floats, z_m: Floats) -> Floats:
     """(M, N, 3) rings from (M, N, 2) outlines at the heights z_m (M,)."""
     z = np.broadcast_to(z_m[:, None, None], (*outlines_m.shape[:2], 1))
     return np.concatenate([outlines_m, z], axis=-1)
 
 
 def loft(
-    rings_m: Array, bottom_m: ArrayLike | None = None, top_m: ArrayLike | None = None, strips: bool = False
+    rings_m: Floats, bottom_m: ArrayLike | None = None, top_m: ArrayLike | None = None, strips: bool = False
 ) -> trimesh.Trimesh:
     """Closed surface through M rings of N points each.
 
@@ -164,7 +164,7 @@ def loft(
     return trimesh.Trimesh(vertices, np.concatenate(sides + ends), process=False)
 
 
-def _strips(count: int) -> NDArray[np.int64]:
+def _strips(count: int) -> Ints:
     """(count - 2, 3) triangles that fill a ring of even count between the points k and count - k."""
     k = np.arange(count // 2)
     near = np.stack([k, k + 1, (count - k - 1) % count], axis=-1)

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from obstaclewatch.support.arrays import Floats, Ints
 
 GROUP = 16
 """Polygons per group in the search for the nearest."""
@@ -44,14 +42,14 @@ class Body:
         if not self.height_m > 0.0:
             raise ValueError(f"height_m must be positive, got {self.height_m}")
 
-    def core(self, phone_m: Array, heading_rad: Array) -> Array:
+    def core(self, phone_m: Floats, heading_rad: Floats) -> Floats:
         """(N, 2, 2) ends, front first, of the core segment in plan, for (N, 3) phone positions and (N,) headings."""
         ahead = np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
         front, back = self.front_m - self.half_width_m, self.half_width_m - self.back_m
         if front < back:  # a body broader than deep: its core is a point
             front = back = 0.5 * (front + back)
         along = np.array([front, back])[:, None]
-        core: Array = phone_m[:, None, :2] + along * ahead[:, None]
+        core: Floats = phone_m[:, None, :2] + along * ahead[:, None]
         return core
 
 
@@ -66,10 +64,10 @@ class Slab:
         group_m: (G, 3) centre and radius of a circle around each group of 16 consecutive polygons.
     """
 
-    corner_m: Array
-    count: Index
-    circle_m: Array
-    group_m: Array
+    corner_m: Floats
+    count: Ints
+    circle_m: Floats
+    group_m: Floats
 
     @classmethod
     def of(cls, mesh: trimesh.Trimesh, low_m: float, high_m: float) -> Slab:
@@ -84,16 +82,16 @@ class Slab:
     def __len__(self) -> int:
         return len(self.count)
 
-    def points(self) -> Array:
+    def points(self) -> Floats:
         """(K, 2) all corners in use."""
-        points: Array = self.corner_m[np.arange(5) < self.count[:, None]]
+        points: Floats = self.corner_m[np.arange(5) < self.count[:, None]]
         return points
 
-    def distance(self, core_m: Array) -> float:
+    def distance(self, core_m: Floats) -> float:
         """Distance in plan to a segment (2, 2), m; 0 where they overlap, infinite if the slab is empty."""
         return float(_distance(np.ascontiguousarray(core_m), self.corner_m, self.count, self.circle_m, self.group_m))
 
-    def first_contact(self, cores_m: Array, half_width_m: float) -> float:
+    def first_contact(self, cores_m: Floats, half_width_m: float) -> float:
         """Where along N consecutive cores (N, 2, 2) the distance first falls to the half width.
 
         Returns:
@@ -103,14 +101,14 @@ class Slab:
         cores = np.ascontiguousarray(cores_m)
         return float(_first_contact(cores, half_width_m, self.corner_m, self.count, self.circle_m, self.group_m))
 
-    def closest_approach(self, cores_m: Array) -> float:
+    def closest_approach(self, cores_m: Floats) -> float:
         """Smallest distance over N consecutive cores (N, 2, 2), m; infinite if the slab is empty."""
         cores = np.ascontiguousarray(cores_m)
         return float(_closest_approach(cores, self.corner_m, self.count, self.circle_m, self.group_m))
 
 
 @numba.njit(cache=True, nogil=True)
-def _cells(circle: Array) -> Index:
+def _cells(circle: Floats) -> Ints:
     """(P,) cells, counted row by row, of an 8 x 8 grid over all centres."""
     low, high = circle[0, :2].copy(), circle[0, :2].copy()
     for p in range(len(circle)):
@@ -124,7 +122,7 @@ def _cells(circle: Array) -> Index:
 
 
 @numba.njit(cache=True, nogil=True)
-def _group(circle: Array) -> Array:
+def _group(circle: Floats) -> Floats:
     """Circles around groups of consecutive circles."""
     groups = np.zeros(((len(circle) + GROUP - 1) // GROUP, 3))
     for g in range(len(groups)):
@@ -138,7 +136,7 @@ def _group(circle: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _clip(vertices: Array, faces: Index, low: float, high: float) -> tuple[Array, Index, Array]:
+def _clip(vertices: Floats, faces: Ints, low: float, high: float) -> tuple[Floats, Ints, Floats]:
     """Clip triangles between two heights: (F, 5, 2) corners in plan, (F,) how many, (F, 3) circles around them."""
     corner, circle = np.zeros((len(faces), 5, 2)), np.zeros((len(faces), 3))
     count = np.zeros(len(faces), dtype=np.int64)
@@ -163,7 +161,7 @@ def _clip(vertices: Array, faces: Index, low: float, high: float) -> tuple[Array
 
 
 @numba.njit(cache=True, nogil=True)
-def _clip_side(polygon: Array, count: int, height: float, sign: float) -> tuple[Array, int]:
+def _clip_side(polygon: Floats, count: int, height: float, sign: float) -> tuple[Floats, int]:
     """Keep what has sign * (z - height) >= 0 of a convex polygon (Sutherland and Hodgman)."""
     kept, n = np.zeros((5, 3)), 0
     for i in range(count):
@@ -179,7 +177,7 @@ def _clip_side(polygon: Array, count: int, height: float, sign: float) -> tuple[
 
 
 @numba.njit(cache=True, nogil=True)
-def _distance(core: Array, corner: Array, count: Index, circle: Array, group: Array) -> float:
+def _distance(core: Floats, corner: Floats, count: Ints, circle: Floats, group: Floats) -> float:
     """Distance to the nearest polygon: circles first say how far that can be, then who can be that near."""
     bound = np.inf
     for g in range(len(group)):
@@ -197,7 +195,7 @@ def _distance(core: Array, corner: Array, count: Index, circle: Array, group: Ar
 
 
 @numba.njit(cache=True, nogil=True)
-def _to_polygon(core: Array, corner: Array, count: int) -> float:
+def _to_polygon(core: Floats, corner: Floats, count: int) -> float:
     """Distance between a segment and a convex polygon with its inside."""
     if count >= 3 and _inside(core[0], corner, count):
         return 0.0
@@ -208,7 +206,7 @@ def _to_polygon(core: Array, corner: Array, count: int) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _inside(point: Array, corner: Array, count: int) -> bool:
+def _inside(point: Floats, corner: Floats, count: int) -> bool:
     """Whether a point lies strictly inside a convex polygon of either sense of rotation."""
     left, right = 0, 0
     for i in range(count):
@@ -219,7 +217,7 @@ def _inside(point: Array, corner: Array, count: int) -> bool:
 
 
 @numba.njit(cache=True, nogil=True)
-def _segment_to_segment(a: Array, b: Array, c: Array, d: Array) -> float:
+def _segment_to_segment(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
     if _turn(a, b, c) * _turn(a, b, d) < 0.0 and _turn(c, d, a) * _turn(c, d, b) < 0.0:
         return 0.0
     ends = min(_point_to_segment(a, c, d), _point_to_segment(b, c, d))
@@ -227,7 +225,7 @@ def _segment_to_segment(a: Array, b: Array, c: Array, d: Array) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _point_to_segment(p: Array, a: Array, b: Array) -> float:
+def _point_to_segment(p: Floats, a: Floats, b: Floats) -> float:
     x, y = b[0] - a[0], b[1] - a[1]
     length2 = x * x + y * y
     s = 0.0
@@ -237,13 +235,13 @@ def _point_to_segment(p: Array, a: Array, b: Array) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _turn(a: Array, b: Array, c: Array) -> float:
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
     """Twice the signed area of the triangle abc."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 @numba.njit(cache=True, nogil=True)
-def _longest_step(cores: Array) -> float:
+def _longest_step(cores: Floats) -> float:
     longest = 0.0
     for k in range(len(cores) - 1):
         for end in range(2):
@@ -253,7 +251,9 @@ def _longest_step(cores: Array) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _first_contact(cores: Array, half_width: float, corner: Array, count: Index, circle: Array, group: Array) -> float:
+def _first_contact(
+    cores: Floats, half_width: float, corner: Floats, count: Ints, circle: Floats, group: Floats
+) -> float:
     """March by as many cores as the gap safely allows (the distance changes by at most one step per core)."""
     step, k, before = _longest_step(cores), 0, 0
     while True:
@@ -278,7 +278,7 @@ def _first_contact(cores: Array, half_width: float, corner: Array, count: Index,
 
 
 @numba.njit(cache=True, nogil=True)
-def _closest_approach(cores: Array, corner: Array, count: Index, circle: Array, group: Array) -> float:
+def _closest_approach(cores: Floats, corner: Floats, count: Ints, circle: Floats, group: Floats) -> float:
     """Branch and bound over the indices: an interval is split only while it could hide a smaller distance."""
     step, last = _longest_step(cores), len(cores) - 1
     first_d = _distance(cores[0], corner, count, circle, group)

@@ -14,16 +14,15 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from obstaclewatch.support.arrays import Flags, Floats, Strings
 from scenes.by_ground import corner_points
 from scenes.nearest import facing, nearest_points
 from scenes.swept import Body, Slab
 from simulator.phone import Phone
 from simulator.pose import Pose, Walk
 from simulator.scene import Obstacle, Scene
-
-Array = NDArray[np.float64]
 
 NOT_IN_THE_WAY = ("ground",)
 """Categories that cannot be collided with."""
@@ -53,7 +52,7 @@ LINE_M = 1000.0
 class HasMeanWay(Protocol):
     """A walk that knows its way without the gait."""
 
-    def mean_plan_m(self, time_s: ArrayLike) -> Array:
+    def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N,) times, s, to (N, 2) places in plan."""
 
 
@@ -91,17 +90,17 @@ class GroundTruth:
         contact_obstacle: name of what is touched first; None if nothing is.
     """
 
-    time_s: Array
-    obstacle: NDArray[np.str_]
-    nearest_point_m: Array
-    range_m: Array
-    mic_range_m: Array
-    ground_range_m: Array
-    mic_ground_range_m: Array
-    by_ground: NDArray[np.bool_]
-    bearing_rad: Array
-    signed_bearing_rad: Array
-    radius_m: Array
+    time_s: Floats
+    obstacle: Strings
+    nearest_point_m: Floats
+    range_m: Floats
+    mic_range_m: Floats
+    ground_range_m: Floats
+    mic_ground_range_m: Floats
+    by_ground: Flags
+    bearing_rad: Floats
+    signed_bearing_rad: Floats
+    radius_m: Floats
     miss_distance_m: float
     clearance_m: float
     collides: bool
@@ -215,7 +214,7 @@ def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05, body: B
     return _at_index(slab.first_contact(core, slab.closest_approach(core) + within_m), time)
 
 
-def _track(obstacle: Obstacle, walk: Walk, body: Body) -> tuple[Array, Array, Array]:
+def _track(obstacle: Obstacle, walk: Walk, body: Body) -> tuple[Floats, Floats, Floats]:
     """Times (N,), phone (N, 2) and body cores (N, 2, 2) in plan, as seen from the obstacle, every 10 ms."""
     time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / TRACK_STEP_S))))
     pose = walk.pose(time)
@@ -224,7 +223,7 @@ def _track(obstacle: Obstacle, walk: Walk, body: Body) -> tuple[Array, Array, Ar
     return time, pose.position_m[:, :2] - drift, core
 
 
-def _at_index(index: float, time_s: Array) -> float:
+def _at_index(index: float, time_s: Floats) -> float:
     return float(np.interp(index, np.arange(len(time_s)), time_s)) if np.isfinite(index) else np.nan
 
 
@@ -240,32 +239,32 @@ def _asked(scene: Scene, target: str | None) -> Sequence[Obstacle]:
     return [scene.obstacle(target)]
 
 
-def _middle(pose: Pose, phone: Phone) -> Array:
+def _middle(pose: Pose, phone: Phone) -> Floats:
     """(T, 3) middle between the speaker and microphone 0."""
     return pose.to_world(0.5 * (phone.geometry.speaker_m + phone.geometry.mics_m[0]))
 
 
-def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> tuple[Array, Array]:
+def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Floats) -> tuple[Floats, Floats]:
     """(T, 3) nearest points in the world and (T,) distances; the obstacle has moved, so the question moves back."""
     drift = time_s[:, None] * obstacle.velocity_m_s
     point, distance = nearest_points(obstacle.mesh, _middle(pose, phone) - drift)
     return point + drift, distance
 
 
-def _corner(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Array) -> Array:
+def _corner(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Floats) -> Floats:
     """(T, 3) where the obstacle is touched on the shortest way to it, to the ground and back."""
     drift = time_s[:, None] * obstacle.velocity_m_s * [1.0, 1.0, 0.0]
     return corner_points(obstacle.mesh, _middle(pose, phone) - drift) + drift
 
 
-def _without_bob(walk: Walk, phone: Phone, middle_m: Array) -> Array:
+def _without_bob(walk: Walk, phone: Phone, middle_m: Floats) -> Floats:
     """(T, 3) the same places, at the mean height over the whole walk."""
     time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / TRACK_STEP_S))))
     height = _middle(walk.pose(time), phone)[:, 2].mean()
     return np.column_stack([middle_m[:, :2], np.full(len(middle_m), height)])
 
 
-def _corner_heard_first(obstacle: Obstacle, middle_m: Array, time_s: Array) -> NDArray[np.bool_]:
+def _corner_heard_first(obstacle: Obstacle, middle_m: Floats, time_s: Floats) -> Flags:
     """(T,) as `GroundTruth.by_ground`, for phones at given places."""
     mesh, place = obstacle.mesh, middle_m - time_s[:, None] * obstacle.velocity_m_s
     nearest, _ = nearest_points(mesh, place)
@@ -275,13 +274,13 @@ def _corner_heard_first(obstacle: Obstacle, middle_m: Array, time_s: Array) -> N
     return low & turned_away & (beside_m < UP_M * np.sin(UPRIGHT_RAD))
 
 
-def _by_ground_and_straight(corner_m: Array, place_m: Array) -> Array:
+def _by_ground_and_straight(corner_m: Floats, place_m: Floats) -> Floats:
     """Mean of the distances to a place and to its image in the ground; the last axis is x, y, z."""
     straight = np.linalg.norm(corner_m - place_m, axis=-1)
     return 0.5 * (straight + np.linalg.norm(corner_m - place_m * [1.0, 1.0, -1.0], axis=-1))
 
 
-def _signed_bearing(offset_m: Array, heading_rad: Array) -> Array:
+def _signed_bearing(offset_m: Floats, heading_rad: Floats) -> Floats:
     """(T,) angle in plan from the heading to the offset, -pi to pi, positive to the left."""
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     ahead = offset_m[:, 0] * cos + offset_m[:, 1] * sin
@@ -289,7 +288,7 @@ def _signed_bearing(offset_m: Array, heading_rad: Array) -> Array:
     return np.arctan2(left, ahead)
 
 
-def _radius(obstacle: Obstacle, heading_rad: Array, body: Body) -> Array:
+def _radius(obstacle: Obstacle, heading_rad: Floats, body: Body) -> Floats:
     slab = Slab.of(obstacle.mesh, 0.0, body.height_m)
     if len(slab) == 0:
         return np.full(len(heading_rad), np.nan)
@@ -298,7 +297,7 @@ def _radius(obstacle: Obstacle, heading_rad: Array, body: Body) -> Array:
     return (0.5 * np.ptp(across, axis=0))[where]
 
 
-def _mean_line(obstacle: Obstacle, walk: Walk, time_s: Array, phone_m: Array) -> Array:
+def _mean_line(obstacle: Obstacle, walk: Walk, time_s: Floats, phone_m: Floats) -> Floats:
     """(L, 2, 2) segments of the phone's way without its gait, as seen from the obstacle, and straight on at the end.
 
     A walk that knows its mean way is asked for it; of any other it is a straight line by least squares.

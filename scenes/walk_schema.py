@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.support.arrays import Floats
 from scenes.fields import NotNegative, Number, Plan, Positive, Strict
 from scenes.obstacles import walker_body
 from scenes.routes import Pace, Route, RouteWalk, Stop, time_to_walk
@@ -179,11 +179,11 @@ def _route(spec: WalkSpec, speed_m_s: float) -> Route | None:
     return Route(np.stack([start, start + reach * np.array([np.cos(_heading(spec)), np.sin(_heading(spec))])]))
 
 
-def _moved(points_m: NDArray[np.float64], heading_rad: float, drawn: Drawn) -> NDArray[np.float64]:
+def _moved(points_m: Floats, heading_rad: float, drawn: Drawn) -> Floats:
     """Points shifted to the left of a heading, then turned about the first of them."""
     shifted = points_m + drawn.left_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
     cos, sin = np.cos(drawn.turn_rad), np.sin(drawn.turn_rad)
-    moved: NDArray[np.float64] = (shifted - shifted[0]) @ np.array([[cos, sin], [-sin, cos]]) + shifted[0]
+    moved: Floats = (shifted - shifted[0]) @ np.array([[cos, sin], [-sin, cos]]) + shifted[0]
     return moved
 
 

@@ -12,12 +12,12 @@ from functools import cached_property
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from obstaclewatch.support.arrays import Floats
 from simulator.pose import Pose, held_rotation
 
-Array = NDArray[np.float64]
 Holding = Literal["vertical", "horizontal"]
 
 QUARTER_TURN = Rotation.from_euler("z", 90.0, degrees=True)
@@ -63,11 +63,11 @@ def check_holding(holding: str) -> None:
 class Wobble(NamedTuple):
     """Departure of the phone from its mean path, (N,) each: m ahead, to the left and up, rad of pitch and roll."""
 
-    ahead_m: Array
-    left_m: Array
-    up_m: Array
-    pitch_rad: Array
-    roll_rad: Array
+    ahead_m: Floats
+    left_m: Floats
+    up_m: Floats
+    pitch_rad: Floats
+    roll_rad: Floats
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Gait:
             phase_rad=phase_rad,
         )
 
-    def wobble(self, step_rad: Array) -> Wobble:
+    def wobble(self, step_rad: Floats) -> Wobble:
         """The departure at (N,) phases of the step cycle."""
         return Wobble(
             ahead_m=self.surge_m * np.sin(step_rad - np.pi),
@@ -149,7 +149,7 @@ class GaitWalk:
         ValueError: a negative speed, a duration that is not positive, numbers that are not finite, another holding.
     """
 
-    start_m: Array
+    start_m: Floats
     heading_rad: float = 0.0
     speed_m_s: float = 1.3
     duration_s: float = 4.0

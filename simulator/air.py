@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.arrays import Floats
 
 KELVIN = 273.15
 GAS_CONSTANT_J_MOL_K = 8.314462618
@@ -111,7 +112,7 @@ class Air:
             return 0.5
         return 0.1 if 5e-4 <= water <= 0.05 else 0.2
 
-    def absorption_db_m(self, frequency_hz: ArrayLike) -> NDArray[np.float64]:
+    def absorption_db_m(self, frequency_hz: ArrayLike) -> Floats:
         """Attenuation of a pure tone, dB/m, at any array of frequencies (ISO 9613-1, equation 5).
 
         Raises:
@@ -126,8 +127,8 @@ class Air:
 
 
 def _iso_9613_absorption_db_m(
-    frequency_hz: NDArray[np.float64], temperature_k: float, vapour_fraction: float, pressure_pa: float
-) -> NDArray[np.float64]:
+    frequency_hz: Floats, temperature_k: float, vapour_fraction: float, pressure_pa: float
+) -> Floats:
     temperature = temperature_k / REFERENCE_TEMPERATURE_K
     pressure = pressure_pa / REFERENCE_PRESSURE_PA
     h = 100.0 * vapour_fraction  # the standard counts in per cent
@@ -141,7 +142,7 @@ def _iso_9613_absorption_db_m(
     return 8.686 * squared * (classical + temperature**-2.5 * (oxygen + nitrogen))  # (5)
 
 
-def _check_frequency(frequency_hz: NDArray[np.float64], pressure_pa: float) -> None:
+def _check_frequency(frequency_hz: Floats, pressure_pa: float) -> None:
     low, high = (limit * pressure_pa for limit in FREQUENCY_TO_PRESSURE_HZ_PA)
     bad = ~((frequency_hz >= low) & (frequency_hz <= high))
     if bad.any():

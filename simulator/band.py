@@ -4,34 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from obstaclewatch.support.arrays import Complexes, Floats
 
 LOW_HZ, HIGH_HZ = 15_000.0, 25_000.0
 
 
-def nodes_hz(count: int) -> NDArray[np.float64]:
+def nodes_hz(count: int) -> Floats:
     """(count,) Chebyshev nodes of the band, increasing, Hz."""
     return to_hz(-np.cos(np.pi * (np.arange(count) + 0.5) / count))
 
 
-def to_unit(frequency_hz: ArrayLike) -> NDArray[np.float64]:
+def to_unit(frequency_hz: ArrayLike) -> Floats:
     """Frequency mapped so that the band becomes [-1, 1]."""
     return (2.0 * np.asarray(frequency_hz, dtype=np.float64) - LOW_HZ - HIGH_HZ) / (HIGH_HZ - LOW_HZ)
 
 
-def to_hz(unit: ArrayLike) -> NDArray[np.float64]:
+def to_hz(unit: ArrayLike) -> Floats:
     """The inverse of `to_unit`."""
     return 0.5 * (LOW_HZ + HIGH_HZ) + 0.5 * (HIGH_HZ - LOW_HZ) * np.asarray(unit, dtype=np.float64)
 
 
-def coefficients(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def coefficients(values: Complexes) -> Complexes:
     """(P, K) values at the nodes to (P, K) Chebyshev coefficients, exact at the nodes."""
     count = values.shape[-1]
     vandermonde = chebyshev.chebvander(to_unit(nodes_hz(count)), count - 1)
     return values @ np.linalg.inv(vandermonde).T
 
 
-def evaluate(coefficient: NDArray[np.complex128], frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+def evaluate(coefficient: Complexes, frequency_hz: ArrayLike) -> Complexes:
     """(P, K) coefficients to (P, F) values; frequencies outside the band take the value at its nearer end."""
     unit = np.clip(to_unit(frequency_hz), -1.0, 1.0)
     return coefficient @ chebyshev.chebvander(unit, coefficient.shape[-1] - 1).T

@@ -6,14 +6,12 @@ from typing import Protocol
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from simulator.frames import out_of_rest
 from simulator.image_tree import Goal, Images, image_levels, in_turn
 from simulator.pruning import aside, distance, dot
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
 
 
 class Body(Protocol):

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.reflectors import MeshReading, SmoothSurface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 STEP_M = 0.05  # between points of a border
 
@@ -32,7 +29,7 @@ class Border:
     across: Floats
     bend_1_m: Floats
     lost_1_m: Floats
-    tangent: NDArray[np.bool_]
+    tangent: Flags
 
     def __len__(self) -> int:
         return len(self.point_m)
@@ -58,7 +55,7 @@ def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
     )  # fmt: skip
 
 
-def _smooth(reading: MeshReading) -> NDArray[np.bool_]:
+def _smooth(reading: MeshReading) -> Flags:
     """(T, 3) sides 01, 12, 20 of the curved facets across which the surface goes on, if only as a plane."""
     faces = np.flatnonzero(reading.curved)
     count = len(reading.mesh.vertices)
@@ -70,7 +67,7 @@ def _smooth(reading: MeshReading) -> NDArray[np.bool_]:
     return np.isin(sides[:, :, 0] * count + sides[:, :, 1], known)
 
 
-def _rows_in(pairs: Ints, some: Ints, count: int) -> NDArray[np.bool_]:
+def _rows_in(pairs: Ints, some: Ints, count: int) -> Flags:
     """(P,) pairs that are among some."""
     pairs, some = np.sort(pairs, axis=1).astype(np.int64), np.sort(some, axis=1).astype(np.int64)
     return np.isin(pairs[:, 0] * count + pairs[:, 1], some[:, 0] * count + some[:, 1])

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.candidates import Candidates
 from simulator.chain_ways import Ways, candidates_over, face_factor, free_of_obstacles, turned_ways
 from simulator.diffracted import at_poses, bent_once, outside, seen
@@ -29,11 +29,6 @@ from simulator.panels import linked_edges
 from simulator.wedges import Wedges
 from simulator.windowed_chains import Windowed, ways_of, windowed_chains
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
 
 LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
 
@@ -130,7 +125,7 @@ def integrated_chains(
     return _kept(over, ways, np.concatenate(pressure), frequency_hz, width, ledger)
 
 
-def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> NDArray[np.bool_]:
+def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> Flags:
     """(N, 2) whether a panel faces speaker and microphone, near enough."""
     poses = len(tracing.pose)
     pose, mic = (x.ravel() for x in np.meshgrid(np.arange(poses), [0, 1], indexing="ij"))

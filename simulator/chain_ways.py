@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.candidates import Candidates, candidates
 from simulator.diffracted import at_poses, clear_of_faces, seen
 from simulator.ledger import Turned
@@ -14,10 +15,6 @@ from simulator.legs import free_between
 from simulator.panels import Chains, merge_chains
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -56,7 +53,7 @@ def joined_ways(parts: list[Ways]) -> Ways:
     )  # fmt: skip
 
 
-def free_of_obstacles(tracing: Tracing, ways: Ways) -> NDArray[np.bool_]:
+def free_of_obstacles(tracing: Tracing, ways: Ways) -> Flags:
     """(R,) whether nothing stands between the phone and the first and last points."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     each, last = np.arange(len(ways)), ways.chain.count - 1

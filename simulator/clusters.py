@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Floats, Ints
 
 LEAF = 12  # facets a group at most; measured fastest between 8 and 24 on a body of 5,000 facets
 

@@ -9,18 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats
 from simulator.visibility import Blocker
 from simulator.wedges import Wedges
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 CIRCUIT_M = 2e-3  # a surface this close to an edge touches it: an eighth of the wavelength
 CELL_M, MAX_CELLS = 0.1, 64
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
 
-def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: NDArray[np.bool_]) -> Wedges:
+def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags) -> Wedges:
     """The free stretches of wedges, and whether their ends are corners.
 
     Args:
@@ -50,7 +48,7 @@ def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: NDArray[np.b
     )  # fmt: skip
 
 
-def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carried: NDArray[np.bool_]) -> NDArray:
+def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> NDArray:
     """(R,) whether a surface crosses the open side next to a place on the edge."""
     point = wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
     radius = np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)
@@ -62,7 +60,7 @@ def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carri
     return touched
 
 
-def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: NDArray[np.bool_]) -> NDArray:
+def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: Flags) -> NDArray:
     """(R,) whether a surface stands across the edge at its start (0) or end (1)."""
     along = (wedges.end_m - wedges.start_m) / wedges.length_m[:, None]
     radius = np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)[:, None]
@@ -77,9 +75,7 @@ def _open_direction(wedges: Wedges, share: float) -> Floats:
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 
-def _blocked(
-    wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _blocked(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
     """(R,) whether anything that can touch the wedge's body stands between two points."""
     hit = np.zeros(len(wedges), dtype=bool)
     for shadow in blockers:

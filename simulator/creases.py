@@ -8,14 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator import nagata
 from simulator.reflectors import MeshReading, SmoothSurface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 INTO_M = 1e-3  # into a face from its edge, where its facet is looked for
 TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart in that

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.clusters import may_mirror
 from simulator.nagata import dot, surface_at, with_curvature
 from simulator.reflectors import SmoothSurface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
 CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
@@ -48,8 +45,8 @@ class StationaryPoints:
     point_m: Floats
     normal: Floats
     curvature: Floats
-    outside: NDArray[np.bool_]
-    inside_facet: NDArray[np.bool_]
+    outside: Flags
+    inside_facet: Flags
 
     def __len__(self) -> int:
         return len(self.query)
@@ -87,7 +84,7 @@ def follow(surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: I
     return _complete(surface, source, receiver, np.arange(len(source)), new_face, new_uv)
 
 
-def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> NDArray[np.complex128]:
+def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
     """(C, K) phase factors that rays lack: the echo of a convex surface leads by O(1 / ka).
 
     exp(j c / k) with c = 3 (k1 + k2) / 4 - (k1 - k2)^2 / (16 (k1 + k2)) in the principal curvatures k1, k2: the next

@@ -16,8 +16,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.candidates import Candidates, joined
 from simulator.edge_images import EdgeImages, images_of
 from simulator.edge_view import APEX, END, START, EdgeView
@@ -29,10 +29,6 @@ from simulator.unfolding import Turns, matches, straightened, unfolded
 from simulator.visibility import COINCIDENT_M
 from simulator.wedges import Wedges
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
 
@@ -106,7 +102,7 @@ def _cylindrical(wedges: Wedges, point_m: Floats) -> tuple[Floats, Floats, Float
     return np.hypot(x, y), angle, np.sum(offset * along, axis=1)
 
 
-def outside(wedges: Wedges, view: EdgeView) -> NDArray[np.bool_]:
+def outside(wedges: Wedges, view: EdgeView) -> Flags:
     """(R,) whether source and receiver see the edge: in its open angle, and on this side of a thin plate."""
     turn = view.open_angle_rad
     rise = view.source_radius_m * np.sin(view.source_angle_rad)
@@ -141,7 +137,7 @@ def _contributions(
     return np.concatenate(pairs), np.concatenate(parts), np.concatenate(points), np.concatenate(bounds)
 
 
-def _has(wedges: Wedges, view: EdgeView, part: int) -> NDArray[np.bool_]:
+def _has(wedges: Wedges, view: EdgeView, part: int) -> Flags:
     """(R,) whether an apex lies on its edge, or an end is one that radiates."""
     return view.has(part) if part == APEX else wedges.radiates[:, part - START]
 

@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator.frames import out_of_rest
 from simulator.image_tree import Goal, Images, image_levels, in_turn
 from simulator.mirrors import BORDER_M
 from simulator.pruning import aside, distance, dot, grown
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

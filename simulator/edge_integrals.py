@@ -28,13 +28,9 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplexes
 from simulator.edge_nodes import WINDOWS, EdgeNodes
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
 
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
 _S = STEP * np.arange(TERMS)
@@ -59,7 +55,7 @@ class Face:
     nodes: EdgeNodes
     linked: Flags
     wavenumber: Floats
-    turn: NDArray[np.complex64]
+    turn: SingleComplexes
     swing: Floats
     step: Floats
 
@@ -81,7 +77,7 @@ def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
     return out
 
 
-def half_way(face: Face, point_m: Floats) -> NDArray[np.complex64]:
+def half_way(face: Face, point_m: Floats) -> SingleComplexes:
     """(N, E, W, K, T) what a point (3,) sends to each node over edges and windows before it, by Fourier terms."""
     shape = len(face.nodes), len(face.linked), WINDOWS, len(face.wavenumber), 2 * TERMS - 1
     real, imaginary = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
@@ -89,7 +85,7 @@ def half_way(face: Face, point_m: Floats) -> NDArray[np.complex64]:
     return real + np.complex64(1j) * imaginary
 
 
-def over_three(face: Face, before: NDArray[np.complex64], after: NDArray[np.complex64]) -> Complexes:
+def over_three(face: Face, before: SingleComplexes, after: SingleComplexes) -> Complexes:
     """(E, W, E, W, E, W, K) p_3 by edges and windows, from what reaches the middle ones from both ends."""
     edges, ends = len(face.linked), before.shape[1:3]
     left, right = (part.reshape(len(part), -1, *part.shape[3:]) for part in (before, after))
@@ -99,9 +95,7 @@ def over_three(face: Face, before: NDArray[np.complex64], after: NDArray[np.comp
     return out
 
 
-def met(
-    face: Face, before: NDArray[np.complex64], after: NDArray[np.complex64], share: Floats | float = 1.0
-) -> Complexes:
+def met(face: Face, before: SingleComplexes, after: SingleComplexes, share: Floats | float = 1.0) -> Complexes:
     """(L, E, M, K) sums over each edge, of L parts (N, L, K, T) of what comes from before it and M from after.
 
     `share` (N,) is what counts of each node. In double precision: that keeps them reciprocal.
@@ -116,7 +110,7 @@ def met(
     return out
 
 
-def passed_on(face: Face, before: NDArray[np.complex64]) -> NDArray[np.complex64]:
+def passed_on(face: Face, before: SingleComplexes) -> SingleComplexes:
     """(N, L, E, K, T) what L parts (N, L, K, T) of what reaches the nodes send to others, by the edge they leave."""
     first, edges = face.nodes.first, np.arange(len(face.linked))
     factor = (face.nodes.weight_m[:, None] * FACTOR / (-2.0 * np.pi)).astype(np.float32)
@@ -135,7 +129,7 @@ def passed_on(face: Face, before: NDArray[np.complex64]) -> NDArray[np.complex64
     return out
 
 
-def _by_frequency(part: NDArray[np.complex64]) -> NDArray[np.complex64]:
+def _by_frequency(part: SingleComplexes) -> SingleComplexes:
     """(K, L, N T)."""
     count, labels, frequencies, terms = part.shape
     return part.transpose(2, 1, 0, 3).reshape(frequencies, labels, count * terms)

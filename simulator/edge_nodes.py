@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator.band import HIGH_HZ
 from simulator.wedges import Wedges
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 POINTS = 3  # in each piece
 SHORTEST_PIECE_M = 1e-3

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 
 APEX, START, END = 0, 1, 2  # the three contributions of an edge
 
@@ -58,7 +57,7 @@ class EdgeView:
         """(R,) sine of the angle between the edge and the ray that meets it at the apex."""
         return (self.source_radius_m + self.receiver_radius_m) / self.apex_path_m
 
-    def has(self, part: int) -> NDArray[np.bool_]:
+    def has(self, part: int) -> Flags:
         """(R,) whether a contribution exists: the ends always do, the apex if it lies on the edge."""
         if part != APEX:
             return np.ones(len(self), dtype=bool)

@@ -26,14 +26,10 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import wofz
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.edge_view import APEX, START, EdgeView
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
 
@@ -62,7 +58,7 @@ class _Poles:
     half_sine2: Floats
     delta_m: Floats
     strength: Floats
-    near: NDArray[np.bool_]
+    near: Flags
 
 
 def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:

@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator import nagata
 from simulator.clusters import leaves
 from simulator.creases import Creases, creases_of
 from simulator.reflectors import MeshReading, SmoothSurface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 PIECE = 32  # facets a piece at most: some 2 cm across
 TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart when facets are put into pieces

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats
 from simulator.fidelity import Fidelity
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -33,6 +31,6 @@ class Audible:
             2.0 * fidelity.max_range_m, 10.0 ** (fidelity.edge_floor_db / 20.0), 10.0 ** (fidelity.edge_share_db / 20.0)
         )
 
-    def __call__(self, gain: Floats, strongest: Floats) -> NDArray[np.bool_]:
+    def __call__(self, gain: Floats, strongest: Floats) -> Flags:
         """(R,) whether gains are kept beside the strongest of their pose and microphone."""
         return gain >= np.minimum(self.floor, self.share * strongest)

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+
 Carrier = Callable[[Ints, Floats], tuple[Floats, Floats]]
 
 
@@ -24,11 +23,11 @@ class Frames:
     """
 
     velocity_m_s: Floats
-    carried: NDArray[np.bool_]
+    carried: Flags
     carrier: Carrier
 
     @property
-    def moves(self) -> NDArray[np.bool_]:
+    def moves(self) -> Flags:
         """(O,) whether an obstacle ever leaves its rest frame."""
         return self.carried | np.any(self.velocity_m_s != 0.0, axis=1)
 

@@ -20,13 +20,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats
 from simulator.creases import Creases
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
 
 ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts cancel by more digits than there are
 

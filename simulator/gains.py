@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator import band
 from simulator.air import Air
 from simulator.candidates import Candidates
@@ -20,9 +20,7 @@ from simulator.spreading import rays, spreading
 from simulator.utd import utd_terms
 from simulator.world import Tracing, World
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Diffraction = Callable[[EdgeView, NDArray[np.int64], Floats], Complexes]
+Diffraction = Callable[[EdgeView, Ints, Floats], Complexes]
 
 
 DIFFRACTION: dict[str, Diffraction] = {"btm": edge_terms, "utd": utd_terms}
@@ -70,7 +68,7 @@ def edge_gain(
     return terms.sum(axis=1)
 
 
-def _mirror_cosine(view: EdgeView, part: NDArray[np.int64], face_angle_rad: Floats | float) -> Floats:
+def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -> Floats:
     """(R,) cosine of incidence on a face, the same from both ends: that of the mirror path where its zone ends."""
     height = np.where(part == APEX, view.apex_height_m, np.where(part == END, view.length_m, 0.0))
     rise = np.ones(len(view))

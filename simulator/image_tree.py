@@ -16,12 +16,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.mirrors import Mirrors
 from simulator.pruning import dot, far_or_aside, grown
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
 

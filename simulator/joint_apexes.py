@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from obstaclewatch.support.arrays import Flags, Floats
 
 STEPS, HALVINGS = 40, 12
 SETTLED = 1e-9  # slope of the length that is left
@@ -16,7 +15,7 @@ APART_M = 1e-4  # points of neighbouring lines this close have met in a corner, 
 
 def joint_apexes(
     start_m: Floats, along: Floats, length_m: Floats, source_m: Floats, receiver_m: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Flags]:
     """Where the shortest way from sources to receivers meets chains of N endless lines.
 
     Args:

@@ -26,12 +26,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.facets import Facets
 from simulator.fringe_waves import add_fringe_waves
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Ints = NDArray[np.int64]
 
 CELL_M = 0.02  # of path, about a wavelength: six frequencies then carry a cell's gain across the band to 0.02 dB
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
@@ -62,7 +59,7 @@ class Cells:
 
 
 def scattered(
-    facets: Facets, source_m: Floats, receiver_m: Floats, seen: NDArray[np.bool_], wavenumber_rad_m: Floats,
+    facets: Facets, source_m: Floats, receiver_m: Floats, seen: Flags, wavenumber_rad_m: Floats,
     reflection: Complexes,
 ) -> Cells:  # fmt: skip
     """Kirchhoff's sum for R pairs of points in the body's rest frame.

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.candidates import Candidates
 from simulator.diffracted import lifts, point_slot
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
-
-def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
+def legs_free(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether nothing stands between any two points of a path in turn."""
     start, end = _lifted_legs(tracing, found)
     free = np.ones(len(found), dtype=bool)
@@ -26,7 +23,7 @@ def legs_free(tracing: Tracing, found: Candidates) -> NDArray[np.bool_]:
     return free
 
 
-def free_between(tracing: Tracing, start_m: Floats, end_m: Floats, pose: Ints) -> NDArray[np.bool_]:
+def free_between(tracing: Tracing, start_m: Floats, end_m: Floats, pose: Ints) -> Flags:
     """(R,) whether nothing stands between points (R, 3) at poses (R,)."""
     free = np.ones(len(pose), dtype=bool)
     for shadow in tracing.world.blockers:

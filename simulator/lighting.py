@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator import specular
 from simulator.facets import Facets
 from simulator.frames import into_rest, out_of_rest, turned
@@ -13,10 +13,6 @@ from simulator.image_tree import Images
 from simulator.planar import crossed
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 IMAGES_AT_ONCE = 8  # times facets: what is asked of Embree in one batch
 SAMPLES = (0.0, 0.33, 0.67, 1.0)  # places in a piece that are asked first

@@ -15,15 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, SingleComplexes
 from simulator.edge_integrals import Face, met, passed_on
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
-Halves = NDArray[np.complex64]
 Kept = Callable[[Floats], Flags]
 
 LONGEST = 5  # edges in one chain
@@ -55,8 +50,8 @@ class Order:
 
 
 def longer_chains(
-    face: Face, before: Halves, after: list[Halves], third: list[Complexes], lower: list[Complexes], kept: list[Kept],
-    longest: int, negligible: float = NEGLIGIBLE,
+    face: Face, before: SingleComplexes, after: list[SingleComplexes], third: list[Complexes],
+    lower: list[Complexes], kept: list[Kept], longest: int, negligible: float = NEGLIGIBLE,
 ) -> list[list[Order]]:  # fmt: skip
     """The fourth and, up to `longest`, the fifth order at each of M microphones.
 
@@ -102,7 +97,7 @@ def _fifth_counts(lower: Complexes, fourth: Order, negligible: float) -> bool:
     return bool(WHOLE_FIFTH * np.abs(whole).max() >= negligible * np.abs(lower.sum(axis=0) + whole).max())
 
 
-def _flat(half: Halves) -> Halves:
+def _flat(half: SingleComplexes) -> SingleComplexes:
     """(N, P D, K, T) of (N, P, D, K, T)."""
     return half.reshape(len(half), half.shape[1] * half.shape[2], *half.shape[3:])
 
@@ -120,7 +115,12 @@ def _between(first: Floats, last: Floats) -> Floats:
 
 
 def _order(
-    face: Face, ahead: tuple[Halves, Ints], behind: tuple[Halves, Ints], wanted: Flags, bound: Floats, counts: bool
+    face: Face,
+    ahead: tuple[SingleComplexes, Ints],
+    behind: tuple[SingleComplexes, Ints],
+    wanted: Flags,
+    bound: Floats,
+    counts: bool,
 ) -> Order:
     """What meets on one more edge, from (N, P, D, K, T) halves by parts P and the D edges after them."""
     (before, first), (after, last) = ahead, behind

@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_types
+from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_HZ = (15_000.0, 25_000.0)
 ROUGHNESS_SOUND_SPEED_M_S = 343.0
@@ -81,7 +82,7 @@ class Material:
             raise ValueError(f"material must be one of {', '.join(list_materials())}, got {name!r}")
         return _TABLE[name]
 
-    def reflection(self, frequency_hz: ArrayLike, cos_incidence: ArrayLike) -> NDArray[np.complex128]:
+    def reflection(self, frequency_hz: ArrayLike, cos_incidence: ArrayLike) -> Complexes:
         """Complex pressure reflection; frequencies (K,) and cosines (P, 1) give (P, K).
 
         R = (cos t - b) / (cos t + b) with the specific admittance b = (1 - R0) / (1 + R0), times the coherent roughness
@@ -102,7 +103,7 @@ class Material:
         wavenumber = 2.0 * np.pi * frequency / ROUGHNESS_SOUND_SPEED_M_S
         return _locally_reacting(normal, cosine) * np.exp(-2.0 * (wavenumber * self.roughness_m * cosine) ** 2)
 
-    def _check(self, frequency_hz: NDArray[np.float64], cosine: NDArray[np.float64]) -> None:
+    def _check(self, frequency_hz: Floats, cosine: Floats) -> None:
         low, high = self.frequency_hz[0], self.frequency_hz[-1]
         outside = ~((frequency_hz >= low) & (frequency_hz <= high))
         if outside.any():
@@ -119,7 +120,7 @@ def list_materials() -> list[str]:
     return sorted(_TABLE)
 
 
-def limp_sheet_reflection(surface_density_kg_m2: float, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+def limp_sheet_reflection(surface_density_kg_m2: float, frequency_hz: ArrayLike) -> Complexes:
     """Reflection at normal incidence of a limp sheet with air behind it: jX / (1 + jX), X = w m / (2 rho c).
 
     The mass law (Fahy and Gardonio 2007, Sound and structural vibration, chapter on transmission).
@@ -128,7 +129,7 @@ def limp_sheet_reflection(surface_density_kg_m2: float, frequency_hz: ArrayLike)
     return 1j * ratio / (1.0 + 1j * ratio)
 
 
-def _locally_reacting(normal: NDArray[np.complex128], cosine: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _locally_reacting(normal: Complexes, cosine: Floats) -> Complexes:
     """Reflection at an angle from that at normal incidence; 1 where grazing meets rigid."""
     missing = 1.0 - normal
     denominator = (1.0 + normal) * cosine + missing

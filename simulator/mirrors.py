@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.frames import out_of_rest, turned
 from simulator.reflectors import PlanarPatches
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
 
@@ -32,16 +29,16 @@ class Mirrors(NamedTuple):
     offset_m: Floats
     center_m: Floats
     radius_m: Floats
-    one_sided: NDArray[np.bool_]
+    one_sided: Flags
     obstacle: Ints
-    follows: NDArray[np.bool_]
+    follows: Flags
     frames: Floats
     rest_normal: Floats
     edge_m: Floats
     edge_start: Ints
 
 
-def placed_mirrors(patches: PlanarPatches, follows: NDArray[np.bool_], frames: Floats) -> Mirrors:
+def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mirrors:
     """All patches where their obstacles stand, frames (N, O, 4)."""
     frame = frames[:, patches.obstacle]
     shape = (len(frames), len(patches), 3)
@@ -56,7 +53,7 @@ def placed_mirrors(patches: PlanarPatches, follows: NDArray[np.bool_], frames: F
     )  # fmt: skip
 
 
-def facing(patches: PlanarPatches, moves: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def facing(patches: PlanarPatches, moves: Flags) -> Flags:
     """(P, P) whether patch j may follow patch i: each has some corner in front of the other.
 
     Args:

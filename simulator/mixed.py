@@ -7,8 +7,8 @@ of speaker and microphone, and the crossings of the mirrors are found afterwards
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator import curved
 from simulator.body_images import images_lighting
 from simulator.candidates import Candidates, concatenated
@@ -18,9 +18,6 @@ from simulator.ledger import Ledger
 from simulator.spreading import spreading
 from simulator.unfolding import Turns, matches, unfolded
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator import curved
 from simulator.candidates import Candidates
 from simulator.diffracted import edge_points, placed, point_slot, seen
@@ -23,9 +24,6 @@ from simulator.scene import Obstacle
 from simulator.specular import mirrored
 from simulator.spreading import spreading
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
 CALM_M_S = 6.0  # phone and obstacle together; what closes in faster takes more of them
@@ -165,7 +163,7 @@ def _solved(
     """Exact reflection points with every reflector where it is when struck."""
     width = found.sequence.shape[1]
     turn = found.sequence >= len(tracing.world.patches)
-    turns: NDArray[np.bool_] = np.any(turn, axis=1)
+    turns: Flags = np.any(turn, axis=1)
     place = np.where(turns, np.argmax(turn, axis=1), found.order)
     last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
     here, there = np.minimum(place, width - 1) + 1, np.minimum(last, width - 1) + 1

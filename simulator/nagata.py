@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 PARALLEL_RAD = 3e-3
 SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import SingleComplexes, Singles
 from simulator.phone import Phone
 
 BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
@@ -31,7 +31,7 @@ def noise_rms(phone: Phone, sample_rate_hz: float) -> float:
     return float(np.sqrt(noise_density(phone) * 0.5 * sample_rate_hz))
 
 
-def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.random.Generator) -> NDArray[np.float32]:
+def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.random.Generator) -> Singles:
     """(2, count) noise, relative to digital full scale; exact zeros for a silent phone.
 
     Drawn in the order of time: a longer recording with the same generator begins with the same noise.
@@ -52,9 +52,7 @@ def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.rando
     return samples
 
 
-def noise_envelope(
-    phone: Phone, count: int, envelope_rate_hz: float, rng: np.random.Generator
-) -> NDArray[np.complex64]:
+def noise_envelope(phone: Phone, count: int, envelope_rate_hz: float, rng: np.random.Generator) -> SingleComplexes:
     """(2, count) complex envelope of the same noise, within half an envelope rate of the carrier it is put on.
 
     In the band the same statistics as `noise_samples`, for fewer draws: for renderers that work on envelopes,

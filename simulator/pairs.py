@@ -7,15 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.body_images import images_lighting
 from simulator.candidates import Candidates
 from simulator.image_tree import Images
 from simulator.mixed import image_pairs
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,9 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Ints
 from simulator.edge_view import APEX, END, START
 from simulator.wedges import Wedges
-
-Ints = NDArray[np.int64]
 
 LONGEST = 3  # edges in one chain over apexes
 MOST_EDGES, SHORTEST_M = 8, 0.05  # borders of more or shorter pieces are curves, on which no apex stands alone
@@ -82,7 +81,7 @@ def chains_of(wedges: Wedges, panel: Ints, longest: int) -> Chains:
     return Chains(edge.astype(np.int64), (edge >= 0).sum(axis=1), slot, which)
 
 
-def linked_edges(wedges: Wedges) -> NDArray[np.bool_]:
+def linked_edges(wedges: Wedges) -> Flags:
     """(W, W) whether sound runs over the face from one edge of a panel to another: never along their common line."""
     same = _own_corners(wedges).all(axis=2)
     return np.asarray(~(same | same.T))
@@ -95,7 +94,7 @@ def _whole(wedges: Wedges) -> bool:
     return bool((wedges.length_m >= SHORTEST_M).all() and (inside > -ON_LINE_M).all())
 
 
-def _own_corners(wedges: Wedges) -> NDArray[np.bool_]:
+def _own_corners(wedges: Wedges) -> Flags:
     """(W, W, 2) whether the start and the end of the second edge lie on the line of the first."""
     corners = np.stack([wedges.start_m, wedges.end_m], axis=1)
     off = np.einsum("vcwx,wx->wvc", corners[:, :, None] - wedges.start_m[None, None], wedges.inwards)

@@ -7,8 +7,9 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from obstaclewatch.support.arrays import Complexes, Floats, Ints, Strings
 from simulator import band
 from simulator.ledger import Choice
 from simulator.phone import Phone
@@ -44,18 +45,18 @@ class Paths:
         choices: what the ways over each obstacle were left to whose rays were doubted, and the estimated errors.
     """
 
-    delay_s: NDArray[np.float64]
-    gain: NDArray[np.complex128]
-    band_gain: NDArray[np.complex128]
-    mic: NDArray[np.int64]
-    pose: NDArray[np.int64]
-    order: NDArray[np.int64]
-    kind: NDArray[np.str_]
-    obstacle: NDArray[np.str_]
-    sequence: NDArray[np.int64]
-    points_m: NDArray[np.float64]
-    face: NDArray[np.int64]
-    uv: NDArray[np.float64]
+    delay_s: Floats
+    gain: Complexes
+    band_gain: Complexes
+    mic: Ints
+    pose: Ints
+    order: Ints
+    kind: Strings
+    obstacle: Strings
+    sequence: Ints
+    points_m: Floats
+    face: Ints
+    uv: Floats
     phone: Phone
     poses: int
     rejected: Mapping[str, int]
@@ -79,11 +80,11 @@ class Paths:
         }  # fmt: skip
         return replace(self, **rows)
 
-    def gain_at(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+    def gain_at(self, frequency_hz: ArrayLike) -> Complexes:
         """(P, F) gains at any frequency; held at their end values outside 15-25 kHz."""
         return band.evaluate(band.coefficients(self.band_gain), np.atleast_1d(np.asarray(frequency_hz, np.float64)))
 
-    def transfer_function(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
+    def transfer_function(self, frequency_hz: ArrayLike) -> Complexes:
         """Coherent sum of all paths, responses of speaker and microphones included, in Pa at 1 m in Pa.
 
         Args:

@@ -34,10 +34,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_types
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.support.arrays import Floats
 from simulator.transducers import StructureBorne, Transducer
 
 SPEAKER_TO_TOP_MIC_M = 0.03
@@ -106,9 +107,7 @@ def list_phones() -> list[str]:
     return list(_PRESETS)
 
 
-def two_way_split(
-    frequency_hz: ArrayLike, top_db: ArrayLike, bottom_db: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def two_way_split(frequency_hz: ArrayLike, top_db: ArrayLike, bottom_db: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Speaker, top and bottom microphone responses, (K,) dB each, from two measured speaker-to-microphone responses.
 
     The measurement cannot tell speaker from microphone: what the two channels share (their mean in dB) is given to the
@@ -120,7 +119,7 @@ def two_way_split(
     return shared, top - shared, bottom - shared
 
 
-def _to_unit_power(frequency_hz: ArrayLike, level_db: ArrayLike) -> NDArray[np.float64]:
+def _to_unit_power(frequency_hz: ArrayLike, level_db: ArrayLike) -> Floats:
     frequency, level = np.asarray(frequency_hz, dtype=np.float64), np.asarray(level_db, dtype=np.float64)
     inside = (frequency >= REFERENCE_BAND_HZ[0]) & (frequency <= REFERENCE_BAND_HZ[1])
     return level - 10.0 * np.log10(np.mean(10.0 ** (level[inside] / 10.0)))
@@ -144,10 +143,10 @@ def _structure_borne(geometry: PhoneGeometry) -> StructureBorne:
 
 def _phone(
     geometry: PhoneGeometry,
-    frequency_hz: NDArray[np.float64],
-    speaker_db: NDArray[np.float64],
-    top_db: NDArray[np.float64],
-    bottom_db: NDArray[np.float64],
+    frequency_hz: Floats,
+    speaker_db: Floats,
+    top_db: Floats,
+    bottom_db: Floats,
 ) -> PhonePreset:
     return PhonePreset(
         geometry,
@@ -202,7 +201,7 @@ def _nexus_6p() -> PhonePreset:
     )
 
 
-def _shadow_of_the_case(distance_m: NDArray[np.float64]) -> StructureBorne:
+def _shadow_of_the_case(distance_m: Floats) -> StructureBorne:
     """What the case takes from the direct sound at the top microphone: an arrival of opposite sign along with it.
 
     Between speaker and top microphone lies the phone's whole length, and the measured level is that much below

@@ -5,16 +5,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator import specular
 from simulator.candidates import Candidates, candidates, with_plane_normals
 from simulator.image_tree import Goal, image_levels, in_turn
 from simulator.ledger import Ledger, Turned
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MISSES = {specular.BEHIND: "behind a patch", specular.OUTSIDE: "outside its patch"}
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,9 @@ class Pose:
         ValueError: shapes that do not fit, numbers that are not finite.
     """
 
-    position_m: NDArray[np.float64]
+    position_m: Floats
     rotation: Rotation
-    heading_rad: NDArray[np.float64] | None = None
+    heading_rad: Floats | None = None
 
     def __post_init__(self) -> None:
         position = np.array(self.position_m, dtype=np.float64)
@@ -50,7 +51,7 @@ class Pose:
     def __len__(self) -> int:
         return 1 if self.position_m.ndim == 1 else len(self.position_m)
 
-    def to_world(self, point_m: ArrayLike) -> NDArray[np.float64]:
+    def to_world(self, point_m: ArrayLike) -> Floats:
         """(N, ..., 3) world positions of (..., 3) points of the phone frame."""
         points = np.asarray(point_m, dtype=np.float64)
         matrices = np.broadcast_to(self.rotation.as_matrix().reshape(-1, 3, 3), (len(self), 3, 3))
@@ -58,7 +59,7 @@ class Pose:
         origins = self.position_m.reshape((-1,) + (1,) * (points.ndim - 1) + (3,))
         return turned + origins
 
-    def body_heading_rad(self) -> NDArray[np.float64]:
+    def body_heading_rad(self) -> Floats:
         """(N,) direction in which the walker's body faces."""
         if self.heading_rad is not None:
             return self.heading_rad
@@ -109,7 +110,7 @@ class StraightWalk:
         ValueError: a negative or infinite speed or duration, a start or an angle that is not finite.
     """
 
-    start_m: NDArray[np.float64]
+    start_m: Floats
     heading_rad: float
     speed_m_s: float
     duration_s: float

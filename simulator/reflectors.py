@@ -15,15 +15,13 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.clusters import Clusters, clusters
 from simulator.nagata import bulges
 from simulator.rims import rims
 from simulator.scene import Obstacle, with_area
 from simulator.tips import tips_opened
 from simulator.vertex_normals import vertex_geometry
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
@@ -49,7 +47,7 @@ class PlanarPatches:
 
     normal: Floats
     offset_m: Floats
-    one_sided: NDArray[np.bool_]
+    one_sided: Flags
     obstacle: Ints
     center_m: Floats
     radius_m: Floats
@@ -111,8 +109,8 @@ class MeshReading:
     closed: bool
     patch: Ints
     smooth_edges: Ints
-    curved: NDArray[np.bool_]
-    rim: NDArray[np.bool_]
+    curved: Flags
+    rim: Flags
     sheet_m: Floats
 
 
@@ -202,10 +200,10 @@ def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
 
 
-def _runs_along(faces: Ints, edges: Ints) -> NDArray[np.bool_]:
+def _runs_along(faces: Ints, edges: Ints) -> Flags:
     """(A,) whether facets (A, 3) run through their edges (A, 2) from the first vertex to the second."""
     forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
-    found: NDArray[np.bool_] = forth.any(axis=1)
+    found: Flags = forth.any(axis=1)
     return found
 
 
@@ -252,7 +250,7 @@ def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
     return mesh.face_adjacency[mesh.face_adjacency_angles < max(crease_rad, 1e-6)]
 
 
-def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> NDArray[np.bool_]:
+def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> Flags:
     """(T,) facets that bend smoothly into a neighbour and are not of large panels."""
     bends = smooth_edges[regions[smooth_edges[:, 0]] != regions[smooth_edges[:, 1]]]
     area = np.bincount(regions, mesh.area_faces)[regions]
@@ -314,7 +312,7 @@ def _boundary_edges(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Ints, Ints]:
 
 
 def _smooth_surface(
-    mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints, obstacle: int, closed: bool
+    mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints, obstacle: int, closed: bool
 ) -> SmoothSurface:
     """The curved facets with shared normals, rounded edges and neighbours."""
     faces = np.flatnonzero(curved)
@@ -331,7 +329,7 @@ def _smooth_surface(
     )  # fmt: skip
 
 
-def _corner_geometry(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_edges: Ints) -> tuple[Floats, Floats]:
+def _corner_geometry(mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints) -> tuple[Floats, Floats]:
     """(T, 3, 3) unit normals and (T, 3, 3, 3) curvature tensors at the corners of the T curved facets."""
     faces = np.flatnonzero(curved)
     every = _corner_groups(mesh, smooth_edges)
@@ -344,7 +342,7 @@ def _corner_geometry(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], smooth_ed
     return normal[group], curvature[group]
 
 
-def _mean_normals(mesh: trimesh.Trimesh, curved: NDArray[np.bool_], group: Ints) -> tuple[Floats, NDArray[np.bool_]]:
+def _mean_normals(mesh: trimesh.Trimesh, curved: Flags, group: Ints) -> tuple[Floats, Flags]:
     """(G, 3) angle-weighted mean normal of each group of corners, and (G,) whether a panel takes part.
 
     A panel's normal is its own: where a curve runs tangentially into a panel, the corner takes the panel's normal.

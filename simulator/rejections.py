@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from obstaclewatch.support.arrays import Floats, Ints, Strings
 from simulator.candidates import concatenated, nothing
 from simulator.fidelity import Fidelity
 from simulator.ledger import Ledger
@@ -16,8 +17,6 @@ from simulator.pose import Pose
 from simulator.scene import Scene
 from simulator.trace import instants, kinds_of, names_of, still_tracing, traced
 from simulator.world import World
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -39,15 +38,15 @@ class Rejections:
         counts: all that each mask turned away, listed or not.
     """
 
-    mask: NDArray[np.str_]
-    level_db: NDArray[np.float64]
+    mask: Strings
+    level_db: Floats
     pose: Ints
     mic: Ints
     order: Ints
-    kind: NDArray[np.str_]
-    obstacle: NDArray[np.str_]
+    kind: Strings
+    obstacle: Strings
     sequence: Ints
-    points_m: NDArray[np.float64]
+    points_m: Floats
     counts: Mapping[str, int]
 
     def __len__(self) -> int:

@@ -17,11 +17,11 @@ import numba
 import numpy as np
 import scipy.fft
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.checked import check_seed, check_types
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator import band
 from simulator.fidelity import Fidelity
 from simulator.motion import Motion, fastest_closing_m_s, motion_within
@@ -33,9 +33,6 @@ from simulator.scene import Scene
 from simulator.trace import traced, tracing_of
 from simulator.transducers import StructureBorne
 from simulator.world import prepare
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
 TABLE_RATE_HZ = 96_000.0
@@ -90,7 +87,7 @@ def render_walk(
     return Recording(samples.astype(np.float32), beep.sample_rate_hz)
 
 
-def heard_without(paths: Paths, obstacles: Collection[str]) -> NDArray[np.bool_]:
+def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
     """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
     ways, which = np.unique(paths.obstacle, return_inverse=True)
     kept = np.array([way == "" or not set(way.split(" > ")) <= set(obstacles) for way in ways], dtype=bool)
@@ -121,7 +118,7 @@ def trace_walk(
     origin = pose.position_m.mean(axis=0)
     world = prepare(scene, phone, origin, fidelity.mechanisms)
 
-    def carrier(_pose: NDArray[np.int64], time_s: Floats) -> tuple[Floats, Floats]:
+    def carrier(_pose: Ints, time_s: Floats) -> tuple[Floats, Floats]:
         there = walk.pose(time_s)
         return there.position_m - origin, there.body_heading_rad()
 
@@ -174,7 +171,7 @@ class _Sounds:
     """
 
     start_s: Floats
-    mic: NDArray[np.int64]
+    mic: Ints
     weight: Complexes
     motion: Motion
     center_delay_s: Floats

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 
 THIN_M = 343.0 / 20_000.0 / 4.0  # a quarter wavelength in the middle of the band: 4.3 mm
 PARALLEL = 4e-3  # largest difference between the normals of the two sides
 _IN_SLAB_M = 1e-6
 
 
-def rims(mesh: trimesh.Trimesh, regions: Ints, normal: Floats, offset_m: Floats) -> tuple[NDArray[np.bool_], Floats]:
+def rims(mesh: trimesh.Trimesh, regions: Ints, normal: Floats, offset_m: Floats) -> tuple[Flags, Floats]:
     """Which faces are the rim of a thin plate, and how thick the plates are.
 
     Args:
@@ -58,7 +56,7 @@ def _parallel_planes(normal: Floats, offset_m: Floats) -> tuple[Ints, Ints, Floa
 
 def _between(
     mesh: trimesh.Trimesh, regions: Ints, a: int, b: int, normal: Floats, offset_m: float, gap_m: float
-) -> NDArray[np.bool_]:
+) -> Flags:
     """(T,) steep facets that hang on the borders of two planes and stay between them."""
     own = (regions == a) | (regions == b)
     border = np.zeros(len(mesh.vertices), dtype=bool)

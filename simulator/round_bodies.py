@@ -7,10 +7,9 @@ normals of a fine mesh; a body fitted as a whole suffers neither.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-Floats = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the flat facets miss at 64 segments
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32

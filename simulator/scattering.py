@@ -10,8 +10,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator import band
 from simulator.candidates import Candidates, joined
 from simulator.facets import Facets
@@ -24,11 +24,6 @@ from simulator.mixed import Images
 from simulator.pairs import Pairs
 from simulator.unfolding import Turns, straightened, unfolded
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 CELL_SHARE = 1e-3  # of the strongest: at 2 % the echoes of people moved by 1.7 dB
 COSINES = 257  # of incidence, between which the reflection is interpolated

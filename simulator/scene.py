@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from obstaclewatch.checked import check_types
+from obstaclewatch.support.arrays import Flags, Floats
 from simulator.air import Air
 from simulator.materials import Material
 
@@ -44,7 +44,7 @@ class Obstacle:
     material: Material
     name: str
     surface: Surface = "auto"
-    velocity_m_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    velocity_m_s: Floats = field(default_factory=lambda: np.zeros(3))
     category: str = ""
 
     def __post_init__(self) -> None:
@@ -122,10 +122,10 @@ def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
         raise ValueError(f"mesh of '{name}' must have a triangle with an area, got {len(faces)} without")
 
 
-def with_area(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
+def with_area(mesh: trimesh.Trimesh) -> Flags:
     """(T,) triangles that have a plane: whose area is not lost beside the square of their longest side."""
     corners = np.asarray(mesh.vertices, dtype=np.float64)[mesh.faces]
     along = np.roll(corners, -1, axis=1) - corners
     area = 0.5 * np.linalg.norm(np.cross(along[:, 0], along[:, 1]), axis=1)
-    found: NDArray[np.bool_] = area > LEAST_AREA * np.linalg.norm(along, axis=2).max(axis=1) ** 2
+    found: Flags = area > LEAST_AREA * np.linalg.norm(along, axis=2).max(axis=1) ** 2
     return found

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator import band
 from simulator.candidates import Candidates, concatenated, direct, joined, nothing
 from simulator.chain_integrals import integrable, integrated_chains
@@ -25,11 +25,6 @@ from simulator.sufficiency import heard_whole
 from simulator.twice_curved import twice_curved
 from simulator.twice_diffracted import Strength, twice_diffracted
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 LEFT_TO_INTEGRAL = "left to Kirchhoff's integral"
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends

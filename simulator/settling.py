@@ -13,12 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator import curved
 from simulator.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.reflectors import SmoothSurface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 TURNS, SETTLED_M = 16, 1e-11
 
@@ -32,7 +30,7 @@ class Place:
     point_m: Floats
     normal: Floats
     curvature: Floats
-    clear: NDArray[np.bool_]
+    clear: Flags
 
     def __getitem__(self, index: NDArray) -> Place:
         return Place(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
@@ -48,7 +46,7 @@ class Place:
 def settle(
     surfaces: Sequence[SmoothSurface], frames: Sequence[Floats], source: Floats, receiver: Floats,
     guess: Sequence[tuple[Ints, Floats]], second_m: Floats,
-) -> tuple[Place, Place, NDArray[np.bool_]]:  # fmt: skip
+) -> tuple[Place, Place, Flags]:  # fmt: skip
     """Both reflection points of R ways from rough ones.
 
     Args:

@@ -8,14 +8,11 @@ the echo of a plate behind it, and all of the ray only if it stands on the point
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.candidates import Candidates
 from simulator.visibility import OFFSET
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 RINGS, SPOKES = (0.35, 0.7, 1.0), 8  # of the zone's radius, and directions in which it is asked
 
@@ -48,7 +45,7 @@ def _spots(normal: Floats, radius: Floats) -> list[Floats]:
     return [np.zeros_like(normal)] + [(ring * radius)[:, None] * spoke for ring in RINGS for spoke in around]
 
 
-def _this_side(found: Candidates, slot: Ints, place: Floats) -> NDArray[np.bool_]:
+def _this_side(found: Candidates, slot: Ints, place: Floats) -> Flags:
     """(C,) whether a place lies before the mirrors met just before and after, as the reflection point does.
 
     Beyond them the zone goes on over the obstacle's image in them, which the way round the other way makes up for.
@@ -63,7 +60,7 @@ def _this_side(found: Candidates, slot: Ints, place: Floats) -> NDArray[np.bool_
     return before
 
 
-def _seen(tracing: Tracing, pose: Ints, ends: tuple[Floats, Floats], place: Floats) -> NDArray[np.bool_]:
+def _seen(tracing: Tracing, pose: Ints, ends: tuple[Floats, Floats], place: Floats) -> Flags:
     """(C,) whether nothing stands between a place and both ends."""
     free = np.ones(len(pose), dtype=bool)
     for shadow in tracing.world.blockers:

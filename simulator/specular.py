@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats
 from simulator.mirrors import BORDER_M
 from simulator.pruning import distance, dot, grown
-
-Floats = NDArray[np.float64]
 
 REACHED, BEHIND, OUTSIDE = 0, 1, 2
 

@@ -8,17 +8,14 @@ K = 0, so flat and curved reflections mix freely in one sequence.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
 
 
-def spreading(
-    points_m: Floats, normals: Floats, curvatures: Floats, count: NDArray[np.int64]
-) -> NDArray[np.complex128]:
+def spreading(points_m: Floats, normals: Floats, curvatures: Floats, count: Ints) -> Complexes:
     """(P,) amplitude of a unit point source's ray tube at the end of each path.
 
     Args:
@@ -70,7 +67,7 @@ def _reflected(front: Floats, ray: Floats, normal: Floats, curvature: Floats) ->
     return mirror @ front @ mirror + 2.0 * cosine[:, None, None] * bend
 
 
-def _advanced(front: Floats, length: Floats) -> tuple[NDArray[np.complex128], Floats]:
+def _advanced(front: Floats, length: Floats) -> tuple[Complexes, Floats]:
     """Amplitude factor 1 / sqrt(det(1 + s Q)) of a leg, and the curvature at its end."""
     trace = np.trace(front, axis1=1, axis2=2)
     minor = 0.5 * (trace**2 - np.einsum("pij,pji->p", front, front))

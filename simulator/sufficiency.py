@@ -13,8 +13,8 @@ obstacle whose rims err together by more than the tolerance are left to Kirchhof
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.borders import Border
 from simulator.candidates import Candidates
 from simulator.facets import can_cut
@@ -27,10 +27,6 @@ from simulator.reflectors import SmoothSurface
 from simulator.shadows import hidden_share
 from simulator.spreading import spreading
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Ints
 
 LEAST_FAN = 10  # facets; where fewer meet, on scanned bodies, a point is one of the scan
 LEAST_LEAN_RAD = np.deg2rad(10.0)
@@ -42,7 +40,7 @@ def tips_opened(mesh: trimesh.Trimesh, crease_rad: float) -> trimesh.Trimesh:
     return trimesh.Trimesh(np.concatenate(vertices), np.concatenate(rows), process=False)
 
 
-def tips(mesh: trimesh.Trimesh, crease_rad: float) -> NDArray[np.bool_]:
+def tips(mesh: trimesh.Trimesh, crease_rad: float) -> Flags:
     """(V,) vertices in the middle of a whole fan of smooth facets that lean off their mean and turn on no more."""
     faces, count = np.asarray(mesh.faces), len(mesh.vertices)
     angle = np.asarray(mesh.face_adjacency_angles)
@@ -59,7 +57,7 @@ def tips(mesh: trimesh.Trimesh, crease_rad: float) -> NDArray[np.bool_]:
     around = np.bincount(faces.ravel(), minlength=count)
     spokes = np.bincount(mesh.face_adjacency_edges[smooth].ravel(), minlength=count)
     agreed = np.bincount(faces.ravel(), pointed.ravel(), minlength=count)
-    found: NDArray[np.bool_] = (around >= LEAST_FAN) & (spokes == around) & (agreed == around)
+    found: Flags = (around >= LEAST_FAN) & (spokes == around) & (agreed == around)
     return found
 
 

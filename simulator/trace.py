@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_types
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
 from simulator import band
 from simulator.candidates import Candidates
 from simulator.edges import edge_terms
@@ -24,10 +25,6 @@ from simulator.search import FOCUS_GAIN, searched
 from simulator.spreading import spreading
 from simulator.structure_borne import through_case
 from simulator.world import Tracing, World, frames_for, prepare
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Ints = NDArray[np.int64]
 
 SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
@@ -128,7 +125,7 @@ def _turn_away(
     ledger.turn_away(name, len(found), described)
 
 
-def _over_noise(phone: Phone, found: Candidates, gain: NDArray[np.complex128]) -> NDArray[np.bool_]:
+def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all.
 
     The cells of one way over a body largely cancel, up to the loudest: they stand or fall together.
@@ -144,7 +141,7 @@ def _over_noise(phone: Phone, found: Candidates, gain: NDArray[np.complex128]) -
     return level >= 10.0 ** (floor_db / 20.0)
 
 
-def _first_of_twins(found: Candidates) -> NDArray[np.bool_]:
+def _first_of_twins(found: Candidates) -> Flags:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
@@ -169,7 +166,7 @@ def _unfolded_source(found: Candidates) -> Floats:
     return end + found.length_m[:, None] * direction
 
 
-def _out_of_focus(found: Candidates) -> NDArray[np.bool_]:
+def _out_of_focus(found: Candidates) -> Flags:
     """(C,) False where a concave mirror gathers rays on the receiver: the ray tube closes and its level diverges."""
     clear = np.ones(len(found), dtype=bool)
     rows = np.flatnonzero((found.face >= 0).any(axis=1))
@@ -183,7 +180,7 @@ def _paths(
     tracing: Tracing,
     phone: Phone,
     found: Candidates,
-    gain: NDArray[np.complex128],
+    gain: Complexes,
     speed_m_s: float,
     ledger: Ledger,
     left_out: tuple[str, ...],
@@ -201,7 +198,7 @@ def _paths(
     return paths
 
 
-def kinds_of(world: World, found: Candidates) -> NDArray[np.str_]:
+def kinds_of(world: World, found: Candidates) -> Strings:
     """(C,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" for one of the latter among mirrors."""
     starts = np.array([len(world.patches), world.first_wedge, world.first_body])
     alone = np.array(["specular", "curved", "edge", "kirchhoff"])
@@ -211,7 +208,7 @@ def kinds_of(world: World, found: Candidates) -> NDArray[np.str_]:
     return np.where(found.order == 0, "direct", kind)
 
 
-def names_of(world: World, found: Candidates) -> NDArray[np.str_]:
+def names_of(world: World, found: Candidates) -> Strings:
     """(C,) obstacles met, joined by " > "."""
     owner = world.owner
     if not len(found):

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from obstaclewatch.support.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -22,12 +24,12 @@ class Transducer:
         rear_loss_db: level opposite the axis, dB below the axis; 0 is omnidirectional.
     """
 
-    response_hz: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 96_000.0]))
-    response_db: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
-    axis: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
+    response_hz: Floats = field(default_factory=lambda: np.array([0.0, 96_000.0]))
+    response_db: Floats = field(default_factory=lambda: np.zeros(2))
+    axis: Floats = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
     rear_loss_db: float = 0.0
 
-    def response(self, frequency_hz: ArrayLike) -> NDArray[np.float64]:
+    def response(self, frequency_hz: ArrayLike) -> Floats:
         """Amplitude response on the axis at any frequencies (linear in dB between table points, held outside).
 
         It has no phase, as the tables have none: it delays nothing, and the corners of a table ring alike before and
@@ -36,7 +38,7 @@ class Transducer:
         level_db = np.interp(np.asarray(frequency_hz, dtype=np.float64), self.response_hz, self.response_db)
         return 10.0 ** (level_db / 20.0)
 
-    def directivity(self, direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    def directivity(self, direction: Floats) -> Floats:
         """(...,) amplitude factor for (..., 3) unit vectors of the phone frame that point away from the phone."""
         cosine = np.clip(np.asarray(direction) @ self.axis, -1.0, 1.0)
         return 10.0 ** (-self.rear_loss_db * (1.0 - cosine) / 40.0)
@@ -51,5 +53,5 @@ class StructureBorne:
         gain: (2,) amplitude relative to the free-field pressure 1 m in front of the speaker.
     """
 
-    delay_s: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    delay_s: Floats
+    gain: Floats

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator import curved
 from simulator.body_images import images_lighting
 from simulator.candidates import Candidates, concatenated, nothing
@@ -34,9 +34,6 @@ from simulator.specular import mirrored
 from simulator.spreading import spreading
 from simulator.unfolding import Turns, matches, straightened, unfolded
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MASKED = 10.0 ** (-40.0 / 20.0)  # a contribution this far under the strongest echo is lost in it
 OVER_SHARE = 10.0 ** (10.0 / 20.0)  # or this far over the share that edges are held to, where that is less
@@ -274,7 +271,7 @@ def _through(tracing: Tracing, point_m: Floats, images: Images) -> Floats:
     return image
 
 
-def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, second: Floats) -> NDArray[np.bool_]:
+def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, second: Floats) -> Flags:
     """(R,) False for ways that settled where an earlier one did."""
     places = np.round(np.concatenate([first, second], axis=1) / SAME_M)
     columns = np.column_stack([way, before.pose, before.sequence, after.sequence, places])

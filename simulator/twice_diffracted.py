@@ -34,8 +34,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.candidates import Candidates
 from simulator.chain_ways import Ways, candidates_over, face_factor, free_of_obstacles, joined_ways, turned_ways
 from simulator.diffracted import at_poses, edge_points, outside, seen
@@ -48,10 +48,6 @@ from simulator.panels import LONGEST, Chains, chains_of, merge_chains
 from simulator.paths import REFERENCE_HZ
 from simulator.wedges import Wedges
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,13 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator import specular
 from simulator.candidates import Candidates, candidates, with_plane_normals
 from simulator.ledger import Ledger, Turned
 from simulator.planar import MISSES, crossed, straight
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 class Mirrors(Protocol):

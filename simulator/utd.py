@@ -18,15 +18,11 @@ ends would have sent: against full-wave plates of 0.2-0.45 m at 1.5-3 m, 1.3 dB 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import wofz
 
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.edge_view import APEX, EdgeView
 from simulator.edges import check, zone_angles
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 
 def utd_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:

@@ -12,11 +12,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 
 # Ridge in columns of norm 1, for what the neighbours do not settle: on a strip between two rims the bend across it is
 # unknown, and the given normal decides before a bend is made up.
@@ -42,9 +40,7 @@ def rings(pairs: Ints, count: int) -> csr_matrix:
     return csr_matrix((whole.data[other], (whole.row[other], whole.col[other])), shape=(count, count))
 
 
-def fit_quadrics(
-    point_m: Floats, normal: Floats, held: NDArray[np.bool_], ring: csr_matrix
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def fit_quadrics(point_m: Floats, normal: Floats, held: Flags, ring: csr_matrix) -> tuple[Floats, Floats, Flags]:
     """Quadrics through each vertex.
 
     Args:

@@ -7,21 +7,18 @@ quadric fits takes the mean of what the facets round it show.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.round_bodies import recognised
 from simulator.vertex_fits import fit_quadrics, rings
 
 LONG = 4.0  # an edge so many times longer than its vertex's shortest runs along a straight line of the surface
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
 
 def vertex_geometry(
-    point_m: Floats, facet: Ints, facet_normal: Floats, mean_normal: Floats, held: NDArray[np.bool_]
+    point_m: Floats, facet: Ints, facet_normal: Floats, mean_normal: Floats, held: Flags
 ) -> tuple[Floats, Floats]:
     """(V, 3) unit normals and (V, 3, 3) curvature tensors, dn = K dx, 1/m, at the vertices of smooth pieces.
 
@@ -50,7 +47,7 @@ def vertex_geometry(
     return normal, curvature
 
 
-def _on_strip(pairs: Ints, count: int) -> NDArray[np.bool_]:
+def _on_strip(pairs: Ints, count: int) -> Flags:
     """(count,) vertices that, like all their neighbours, lie on a rim: nothing tells the slope across the strip."""
     edge, used = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
     rim = np.zeros(count, dtype=bool)

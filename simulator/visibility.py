@@ -14,10 +14,8 @@ import numba
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 COINCIDENT_M = 1e-7  # two reflections in one corner: nothing fits between them
@@ -39,11 +37,11 @@ class Blocker:
     origin_m: Floats
     extent_m: float
 
-    def blocks(self, start_m: Floats, end_m: Floats) -> NDArray[np.bool_]:
+    def blocks(self, start_m: Floats, end_m: Floats) -> Flags:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""
         return self.blocks_from(start_m, end_m, np.zeros((1, 4)), np.zeros(len(start_m), dtype=np.int64))
 
-    def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints) -> NDArray[np.bool_]:
+    def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints) -> Flags:
         """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of."""
         open_leg, start, direction, length = _aimed(
             np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose,
@@ -95,7 +93,7 @@ def _aimed(start, end, frame, pose, origin, extent):
     return row[:count], first[:count], direction[:count], length[:count]
 
 
-def blocker(meshes: Sequence[tuple[Floats, NDArray[np.int64]]], obstacle: int) -> Blocker:
+def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
     """One blocker out of (vertices, faces) that share the rest frame of an obstacle."""
     vertices = np.concatenate([mesh[0] for mesh in meshes])
     starts = np.cumsum([0] + [len(mesh[0]) for mesh in meshes[:-1]])

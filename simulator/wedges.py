@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.reflectors import PLANE_FIT_M, MeshReading
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane
 STRAIGHT = 1e-8  # 1 - cosine between segments of one line: 1.4e-4 rad
@@ -49,7 +47,7 @@ class Wedges:
     patch: Ints
     obstacle: Ints
     sheet_m: Floats
-    radiates: NDArray[np.bool_]
+    radiates: Flags
 
     def __len__(self) -> int:
         return len(self.obstacle)

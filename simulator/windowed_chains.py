@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator.chain_ways import Ways
 from simulator.diffracted import at_poses
 from simulator.edge_nodes import WINDOWS
@@ -14,9 +14,6 @@ from simulator.edge_view import APEX, END, START
 from simulator.panels import Chains, linked_edges
 from simulator.wedges import Wedges
 from simulator.world import Tracing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 ROUNDS = 32  # over the middles of a way, each put where its neighbours make the way shortest
 PARTS = (APEX, START, END)

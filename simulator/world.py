@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.borders import Border, border_of
 from simulator.contacts import exposed
 from simulator.frames import Carrier, Frames
@@ -18,8 +18,6 @@ from simulator.reflectors import MeshReading, PlanarPatches, SmoothSurface, merg
 from simulator.scene import Obstacle, Scene
 from simulator.visibility import Blocker, blocker
 from simulator.wedges import Wedges, merge_wedges, no_wedges, wedges_of
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class World:
     obstacles: tuple[Obstacle, ...]
     origin_m: Floats
     patches: PlanarPatches
-    follows: NDArray[np.bool_]
+    follows: Flags
     surfaces: tuple[SmoothSurface, ...]
     wedges: Wedges
     skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
@@ -62,7 +60,7 @@ class World:
         return self.first_wedge + len(self.wedges)
 
     @property
-    def owner(self) -> NDArray[np.int64]:
+    def owner(self) -> Ints:
         """(R,) obstacle of every reflector: patches, surfaces, edges, obstacles as a whole."""
         surfaces = np.array([s.obstacle for s in self.surfaces], dtype=np.int64)
         whole = np.arange(len(self.obstacles))
@@ -132,7 +130,7 @@ def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:
     return Obstacle(mesh, obstacle.material, obstacle.name, obstacle.surface, obstacle.velocity_m_s, obstacle.category)
 
 
-def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: NDArray[np.bool_]) -> tuple[Blocker, ...]:
+def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: Flags) -> tuple[Blocker, ...]:
     meshes = [
         (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
     ]

@@ -12,7 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+
 COLUMNS = (
     "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad",
     "radius_std_m", "flags",
@@ -27,35 +28,35 @@ class DetectionLike(Protocol):
         """Number of the beep, from 0."""
 
     @property
-    def range_m(self) -> Array:
+    def range_m(self) -> Floats:
         """(K,) range from microphone 0, m."""
 
     @property
-    def range2_m(self) -> Array:
+    def range2_m(self) -> Floats:
         """(K,) range from microphone 1, m; NaN without one."""
 
     @property
-    def bearing_rad(self) -> Array:
+    def bearing_rad(self) -> Floats:
         """(K,) walking angle; NaN without one."""
 
     @property
-    def radius_m(self) -> Array:
+    def radius_m(self) -> Floats:
         """(K,) radius; NaN without one."""
 
     @property
-    def snr_db(self) -> Array:
+    def snr_db(self) -> Floats:
         """(K,) peak over noise."""
 
     @property
-    def range_std_m(self) -> Array:
+    def range_std_m(self) -> Floats:
         """(K,) claimed standard deviation of range_m; NaN without a claim."""
 
     @property
-    def bearing_std_rad(self) -> Array:
+    def bearing_std_rad(self) -> Floats:
         """(K,) claimed standard deviation of bearing_rad; NaN without a claim."""
 
     @property
-    def radius_std_m(self) -> Array:
+    def radius_std_m(self) -> Floats:
         """(K,) claimed standard deviation of radius_m; NaN without a claim."""
 
     @property
@@ -74,19 +75,19 @@ class Estimates:
         candidates: (T,) how many candidates the beep had.
     """
 
-    range_m: Array
-    range2_m: Array
-    bearing_rad: Array
-    radius_m: Array
-    snr_db: Array
-    range_std_m: Array
-    bearing_std_rad: Array
-    radius_std_m: Array
-    flags: Array
-    candidates: NDArray[np.int64]
+    range_m: Floats
+    range2_m: Floats
+    bearing_rad: Floats
+    radius_m: Floats
+    snr_db: Floats
+    range_std_m: Floats
+    bearing_std_rad: Floats
+    radius_std_m: Floats
+    flags: Floats
+    candidates: Ints
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> Flags:
         """(T,) whether a candidate was associated."""
         return np.isfinite(self.range_m)
 
@@ -100,7 +101,7 @@ def nearest_within(range_m: ArrayLike, true_range_m: float, gate_m: float) -> in
     return nearest if miss[nearest] <= gate_m else None
 
 
-def associate(detections: Sequence[DetectionLike], true_range_m: Array, gate_m: float) -> Estimates:
+def associate(detections: Sequence[DetectionLike], true_range_m: Floats, gate_m: float) -> Estimates:
     """The target's row of every detection.
 
     Args:

@@ -10,15 +10,12 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
+from obstaclewatch.support.arrays import Complexes, Flags, Floats
 from scenes import make_approach
 from simulator import Fidelity, Paths, Phone, Pose, Scene, trace_paths
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 POINTS: dict[str, dict[str, Any]] = {
     "draft": {"level": "draft"},
@@ -126,14 +123,14 @@ def peak_levels_db(envelopes: Complexes) -> list[float]:
     return (20.0 * np.log10(np.abs(envelopes).max(axis=1) + 1e-12)).tolist()
 
 
-def of_target(paths: Paths, target: str) -> NDArray[np.bool_]:
+def of_target(paths: Paths, target: str) -> Flags:
     """(P,) paths that meet the target."""
     names, which = np.unique(paths.obstacle, return_inverse=True)
     meets = np.array([target in name.split(" > ") for name in names], dtype=bool)
     return meets[which] if len(paths) else np.zeros(0, dtype=bool)
 
 
-def _envelopes(paths: Paths, mask: NDArray[np.bool_]) -> Complexes:
+def _envelopes(paths: Paths, mask: Flags) -> Complexes:
     """(2 N, LAGS) compressed beeps of some paths, pose by pose and microphone by microphone."""
     some = paths[mask]
     gain = some.gain_at(FREQUENCY_HZ) * np.exp(-2j * np.pi * FREQUENCY_HZ * some.delay_s[:, None])

@@ -10,14 +10,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Interferer
 from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Floats
 
-Floats = NDArray[np.float64]
 KNOT_S = 0.01
 """Between two instants at which the geometry is solved; a walker's delay departs from a line by 20 ns in between."""
 

@@ -12,14 +12,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.situation import Situation
+from obstaclewatch.support.arrays import Floats
 from simulator import Fidelity, Pose, trace_paths
 from simulator.paths import Paths
 from simulator.pose import Walk
-
-Floats = NDArray[np.float64]
 
 LOUD_DB = 6.0
 """Echoes so much weaker than the target's strongest at the same microphone, or less, are loud."""

@@ -10,12 +10,13 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from benchmarks.cells.fidelities import envelope_errors, of_target, peak_levels_db, priced
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.support.arrays import Complexes
 from scenes import make_approach
 from simulator import Fidelity, Pose
 from simulator.pose import Walk
@@ -56,7 +57,7 @@ def motion_result(cell: Cell) -> dict[str, Any]:
     walk = Excerpt(approach.walk, share * approach.walk.duration_s, beep.period_s)
     compressor = MatchedFilter(beep, beep.gap_s, rate_hz=RATE_HZ)
 
-    def rendered(degree: int) -> tuple[NDArray[np.complex128], float]:
+    def rendered(degree: int) -> tuple[Complexes, float]:
         start = process_time()
         fidelity = Fidelity(motion_degree=degree)
         paths, motion, count = trace_walk(approach.scene, approach.phone, walk, beep, fidelity)

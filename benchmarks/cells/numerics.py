@@ -12,16 +12,15 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry, Recording
 from obstaclewatch.pulse import rms_bandwidth_hz
+from obstaclewatch.support.arrays import Complexes, Floats
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, render_walk, trace_paths
 from simulator.paths import Paths
 from simulator.pose import held_rotation
 
-Floats = NDArray[np.float64]
 Errors = dict[str, float]
 
 SPEED_M_S = 343.0
@@ -205,7 +204,7 @@ def _against_image(found: Paths, length_m: Floats, level: Floats | float = 1.0, 
     }
 
 
-def _relative(field: NDArray[np.complex128], reference: NDArray[np.complex128]) -> float:
+def _relative(field: Complexes, reference: Complexes) -> float:
     return float(np.linalg.norm(field - reference) / np.linalg.norm(reference))
 
 

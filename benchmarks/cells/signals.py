@@ -11,7 +11,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.equipment import detector_for, direct_delay_s
 from benchmarks.cells.situation import Situation, rendered
@@ -21,12 +20,12 @@ from obstaclewatch import BeepDesign, EchoProfile, MatchedFilter
 from obstaclewatch.echoes import echoes_at, mean_threshold, os_cfar_threshold
 from obstaclewatch.recording import Recording
 from obstaclewatch.size import printed_rim_excess
+from obstaclewatch.support.arrays import Floats, Singles
 from scenes import GaitWalk, ground_truth, walker_body
 from scenes.obstacles import ground, random_obstacle
 from scenes.placing import placed
 from simulator import Material, Obstacle, Phone, Scene
 
-Floats = NDArray[np.float64]
 Signal = dict[str, Any]
 
 HEIGHT_M, PITCH_RAD = 1.3, float(np.deg2rad(30.0))
@@ -198,7 +197,7 @@ def _beep(cell: Cell) -> BeepDesign:
     return BeepDesign(**cell.beep.model_dump())
 
 
-def _block(cell: Cell, recording: Recording, beep: int) -> NDArray[np.float32]:
+def _block(cell: Cell, recording: Recording, beep: int) -> Singles:
     period = _beep(cell).period_samples
     return recording.samples[:, beep * period : (beep + 1) * period]
 

@@ -17,6 +17,7 @@ from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, chosen, rate, true_negative_rate, true_positive_rate
 from benchmarks.statistics import Rate
+from obstaclewatch.support.arrays import Floats
 
 MISS_BINS_M = (0.0, 1e-6, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5)
 """Distances in plan between obstacle and line of walk; the first bin holds those whose line meets the obstacle."""
@@ -140,7 +141,7 @@ def _miss_line(table: Table, detector: str, shift_m: float) -> Line:
     return Line(detector, detector, np.array(x), np.array(y), "points", *ends)
 
 
-def _shares(left: NDArray[np.float64], at_least: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares(left: Floats, at_least: Floats) -> Floats:
     """Share of collisions with at least so much left at the alert; NaN without collisions. No alert leaves nothing."""
     if len(left) == 0:
         return np.full(len(at_least), np.nan)
@@ -241,6 +242,6 @@ def _deviate_panel(lines: list[Line]) -> Panel:
     )
 
 
-def _deviate(share: NDArray[np.float64], count: NDArray[np.int_]) -> NDArray[np.float64]:
+def _deviate(share: Floats, count: NDArray[np.int_]) -> Floats:
     inside = np.clip(share, 0.5 / count, 1.0 - 0.5 / count)
     return np.asarray(stats.norm.ppf(inside), dtype=np.float64)

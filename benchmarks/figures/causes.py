@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.budget import heard_enough
@@ -16,8 +15,8 @@ from benchmarks.gates.paired import change_of
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, beep_table, chosen
 from benchmarks.statistics import paired_interval, wilson
+from obstaclewatch.support.arrays import Flags, Floats, Strings
 
-Floats = NDArray[np.float64]
 Outcomes = dict[str, bool]
 """By walk."""
 
@@ -165,11 +164,11 @@ def _heard(part: RunData, detector: str) -> Heard:
     return Heard(*(table | {"walk": _renamed(table["label"], names)} for table in (walks, beeps)))
 
 
-def _renamed(labels: NDArray[np.str_], names: Mapping[str, str]) -> NDArray[np.str_]:
+def _renamed(labels: Strings, names: Mapping[str, str]) -> Strings:
     return np.array([names[label] for label in labels.tolist()], dtype=np.str_)
 
 
-def _outcomes(walks: Table, counted: NDArray[np.bool_], among: NDArray[np.bool_]) -> Outcomes:
+def _outcomes(walks: Table, counted: Flags, among: Flags) -> Outcomes:
     return dict(zip(walks["walk"][among].tolist(), counted[among].tolist(), strict=True))
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from benchmarks.energy import EnergyModel, charge_range_mah
@@ -19,6 +18,7 @@ from benchmarks.figures.sizes import radius_medians
 from benchmarks.figures.variants import band_name, variants
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, beep_table, chosen
+from obstaclewatch.support.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -226,7 +226,7 @@ def other_band(run: RunData, detector: str) -> Measurement:
     return more_often(*(_right(approach_table(parts[name], detector)) for name in names))
 
 
-def exact_rate(outcome: NDArray[np.bool_]) -> Measurement:
+def exact_rate(outcome: Flags) -> Measurement:
     """Share of true entries with Clopper and Pearson's interval."""
     k, n = int(np.sum(outcome)), len(outcome)
     if n == 0:
@@ -235,7 +235,7 @@ def exact_rate(outcome: NDArray[np.bool_]) -> Measurement:
     return Measurement(k / n, float(ends.low), float(ends.high), n, f"{k}/{n}", "1")
 
 
-def more_often(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> Measurement:
+def more_often(first: Flags, second: Flags) -> Measurement:
     """Difference of two shares, decided by Fisher's exact test."""
     if len(first) == 0 or len(second) == 0:
         return NO_MEASUREMENT
@@ -248,7 +248,7 @@ def more_often(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> Measureme
     )
 
 
-def _ranked(x: NDArray[np.float64], y: NDArray[np.float64], of: str) -> Measurement:
+def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
     kept = np.isfinite(x) & np.isfinite(y)
     if kept.sum() < 3 or np.ptp(y[kept]) == 0.0:
         return NO_MEASUREMENT
@@ -272,7 +272,7 @@ def _ranked(x: NDArray[np.float64], y: NDArray[np.float64], of: str) -> Measurem
     )
 
 
-def _right(table: Table) -> NDArray[np.bool_]:
+def _right(table: Table) -> Flags:
     return np.where(table["collides"], table["true_alert"], ~table["alert"])
 
 

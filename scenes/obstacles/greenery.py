@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from obstaclewatch.support.arrays import Floats
 from scenes.solids import require_positive
-
-Array = NDArray[np.float64]
 
 LEAF_M = 0.08  # side of a leaf, with the area of a leaf of cherry laurel
 LEAVES_M2 = 15.0  # one in five or so of the leaves that a wave meets first: paths between mirrors grow as their square
@@ -40,7 +38,7 @@ def hedge(
     return _squares(middle, normal, rng)
 
 
-def _leaves(rng: np.random.Generator, size_m: Array, axis: int, side: float) -> tuple[Array, Array]:
+def _leaves(rng: np.random.Generator, size_m: Floats, axis: int, side: float) -> tuple[Floats, Floats]:
     """(N, 3) middles and normals of the leaves behind one side of a box that stands on z = 0."""
     across = np.delete(size_m, axis)
     count = int(np.ceil(LEAVES_M2 * across.prod()))
@@ -53,7 +51,7 @@ def _leaves(rng: np.random.Generator, size_m: Array, axis: int, side: float) -> 
     return place + [0.0, 0.0, 0.5 * size_m[2]], normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _squares(middle_m: Array, normal: Array, rng: np.random.Generator) -> trimesh.Trimesh:
+def _squares(middle_m: Floats, normal: Floats, rng: np.random.Generator) -> trimesh.Trimesh:
     """Squares about (N, 3) middles at right angles to unit normals, each turned at random in its plane."""
     turn = Rotation.from_rotvec(rng.uniform(0.0, 2.0 * np.pi, len(normal))[:, None] * normal)
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])

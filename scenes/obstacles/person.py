@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from obstaclewatch.support.arrays import Floats
 from scenes.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
 from simulator.materials import Material
 from simulator.scene import Obstacle
-
-Array = NDArray[np.float64]
 
 # Profiles by height, in parts of the stature. Torso from crotch to neck: half depth and half breadth.
 TORSO = PchipInterpolator(
@@ -128,7 +126,7 @@ def _limb(
     return loft(*_rounded(z, np.stack([radius / np.cos(swing_rad), radius], axis=-1), center, 16))
 
 
-def _rounded(z: Array, radii: Array, center: Array, segments: int) -> tuple[Array, Array, Array]:
+def _rounded(z: Floats, radii: Floats, center: Floats, segments: int) -> tuple[Floats, Floats, Floats]:
     """Rings, first and last point of a limb that ends in ellipsoidal caps as high as its mean radius."""
     latitude = np.linspace(0.0, np.pi / 2, 5)[1:-1]
     height = radii[[0, -1]].mean(axis=1)

@@ -1,0 +1,1 @@
+"""What every room shares: array types, checked arguments, the store of compiled functions, quantiles."""
