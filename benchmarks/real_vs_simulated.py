@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from benchmarks.real_traces import Trace, load_trace
 from obstaclewatch.support.arrays import Floats
 from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.noise import noise_rms
+from simulator.phone.noise import noise_rms
 
 RATE_HZ, PERIOD, CHIRP = 48_000.0, 2400, 1200
 LOW_HZ, HIGH_HZ = 18_000.0, 24_000.0

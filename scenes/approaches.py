@@ -25,8 +25,8 @@ from scenes.settings import SETTINGS, Setting, ground_of, neighbours
 from scenes.swept import Body
 from scenes.truth import contact, passing_time
 from scenes.walks import Gait, GaitWalk
-from simulator.phone import Phone
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.scene import Obstacle, Scene
 
 SPEED_M_S = (0.8, 1.6)
 START_M = (4.5, 6.0)

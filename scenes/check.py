@@ -18,9 +18,9 @@ from obstaclewatch.support.arrays import Floats
 from scenes.overlap import inside, overlap_depth, winding_number
 from scenes.solids import shifted
 from scenes.truth import NOT_IN_THE_WAY, contact
-from simulator.phone import Phone
-from simulator.pose import Walk
-from simulator.scene import Obstacle, Scene, with_area
+from simulator.phone.phone import Phone
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle, Scene, with_area
 
 SMALLEST_M, LARGEST_M = 0.03, 60.0
 """Outside these an obstacle's greatest extent is not that of a thing in a street: its unit is probably another."""

@@ -11,9 +11,9 @@ from scenes.schema import SceneSpec, scene_of
 from scenes.truth import NOT_IN_THE_WAY, Contact, contact
 from scenes.walk_schema import PhoneSpec, phone_of, walk_of
 from scenes.yaml_file import YamlFile
-from simulator.phone import Phone
-from simulator.pose import Walk
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle, Scene
 
 
 @dataclass(frozen=True)

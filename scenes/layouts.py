@@ -18,7 +18,7 @@ from scenes.obstacles.pedestrian import random_person
 from scenes.placing import placed
 from scenes.schema import read_scene
 from scenes.settings import BOUNDARIES, ground_of
-from simulator.scene import Obstacle, Scene
+from simulator.scene.scene import Obstacle, Scene
 
 JITTER_M = 0.15
 JITTER_RAD = float(np.deg2rad(8.0))

@@ -15,11 +15,11 @@ from obstaclewatch.support.arrays import Floats
 from scenes.approaches import target_yaw
 from scenes.obstacles import ground, random_obstacle
 from scenes.placing import distance_along, placed
-from simulator.materials import Material
 from simulator.paths import Paths
-from simulator.phone import Phone
-from simulator.pose import Pose, held_rotation
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.materials import Material
+from simulator.scene.pose import Pose, held_rotation
+from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import trace_paths
 
 TARGET = "target"

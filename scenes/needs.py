@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
-from simulator.fidelity import Fidelity
-from simulator.phone import Phone
-from simulator.pose import Pose, Walk
-from simulator.reflectors import read_mesh, reflectors_in
+from simulator.phone.phone import Phone
 from simulator.render import render_walk
-from simulator.scene import Obstacle, Scene
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.pose import Pose, Walk
+from simulator.scene.scene import Obstacle, Scene
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
+from simulator.surfaces.wedges import wedges_of
 from simulator.trace import trace_paths
-from simulator.wedges import wedges_of
 
 Step = Callable[[], object]
 TIMED_BEEPS = 6

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from obstaclewatch.support.arrays import Floats
 from scenes.swept import Body, Slab
-from simulator.scene import Obstacle
+from simulator.scene.scene import Obstacle
 
 
 def placed(

@@ -16,8 +16,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from obstaclewatch.support.arrays import Floats
 from scenes.approaches import Approach
 from scenes.swept import Body
-from simulator.pose import Walk
-from simulator.scene import Obstacle, Scene
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle, Scene
 
 COLORS = {
     "wall": "#a0522d",

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Floats
 from scenes.preview import COLORS, OTHER
 from scenes.solids import merged
-from simulator.fidelity import Fidelity
 from simulator.paths import Paths
-from simulator.phone import Phone
-from simulator.pose import Pose, Walk
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.pose import Pose, Walk
+from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import trace_paths
 
 GROUND = "#cfd2d4"

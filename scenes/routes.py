@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 
 from obstaclewatch.support.arrays import Floats
 from scenes.walks import Gait, Holding, check_holding, grip
-from simulator.pose import Pose
+from simulator.scene.pose import Pose
 
 SHARPEST_RAD = float(np.deg2rad(150.0))
 """Greatest turn at one waypoint: at a hairpin the walker would come to a stand and face nowhere."""

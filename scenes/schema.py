@@ -33,9 +33,9 @@ from scenes.placing import placed
 from scenes.solids import shifted
 from scenes.walk_schema import PhoneSpec, WalkSpec
 from scenes.yaml_file import YamlFile
-from simulator.air import Air
-from simulator.materials import Material
-from simulator.scene import Obstacle, Scene
+from simulator.scene.air import Air
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle, Scene
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -19,8 +19,8 @@ from scenes.obstacles.wall import shop_front, wall, wall_with_piers
 from scenes.placing import Occupied, apart, extents, placed
 from scenes.truth import comes_within
 from scenes.walks import GaitWalk
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 GROUND_M = (60.0, 60.0)
 NEIGHBOUR_CLEARANCE_M = 0.30

@@ -20,9 +20,9 @@ from obstaclewatch.support.arrays import Flags, Floats, Strings
 from scenes.by_ground import corner_points
 from scenes.nearest import facing, nearest_points
 from scenes.swept import Body, Slab
-from simulator.phone import Phone
-from simulator.pose import Pose, Walk
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.pose import Pose, Walk
+from simulator.scene.scene import Obstacle, Scene
 
 NOT_IN_THE_WAY = ("ground",)
 """Categories that cannot be collided with."""

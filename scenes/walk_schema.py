@@ -14,9 +14,9 @@ from scenes.fields import NotNegative, Number, Plan, Positive, Strict
 from scenes.obstacles import walker_body
 from scenes.routes import Pace, Route, RouteWalk, Stop, time_to_walk
 from scenes.walks import Gait, GaitWalk, Holding
-from simulator.phone import Phone
-from simulator.phone_presets import list_phones
-from simulator.transducers import StructureBorne
+from simulator.phone.phone import Phone
+from simulator.phone.presets import list_phones
+from simulator.phone.transducers import StructureBorne
 
 Point = tuple[Number, Number, Number]
 STRAIGHT_S = 4.0

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from obstaclewatch.support.arrays import Floats
-from simulator.pose import Pose, held_rotation
+from simulator.scene.pose import Pose, held_rotation
 
 Holding = Literal["vertical", "horizontal"]
 

@@ -1,15 +1,15 @@
 """Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
 
 import obstaclewatch.compile_cache  # noqa: F401  before any function is compiled
-from simulator.air import Air
-from simulator.fidelity import Fidelity
-from simulator.materials import Material
 from simulator.paths import Paths
-from simulator.phone import Phone
-from simulator.pose import Pose, StraightWalk, Walk, held_rotation
+from simulator.phone.phone import Phone
 from simulator.rejections import Rejections, trace_rejected
 from simulator.render import render_walk
-from simulator.scene import Obstacle, Scene
+from simulator.scene.air import Air
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.materials import Material
+from simulator.scene.pose import Pose, StraightWalk, Walk, held_rotation
+from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import trace_paths
 
 __all__ = [

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints, Strings
-from simulator import band
-from simulator.ledger import Choice
-from simulator.phone import Phone
+from simulator.phone.phone import Phone
+from simulator.waves import band
+from simulator.world.rejection_log import Choice
 
 REFERENCE_HZ = 20_000.0  # middle of the band in which gains are kept
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
-from simulator.candidates import concatenated, nothing
-from simulator.fidelity import Fidelity
-from simulator.ledger import Ledger
-from simulator.phone import Phone
-from simulator.pose import Pose
-from simulator.scene import Scene
+from simulator.phone.phone import Phone
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.pose import Pose
+from simulator.scene.scene import Scene
 from simulator.trace import instants, kinds_of, names_of, still_tracing, traced
-from simulator.world import World
+from simulator.world.candidates import concatenated, nothing
+from simulator.world.rejection_log import Ledger
+from simulator.world.world import World
 
 
 @dataclass(frozen=True)

@@ -22,17 +22,17 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.checked import check_seed, check_types
 from obstaclewatch.recording import Recording
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator import band
-from simulator.fidelity import Fidelity
-from simulator.motion import Motion, fastest_closing_m_s, motion_within
-from simulator.noise import noise_samples
+from simulator.field.motion import Motion, fastest_closing_m_s, motion_within
 from simulator.paths import REFERENCE_HZ, Paths
-from simulator.phone import Phone
-from simulator.pose import Walk
-from simulator.scene import Scene
+from simulator.phone.noise import noise_samples
+from simulator.phone.phone import Phone
+from simulator.phone.transducers import StructureBorne
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Scene
 from simulator.trace import traced, tracing_of
-from simulator.transducers import StructureBorne
-from simulator.world import prepare
+from simulator.waves import band
+from simulator.world.world import prepare
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
 TABLE_RATE_HZ = 96_000.0

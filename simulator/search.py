@@ -5,26 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator import band
-from simulator.candidates import Candidates, concatenated, direct, joined, nothing
-from simulator.chain_integrals import integrable, integrated_chains
-from simulator.diffracted import diffracted
-from simulator.facets import facets_of
-from simulator.fidelity import Fidelity
-from simulator.floor import Audible
-from simulator.gains import DIFFRACTION
-from simulator.ledger import Ledger, Turned
-from simulator.mixed import mixed
-from simulator.pairs import Pairs, run_over
-from simulator.panels import LONGEST, panels_of
+from simulator.curved.double import twice_curved
+from simulator.curved.single import mixed
+from simulator.diffraction.apex_chains import Strength, twice_diffracted
+from simulator.diffraction.chain_integrals import integrable, integrated_chains
+from simulator.diffraction.single import diffracted
+from simulator.diffraction.thin_panels import LONGEST, panels_of
+from simulator.field.gains import DIFFRACTION
+from simulator.images.planar import planar
+from simulator.kirchhoff.image_pairs import Pairs, run_over
+from simulator.kirchhoff.scattering import scattered_paths
+from simulator.kirchhoff.selection import heard_whole
 from simulator.paths import REFERENCE_HZ
-from simulator.planar import planar
-from simulator.scattering import scattered_paths
-from simulator.spreading import spreading
-from simulator.sufficiency import heard_whole
-from simulator.twice_curved import twice_curved
-from simulator.twice_diffracted import Strength, twice_diffracted
-from simulator.world import Tracing
+from simulator.scene.fidelity import Fidelity
+from simulator.surfaces.facets import facets_of
+from simulator.waves import band
+from simulator.waves.spreading import spreading
+from simulator.world.audible import Audible
+from simulator.world.candidates import Candidates, concatenated, direct, joined, nothing
+from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.world import Tracing
 
 LEFT_TO_INTEGRAL = "left to Kirchhoff's integral"
 FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends

@@ -9,22 +9,22 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.checked import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
-from simulator import band
-from simulator.candidates import Candidates
-from simulator.edges import edge_terms
-from simulator.fidelity import MECHANISMS, Fidelity
-from simulator.frames import Carrier
-from simulator.gains import DIFFRACTION, path_gain
-from simulator.ledger import Ledger, Turned
-from simulator.legs import legs_free
+from simulator.diffraction.btm import edge_terms
+from simulator.field.free_segments import legs_free
+from simulator.field.gains import DIFFRACTION, path_gain
 from simulator.paths import REFERENCE_HZ, Paths
-from simulator.phone import Phone
-from simulator.pose import Pose
-from simulator.scene import Scene
+from simulator.phone.phone import Phone
+from simulator.phone.structure_borne import through_case
+from simulator.scene.fidelity import MECHANISMS, Fidelity
+from simulator.scene.pose import Pose
+from simulator.scene.scene import Scene
 from simulator.search import FOCUS_GAIN, searched
-from simulator.spreading import spreading
-from simulator.structure_borne import through_case
-from simulator.world import Tracing, World, frames_for, prepare
+from simulator.waves import band
+from simulator.waves.spreading import spreading
+from simulator.world.candidates import Candidates
+from simulator.world.frames import Carrier
+from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.world import Tracing, World, frames_for, prepare
 
 SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare

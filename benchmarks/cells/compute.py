@@ -33,7 +33,7 @@ from obstaclewatch.recording import Recording
 from scenes import ground_truth
 from scenes.truth import GroundTruth
 from simulator import Fidelity
-from simulator.pose import Walk
+from simulator.scene.pose import Walk
 
 SITUATIONS = {"approach": approach_situation, "standing": standing_situation, "scene": scene_situation}
 PROBES = {

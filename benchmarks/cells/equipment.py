@@ -15,7 +15,7 @@ from obstaclewatch import BeepDesign
 from obstaclewatch.ranging import measured_direct_delay_s
 from obstaclewatch.sound_speed import assumed_sound_speed
 from simulator import Air, Phone, Scene, StraightWalk, render_walk
-from simulator.pose import Walk
+from simulator.scene.pose import Walk
 
 
 def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) -> Any:

@@ -17,7 +17,7 @@ from benchmarks.cells.situation import Situation
 from obstaclewatch.support.arrays import Floats
 from simulator import Fidelity, Pose, trace_paths
 from simulator.paths import Paths
-from simulator.pose import Walk
+from simulator.scene.pose import Walk
 
 LOUD_DB = 6.0
 """Echoes so much weaker than the target's strongest at the same microphone, or less, are loud."""

@@ -19,8 +19,8 @@ from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Complexes
 from scenes import make_approach
 from simulator import Fidelity, Pose
-from simulator.pose import Walk
 from simulator.render import sum_envelopes, to_rate, trace_walk
+from simulator.scene.pose import Walk
 
 DEGREES = (0, 1, 2, 3)
 FINEST = 6

@@ -19,7 +19,7 @@ from obstaclewatch.pulse import rms_bandwidth_hz
 from obstaclewatch.support.arrays import Complexes, Floats
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, render_walk, trace_paths
 from simulator.paths import Paths
-from simulator.pose import held_rotation
+from simulator.scene.pose import held_rotation
 
 Errors = dict[str, float]
 

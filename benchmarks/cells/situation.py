@@ -8,9 +8,9 @@ from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
 from simulator import Fidelity, render_walk
-from simulator.phone import Phone
-from simulator.pose import Walk
-from simulator.scene import Scene
+from simulator.phone.phone import Phone
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import trimesh
 from benchmarks.cells.fidelities import compared, priced, timed_paths
 from benchmarks.cells.spec import Cell
 from simulator import Air, Material, Obstacle, Phone, Pose, Scene
-from simulator.pose import held_rotation
+from simulator.scene.pose import held_rotation
 
 SEGMENTS = (8, 12, 16, 24, 32, 48)
 FINEST = 192

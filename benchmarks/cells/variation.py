@@ -10,8 +10,8 @@ from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
 from scenes import GaitWalk, RouteWalk
 from simulator import Air, Material, Obstacle, Phone, Scene
-from simulator.pose import Walk
-from simulator.transducers import Transducer
+from simulator.phone.transducers import Transducer
+from simulator.scene.pose import Walk
 
 
 def varied(setting: Situation, cell: Cell) -> Situation:

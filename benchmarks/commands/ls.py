@@ -23,7 +23,7 @@ def _names(what: str) -> list[str]:
 
         return list_scenes()
     if what == "phones":
-        from simulator.phone_presets import list_phones
+        from simulator.phone.presets import list_phones
 
         return list(list_phones())
     if what == "gates":

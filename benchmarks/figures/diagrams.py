@@ -95,7 +95,7 @@ def _sensing_panel() -> Drawing:
     from scenes.obstacles import ground, random_obstacle
     from scenes.placing import placed
     from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
-    from simulator.pose import held_rotation
+    from simulator.scene.pose import held_rotation
 
     rng = np.random.default_rng(1)
     bin_ = placed(random_obstacle("dustbin", rng, "dustbin"), (2.3, 0.0), 0.0, (0.0, 0.0, 0.0))

@@ -48,7 +48,7 @@ def responses(run: RunData) -> PlotFigure:
         tuple(panels) or (_nothing(),),
         f"{'; '.join(said)}. The paper's phones decay quickly after 22 to 23 kHz." if said else "No data.",
         "Dotted: 18 and 23 kHz. 0 dB is the mean power over 18-22 kHz. The S5's is measured (see "
-        "simulator/phone_presets.py), the others are assumed.",
+        "simulator/phone/presets.py), the others are assumed.",
     )
 
 

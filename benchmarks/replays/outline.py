@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw
 
 from obstaclewatch.support.arrays import Floats
 from scenes.swept import Body, Slab
-from simulator.scene import Obstacle
+from simulator.scene.scene import Obstacle
 
 CELL_M = 0.01
 SLACK_M = 0.012

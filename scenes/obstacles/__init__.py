@@ -29,7 +29,7 @@ from scenes.obstacles.pedestrian import pedestrian, random_person
 from scenes.obstacles.person import person, walker_body
 from scenes.obstacles.sign import a_frame, board_on_posts, pole_sign, random_sign
 from scenes.obstacles.wall import random_wall, shop_front, wall, wall_with_piers
-from simulator.scene import Obstacle
+from simulator.scene.scene import Obstacle
 
 CATEGORIES: dict[str, Callable[[np.random.Generator, str], Obstacle]] = {
     "wall": random_wall,

@@ -15,8 +15,8 @@ from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
 from scenes.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 Style = Literal["sedan", "suv", "van"]
 

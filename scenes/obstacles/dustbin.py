@@ -17,8 +17,8 @@ from scenes.solids import (
     shifted,
     wheel,
 )
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 
 def litter_bin(

@@ -19,8 +19,8 @@ from scenes.solids import (
     tilted,
     wheel,
 )
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 
 def ground(size_m: tuple[float, float] = (60.0, 60.0)) -> trimesh.Trimesh:

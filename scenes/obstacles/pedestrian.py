@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 Sex = Literal["female", "male"]
 Build = Literal["slim", "average", "heavy"]

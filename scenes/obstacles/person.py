@@ -15,8 +15,8 @@ from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
 from scenes.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 # Profiles by height, in parts of the stature. Torso from crotch to neck: half depth and half breadth.
 TORSO = PchipInterpolator(

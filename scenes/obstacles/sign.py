@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 
 from scenes.solids import box, cylinder, disc, merged, require_positive, shifted, tilted
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 POLE_RADIUS_M = 0.03
 Outline = Literal["round", "square", "octagon", "triangle"]

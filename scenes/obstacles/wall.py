@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 
 from scenes.solids import box, merged, require_positive
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 FINISHES = ("brick", "painted-brick", "concrete", "glass")
 KINDS = {"plain": 0.7, "piers": 0.18, "front": 0.12}

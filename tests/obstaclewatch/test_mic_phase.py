@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from obstaclewatch import Recording, TrackingDetector, measure_mic_phase
 from obstaclewatch.mic_phase import image_difference_m
 from simulator import Material, Obstacle, Phone, Scene, render_walk
-from simulator.pose import StraightWalk
+from simulator.scene.pose import StraightWalk
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, beep_train, recording
 

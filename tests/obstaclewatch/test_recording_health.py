@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from obstaclewatch import BeepDesign, Fault, Recording, inspect_recording
 from obstaclewatch.heard_beep import heard_beep
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk, render_walk
-from simulator.phone_presets import list_phones
+from simulator.phone.presets import list_phones
 
 from .synthetic import BEEP, PHONE, Point, record
 

@@ -13,8 +13,8 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from simulator.pose import Walk
-from simulator.scene import Obstacle
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle
 
 Array = NDArray[np.float64]
 

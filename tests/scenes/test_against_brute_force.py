@@ -15,9 +15,9 @@ from scenes.placing import placed
 from scenes.swept import Body, Slab
 from scenes.truth import contact, ground_truth
 from scenes.walks import Gait, GaitWalk
-from simulator.phone import Phone
-from simulator.pose import Walk
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle, Scene
 
 from .brute_force import miss_distance, nearest_distance, passage, plan_samples
 

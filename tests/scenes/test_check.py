@@ -19,10 +19,10 @@ from scenes.obstacles import car, ground, litter_bin, wall
 from scenes.placing import placed
 from scenes.solids import box, cylinder, shifted
 from scenes.walks import GaitWalk
-from simulator.fidelity import Fidelity
-from simulator.materials import Material
-from simulator.phone import Phone
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.fidelity import Fidelity
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle, Scene
 
 FLOOR = Obstacle(ground(), Material.rigid(), "ground", category="ground")
 WALK = GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=3.0)

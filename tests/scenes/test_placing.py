@@ -15,8 +15,8 @@ from scenes.placing import (
     placed,
 )
 from scenes.swept import Body, Slab
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 AHEAD = np.array([1.0, 0.0])
 

@@ -10,8 +10,8 @@ from scenes.placing import placed
 from scenes.routes import Pace, Route, RouteWalk, Stop, rounded_ramp, rounded_step, time_to_walk
 from scenes.truth import contact
 from scenes.walks import Gait, GaitWalk
-from simulator.materials import Material
-from simulator.scene import Obstacle
+from simulator.scene.materials import Material
+from simulator.scene.scene import Obstacle
 
 CORNER = Route(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 5.0]]), rounding_m=1.0)
 

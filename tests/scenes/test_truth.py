@@ -13,10 +13,10 @@ from scenes.placing import placed
 from scenes.swept import Body
 from scenes.truth import comes_within, contact, ground_truth, passing_time
 from scenes.walks import Gait, GaitWalk
-from simulator.materials import Material
-from simulator.phone import Phone
-from simulator.pose import StraightWalk
-from simulator.scene import Obstacle, Scene
+from simulator.phone.phone import Phone
+from simulator.scene.materials import Material
+from simulator.scene.pose import StraightWalk
+from simulator.scene.scene import Obstacle, Scene
 
 PHONE = Phone.ideal([0.0, 0.07, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
 BODY = Body()

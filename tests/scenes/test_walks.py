@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.walks import Gait, GaitWalk
-from simulator.pose import StraightWalk
+from simulator.scene.pose import StraightWalk
 
 
 def test_without_gait_it_is_a_straight_walk() -> None:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simulator.air import Air
+from simulator.scene.air import Air
 
 # ISO 9613-1:1993, table 1: temperature C, relative humidity %, nominal frequency Hz, dB/km. The table is computed at
 # exact third-octave frequencies 1000 * 10^(k/10) and printed to three figures.

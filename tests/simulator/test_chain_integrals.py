@@ -19,14 +19,14 @@ from simulator import (
     trace_paths,
     trace_rejected,
 )
-from simulator.band import nodes_hz
-from simulator.diffracted import bent_once
-from simulator.edge_integrals import face_of, half_way, over_three, over_two
-from simulator.edge_nodes import nodes_of
-from simulator.longer_chains import longer_chains
-from simulator.panels import linked_edges, panels_of
+from simulator.diffraction.edge_integrals import face_of, half_way, over_three, over_two
+from simulator.diffraction.edge_nodes import nodes_of
+from simulator.diffraction.longer_chains import longer_chains
+from simulator.diffraction.single import bent_once
+from simulator.diffraction.thin_panels import linked_edges, panels_of
 from simulator.render import trace_walk
 from simulator.trace import still_tracing
+from simulator.waves.band import nodes_hz
 from tests.references.panels import SPEED_M_S as C
 from tests.references.panels import panel, towards, traced
 
@@ -261,7 +261,7 @@ def test_orders_that_fewer_edges_drown_are_left_out(monkeypatch, yaw_deg, longes
     few = trace_paths(*args)
     assert few.order[few.mic == 0].max() == longest
     assert few.rejected["drowned by fewer edges"] > 1000
-    monkeypatch.setattr("simulator.chain_integrals.NEGLIGIBLE", 0.0)
+    monkeypatch.setattr("simulator.diffraction.chain_integrals.NEGLIGIBLE", 0.0)
     every = trace_paths(*args)
     assert every.order[every.mic == 0].max() == 5
     few, every = (p[p.order > 0].transfer_function(FREQUENCY)[0] for p in (few, every))

@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.spreading import spreading
+from simulator.waves.spreading import spreading
 
 C = 343.0
 

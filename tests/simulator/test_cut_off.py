@@ -9,8 +9,8 @@ import pytest
 
 from obstaclewatch.beep import BeepDesign
 from simulator import Air, Fidelity, Scene, StraightWalk, render_walk
+from simulator.phone.transducers import StructureBorne
 from simulator.render import sum_envelopes, to_rate, trace_walk
-from simulator.transducers import StructureBorne
 
 C = 343.0
 MIRRORS = Fidelity(mechanisms=("specular",), max_range_m=12.5)

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from obstaclewatch.beep import BeepDesign
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, held_rotation, trace_paths
-from simulator.edge_view import APEX, START
+from simulator.diffraction.edge_view import APEX, START
+from simulator.phone.transducers import Transducer
 from simulator.render import sum_envelopes, trace_walk
 from simulator.trace import still_tracing
-from simulator.transducers import Transducer
 from tests.references import fullwave
 
 C = 343.0

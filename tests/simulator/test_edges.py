@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from simulator import band
-from simulator.edge_view import APEX, END, START, EdgeView
-from simulator.edges import FACE_0, edge_terms
+from simulator.diffraction.btm import FACE_0, edge_terms
+from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.waves import band
 
 C = 343.0
 WAVENUMBER = 2.0 * np.pi * np.array([15_500.0, 20_000.0, 24_500.0]) / C

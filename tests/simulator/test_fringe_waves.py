@@ -9,10 +9,10 @@ import pytest
 import trimesh
 
 from simulator import Material, Obstacle
-from simulator.creases import Creases, creases_of
-from simulator.facets import facets_of
-from simulator.fringe_waves import _about, _fringe, add_fringe_waves
-from simulator.reflectors import read_mesh, reflectors_in
+from simulator.kirchhoff.fringe_waves import _about, _fringe, add_fringe_waves
+from simulator.surfaces.creases import Creases, creases_of
+from simulator.surfaces.facets import facets_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
 
 
 def skin(mesh, size_m=0.012):

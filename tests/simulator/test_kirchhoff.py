@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from obstaclewatch import BeepDesign
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, trace_paths
-from simulator.creases import no_creases
-from simulator.facets import facets_of
-from simulator.kirchhoff import scattered
-from simulator.reflectors import read_mesh, reflectors_in
+from simulator.kirchhoff.integral import scattered
 from simulator.render import sum_envelopes, trace_walk
+from simulator.surfaces.creases import no_creases
+from simulator.surfaces.facets import facets_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
 from tests.references import chirp, rigid_sphere
 from tests.references.fullwave import damped, matched_peak
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simulator.materials import Material, limp_sheet_reflection, list_materials
+from simulator.scene.materials import Material, limp_sheet_reflection, list_materials
 
 BAND_HZ = np.linspace(15e3, 25e3, 5)
 

@@ -9,8 +9,8 @@ import pytest
 from scipy import signal
 
 from obstaclewatch.beep import BeepDesign
-from simulator.noise import noise_envelope, noise_rms, noise_samples
-from simulator.phone import Phone
+from simulator.phone.noise import noise_envelope, noise_rms, noise_samples
+from simulator.phone.phone import Phone
 
 QUIET = Phone.named("galaxy-s5")
 

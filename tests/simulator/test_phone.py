@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from obstaclewatch.beep import BeepDesign
-from simulator.air import Air
-from simulator.phone import Phone
-from simulator.phone_presets import N6P_BOTTOM_DB, N6P_TOP_DB, S5_BOTTOM_DB, S5_TOP_DB, TABLE_HZ, list_phones, preset
-from simulator.transducers import Transducer
+from simulator.phone.phone import Phone
+from simulator.phone.presets import N6P_BOTTOM_DB, N6P_TOP_DB, S5_BOTTOM_DB, S5_TOP_DB, TABLE_HZ, list_phones, preset
+from simulator.phone.transducers import Transducer
+from simulator.scene.air import Air
 
 REAL_PHONES = ["galaxy-s5", "galaxy-note5", "galaxy-s8-plus"]
 MEASURED = Path(__file__).parents[3] / "shared" / "realdata" / "freq" / "phone_response_model_250Hz.csv"

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.nagata import edge_bulge
-from simulator.reflectors import reflectors_of
-from simulator.round_bodies import recognised
+from simulator.surfaces.quadratic_triangles import edge_bulge
+from simulator.surfaces.reflectors import reflectors_of
+from simulator.surfaces.round_bodies import recognised
 from tests.references import meshes
 
 

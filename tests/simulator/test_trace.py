@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.scene import with_area
+from simulator.scene.scene import with_area
 
 C = 343.0
 MIRRORS = Fidelity(mechanisms=("specular", "curved"))
@@ -229,7 +229,7 @@ def test_memory_for_the_search_does_not_decide_what_is_found(box, cylinder, phon
     whole = trace_paths(*args)
     assert set(whole.order) == {0, 1, 2, 3}
     assert {"specular", "edge", "mixed"} <= set(whole.kind)
-    monkeypatch.setattr("simulator.image_tree.TRIED_AT_ONCE", 50)  # three images at once
+    monkeypatch.setattr("simulator.images.image_tree.TRIED_AT_ONCE", 50)  # three images at once
     parts = trace_paths(*args)
     np.testing.assert_array_equal(parts.sequence, whole.sequence)
     np.testing.assert_array_equal(parts.band_gain, whole.band_gain)

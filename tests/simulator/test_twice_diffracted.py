@@ -19,10 +19,10 @@ from simulator import (
     trace_paths,
     trace_rejected,
 )
-from simulator.fidelity import LEVELS
-from simulator.joint_apexes import joint_apexes, second_derivatives
-from simulator.panels import chains_of, panels_of
+from simulator.diffraction.joint_apexes import joint_apexes, second_derivatives
+from simulator.diffraction.thin_panels import chains_of, panels_of
 from simulator.render import trace_walk
+from simulator.scene.fidelity import LEVELS
 from simulator.trace import still_tracing
 from tests.references.panels import SPEED_M_S as C
 from tests.references.panels import panel, towards, traced

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from scipy.special import fresnel
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
-from simulator.edge_view import APEX, END, START, EdgeView
-from simulator.edges import edge_terms
-from simulator.utd import utd_terms
+from simulator.diffraction.btm import edge_terms
+from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.diffraction.utd import utd_terms
 from tests.references import fullwave
 
 C = 343.0

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from simulator import Material, Obstacle
-from simulator.reflectors import read_mesh, reflectors_of
-from simulator.wedges import Wedges, wedges_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_of
+from simulator.surfaces.wedges import Wedges, wedges_of
 
 SHEET = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]
 

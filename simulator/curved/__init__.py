@@ -1,0 +1,1 @@
+"""Reflection off smooth surfaces: stationary points, one or two to a path."""

@@ -1,0 +1,67 @@
+"""Curved reflections with mirrors before and after them.
+
+A mirror only moves the point that the smooth surface sees: the stationary point is looked for between the images
+of speaker and microphone, and the crossings of the mirrors are found afterwards from both sides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.curved import stationary as curved
+from simulator.images.body_images import images_lighting
+from simulator.images.image_tree import Images
+from simulator.images.unfolding import Turns, matches, unfolded
+from simulator.waves.spreading import spreading
+from simulator.world.candidates import Candidates, concatenated
+from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.rejection_log import Ledger
+from simulator.world.world import Tracing
+
+
+def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
+    """One reflection off smooth surface `index`, with mirrors before and after it, up to `max_order` in all."""
+    surface = tracing.world.surfaces[index]
+    lit = images_lighting(tracing, surface, tracing.source_m, max_order - 1, limit_m)
+    parts = []
+    for mic in range(2):
+        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        left, right = image_pairs(lit, heard, max_order)
+        before, after = lit[left], heard[right]
+        frame = tracing.placed[before.pose, surface.obstacle]
+        hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
+        parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
+    return concatenated(parts)
+
+
+def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
+    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
+    left, right = matches(lit.pose, heard.pose)
+    keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    return left[keep], right[keep]
+
+
+def _reflected(
+    tracing: Tracing, index: int, mic: int, before: Images, after: Images,
+    hit: curved.StationaryPoints, width: int, ledger: Ledger,
+) -> Candidates:  # fmt: skip
+    """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
+    surface = tracing.world.surfaces[index]
+    frame = tracing.placed[before.pose, surface.obstacle]
+    number = np.full(len(hit), len(tracing.world.patches) + index)
+    point = out_of_rest(hit.point_m, frame)
+    normal, curvature = turned(hit.normal, frame[:, 3]), turned_tensor(hit.curvature, frame[:, 3])
+
+    def amplitude() -> Floats:
+        ways = np.stack([before.point_m, point, after.point_m], axis=1)
+        return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
+
+    found, ok, place = unfolded(
+        tracing, Turns(mic, before, after, point[:, None], number[:, None], width), ledger, amplitude
+    )
+    each = np.arange(len(ok))
+    found.normal[each, place], found.curvature[each, place] = normal[ok], curvature[ok]
+    found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
+    found.face[each, place], found.uv[each, place] = hit.face[ok], hit.uv[ok]
+    return found

@@ -1,0 +1,313 @@
+"""Curved specular reflection: the stationary point of the path length on a smooth surface.
+
+The surface is Nagata's quadratic triangle over each facet, its normal the linear interpolation of the corner
+normals. Both are continuous across smooth edges, so the mismatch between normal and bisector is continuous over
+the whole surface and a stationary point cannot fall between two facets; on flat facets it would be lost from most
+positions and be many decibels too loud where found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.surfaces.facet_groups import may_mirror
+from simulator.surfaces.quadratic_triangles import dot, surface_at, with_curvature
+from simulator.surfaces.reflectors import SmoothSurface
+
+MAX_HITS = 32  # stationary points of one surface kept for one pair of points
+CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
+STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
+INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
+
+
+@dataclass(frozen=True)
+class StationaryPoints:
+    """Points where a surface mirrors one point into another.
+
+    Attributes:
+        query: (H,) index of the pair of points; sorted.
+        face: (H,) facet.
+        uv: (H, 2) position within the facet.
+        point_m: (H, 3).
+        normal: (H, 3) unit normal on the side of the two points.
+        curvature: (H, 3, 3) tensor K, dn = K dx along the surface, 1/m; positive where convex.
+        outside: (H,) whether that side is the mesh's outside.
+        inside_facet: (H,) whether the position is within the facet; not where a crease was run over.
+    """
+
+    query: Ints
+    face: Ints
+    uv: Floats
+    point_m: Floats
+    normal: Floats
+    curvature: Floats
+    outside: Flags
+    inside_facet: Flags
+
+    def __len__(self) -> int:
+        return len(self.query)
+
+
+def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
+    """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points.
+
+    Raises:
+        ValueError: more of them than a smooth surface has.
+    """
+    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
+    group = surface.clusters
+    face, uv, count = _search(
+        *_arrays(surface), surface.closed, group.facet, group.start, group.center_m, group.radius_m, group.axis,
+        group.spread_rad, source, receiver,
+    )  # fmt: skip
+    if (count > MAX_HITS).any():
+        raise ValueError(
+            f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
+            f"{np.round(surface.center_m, 3).tolist()} m from the phone: smooth its mesh, or call it flat"
+        )
+    query = np.repeat(np.arange(len(source)), count)
+    slot = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
+    return _complete(surface, source, receiver, query, face[query, slot], uv[query, slot])
+
+
+def follow(surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats) -> StationaryPoints:
+    """The stationary point of each of Q pairs that continues a known one, walking from facet to facet.
+
+    At a crease the last facet is extended: a path that ends within a beep keeps its smooth delay to the end of it.
+    """
+    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
+    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, source, receiver, face, uv)
+    return _complete(surface, source, receiver, np.arange(len(source)), new_face, new_uv)
+
+
+def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
+    """(C, K) phase factors that rays lack: the echo of a convex surface leads by O(1 / ka).
+
+    exp(j c / k) with c = 3 (k1 + k2) / 4 - (k1 - k2)^2 / (16 (k1 + k2)) in the principal curvatures k1, k2: the next
+    term of the exact series at normal incidence on a sphere, 3 / (2a), and on a cylinder, 11 / (16a), and the only
+    symmetric form of that shape between the two. Concave and saddle-shaped points are left as they are.
+
+    Args:
+        curvature: (C, N, 3, 3) tensors along each path, 0 for planes.
+        wavenumber_rad_m: (K,).
+    """
+    total = np.trace(curvature, axis1=2, axis2=3)
+    square = np.einsum("cnij,cnij->cn", curvature, curvature)
+    gauss = 0.5 * (total**2 - square)
+    convex = (total > 0.0) & (gauss >= -1e-9 * total**2)
+    safe = np.where(convex, total, 1.0)
+    lead_1_m = np.where(convex, 0.75 * total - (2.0 * square - total**2) / (16.0 * safe), 0.0).sum(axis=1)
+    return np.exp(1j * lead_1_m[:, None] / wavenumber_rad_m)
+
+
+def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
+    return surface.corner_m, surface.normal, surface.bulge_m
+
+
+def _complete(
+    surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
+) -> StationaryPoints:
+    point, normal, curvature = with_curvature(*_arrays(surface), surface.curvature, face, uv)
+    side = np.sign(
+        np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
+    )
+    side = np.where(side == 0.0, 1.0, side)
+    eta, zeta = uv[:, 0], uv[:, 1]
+    within = (zeta >= -INSIDE) & (eta <= 1.0 + INSIDE) & (zeta <= eta + INSIDE)
+    return StationaryPoints(
+        query, face, uv, point, normal * side[:, None], curvature * side[:, None, None], side > 0.0, within
+    )
+
+
+@numba.njit(cache=True)
+def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
+    """Tangential part of the sum of unit vectors to both points, along two edges of the facet."""
+    surface_at(corner, normal, bulge, eta, zeta, x, n)
+    ls = lr = 0.0
+    for k in range(3):
+        ls += (source[k] - x[k]) ** 2
+        lr += (receiver[k] - x[k]) ** 2
+    ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
+    for k in range(3):
+        h[k] = (source[k] - x[k]) * ls + (receiver[k] - x[k]) * lr
+    along = dot(h, n)
+    f = g = 0.0
+    for k in range(3):
+        t = h[k] - along * n[k]
+        f += t * (corner[1, k] - corner[0, k])
+        g += t * (corner[2, k] - corner[1, k])
+    return f, g
+
+
+@numba.njit(cache=True)
+def _newton(corner, normal, bulge, source, receiver, eta, zeta):
+    """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
+
+    A step is halved until the mismatch falls: along a facet much longer than its distance the plain step circles.
+    """
+    x, n, h = np.empty(3), np.empty(3), np.empty(3)
+    scale_f = scale_g = 0.0
+    for k in range(3):
+        scale_f += (corner[1, k] - corner[0, k]) ** 2
+        scale_g += (corner[2, k] - corner[1, k]) ** 2
+    step = 1e-6
+    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
+    for _ in range(40):
+        f1, g1 = _mismatch(corner, normal, bulge, source, receiver, eta + step, zeta, x, n, h)
+        f2, g2 = _mismatch(corner, normal, bulge, source, receiver, eta, zeta + step, x, n, h)
+        a, b, c, d = (f1 - f) / step, (f2 - f) / step, (g1 - g) / step, (g2 - g) / step
+        det = a * d - b * c
+        if det == 0.0:
+            return eta, zeta, False
+        de, dz = (d * f - b * g) / det, (a * g - c * f) / det
+        size = max(abs(de), abs(dz))
+        if size < CONVERGED:
+            return eta - de, zeta - dz, True
+        share = min(1.0, 0.5 / size)
+        merit = f * f / scale_f + g * g / scale_g
+        for _half in range(8):
+            f, g = _mismatch(corner, normal, bulge, source, receiver, eta - share * de, zeta - share * dz, x, n, h)
+            if f * f / scale_f + g * g / scale_g < merit:
+                break
+            share *= 0.5
+        eta, zeta = eta - share * de, zeta - share * dz
+        if abs(eta - 0.5) > STRAY or abs(zeta - 0.5) > STRAY:
+            return eta, zeta, False
+    return eta, zeta, False
+
+
+@numba.njit(cache=True)
+def _may_hold(corner, normal, closed, source, receiver, axis1, axis2):
+    """Whether a stationary point may lie on the facet: the corners' mismatches straddle zero, with a wide margin."""
+    h = np.empty(3)
+    low1 = low2 = np.inf
+    high1 = high2 = -np.inf
+    facing = False
+    for i in range(3):
+        ls = lr = 0.0
+        for k in range(3):
+            ls += (source[k] - corner[i, k]) ** 2
+            lr += (receiver[k] - corner[i, k]) ** 2
+        if ls == 0.0 or lr == 0.0:
+            return True
+        ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
+        for k in range(3):
+            h[k] = (source[k] - corner[i, k]) * ls + (receiver[k] - corner[i, k]) * lr
+        along = dot(h, normal[i])
+        size = np.sqrt(dot(h, h)) + 1e-300
+        if along > 0.0 or not closed:
+            facing = True
+        sign = 1.0 if along >= 0.0 else -1.0
+        t1 = t2 = 0.0
+        for k in range(3):
+            t = h[k] / size - sign * normal[i, k]
+            t1 += t * axis1[k]
+            t2 += t * axis2[k]
+        low1, high1 = min(low1, t1), max(high1, t1)
+        low2, high2 = min(low2, t2), max(high2, t2)
+    margin1, margin2 = 0.5 * (high1 - low1) + 1e-12, 0.5 * (high2 - low2) + 1e-12
+    return facing and low1 - margin1 <= 0.0 <= high1 + margin1 and low2 - margin2 <= 0.0 <= high2 + margin2
+
+
+@numba.njit(cache=True)
+def _facet_axes(corner, axis1, axis2):
+    """Two orthonormal vectors in the plane of a facet."""
+    size = along = 0.0
+    for k in range(3):
+        axis1[k] = corner[1, k] - corner[0, k]
+        size += axis1[k] ** 2
+    size = np.sqrt(size)
+    for k in range(3):
+        axis1[k] /= size
+        axis2[k] = corner[2, k] - corner[0, k]
+        along += axis1[k] * axis2[k]
+    size = 0.0
+    for k in range(3):
+        axis2[k] -= along * axis1[k]
+        size += axis2[k] ** 2
+    for k in range(3):
+        axis2[k] /= np.sqrt(size)
+
+
+@numba.njit(cache=True)
+def _search(corner, normal, bulge, closed, facet, start, center, radius, axis, spread, source, receiver):
+    """Facet and position of every stationary point, one group of facets after the other, each point kept once."""
+    queries = len(source)
+    face = np.zeros((queries, MAX_HITS), np.int64)
+    uv = np.zeros((queries, MAX_HITS, 2))
+    point = np.zeros((queries, MAX_HITS, 3))
+    count = np.zeros(queries, np.int64)
+    axes = np.empty((len(corner), 2, 3))
+    for t in range(len(corner)):
+        _facet_axes(corner[t], axes[t, 0], axes[t, 1])
+    for g in range(len(radius)):
+        for q in range(queries):
+            if not may_mirror(center[g], radius[g], axis[g], spread[g], closed, source[q], receiver[q]):
+                continue
+            for t in facet[start[g] : start[g + 1]]:
+                if not _may_hold(corner[t], normal[t], closed, source[q], receiver[q], axes[t, 0], axes[t, 1]):
+                    continue
+                found, eta, zeta = _on_facet(
+                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], point[q], count[q]
+                )
+                if found:
+                    if count[q] < MAX_HITS:
+                        face[q, count[q]] = t
+                        uv[q, count[q]] = (eta, zeta)
+                    count[q] += 1
+    return face, uv, count
+
+
+@numba.njit(cache=True)
+def _on_facet(corner, normal, bulge, closed, source, receiver, known, count):
+    """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
+    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, 2.0 / 3.0, 1.0 / 3.0)
+    if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
+        return False, eta, zeta
+    x, n, h = np.empty(3), np.empty(3), np.empty(3)
+    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
+    if closed and dot(h, n) <= 0.0:
+        return False, eta, zeta
+    size = 0.0
+    for k in range(3):
+        size = max(size, abs(corner[1, k] - corner[0, k]), abs(corner[2, k] - corner[0, k]))
+    for i in range(min(count, MAX_HITS)):
+        gap = 0.0
+        for k in range(3):
+            gap = max(gap, abs(known[i, k] - x[k]))
+        if gap <= 4.0 * INSIDE * size:
+            return False, eta, zeta
+    if count < MAX_HITS:
+        known[count] = x
+    return True, eta, zeta
+
+
+@numba.njit(cache=True)
+def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
+    """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
+    face, uv = face0.copy(), uv0.copy()
+    for q in range(len(source)):
+        t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
+        came_from, returns = -1, 0
+        for _ in range(200):
+            eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta)
+            edge, worst = -1, 1e-9
+            if -zeta > worst:
+                edge, worst = 0, -zeta
+            if eta - 1.0 > worst:
+                edge, worst = 1, eta - 1.0
+            if zeta - eta > worst:
+                edge, worst = 2, zeta - eta
+            if edge == -1 or neighbor[t, edge] == -1:
+                break
+            returns += neighbor[t, edge] == came_from
+            if returns > 1 or (neighbor[t, edge] == came_from and worst < 1e-3):
+                break  # on the common edge to within rounding, or beyond it as seen from either side
+            came_from, t = t, neighbor[t, edge]
+            eta, zeta = 2.0 / 3.0, 1.0 / 3.0
+        face[q], uv[q, 0], uv[q, 1] = t, eta, zeta
+    return face, uv

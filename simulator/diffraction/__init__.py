@@ -1,0 +1,1 @@
+"""Diffraction at sharp edges: one, or several of one panel."""

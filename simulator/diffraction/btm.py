@@ -1,0 +1,271 @@
+"""Diffraction at one finite straight edge: the Biot-Tolstoy-Medwin-Svensson line integral, evaluated exactly.
+
+Svensson, Fred and Vanderkooy, J. Acoust. Soc. Am. 106 (1999) 2331-2344: with nu = pi / open angle and
+f = pi +- t_s +- t_r,
+
+    H = -(nu / 4 pi) int sum_4 beta_i e^{-jk(m + l)} / (m l) dz,   beta_i = sin(nu f_i) / (cosh(nu eta) - cos(nu f_i)).
+
+In eta = asinh((z - z_s) / r_s) + asinh((z - z_r) / r_r) one has dz / (m l) = d eta / L and
+L^2 = (m + l)^2 = L0^2 + 4 r_s r_r sinh^2(eta / 2), L0 the shortest way over the (endless) edge. With u^2 = L - L0,
+
+    H = -(nu / 4 pi) e^{-jk L0} int_{u_1}^{u_2} G(u) e^{-jk u^2} du,   G even and free of square-root singularities,
+
+which falls apart into the apex (u = 0) and the two ends, each with a delay of its own and a gain that is a Laplace
+transform, so smooth over the band. The paths of steepest descent never cross a pole (Huybrechs and Vandewalle,
+SIAM J. Numer. Anal. 44 (2006) 1026-1048). The poles of beta lie at u^2 = -(L0 - L_p), L_p the length of the mirror
+or direct path whose zone ends at the edge, with the residue 2 sqrt(delta) / (nu L_p): they are taken out and
+integrated in closed form. Rigid faces; a wedge in the open, that is of open angle pi to 2 pi.
+
+Measured: within 1.3e-8 of the strongest part of panel-wise Gauss quadrature over z, for 60 random edges of 0.05-1.5 m
+at 0.3-4 m and 15-25 kHz, zone boundaries and corners included.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy.special import wofz
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.diffraction.edge_view import APEX, START, EdgeView
+
+INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
+
+NEAR_POLE_RAD = 16.0  # k (L0 - L_p) below which a pole is taken out before quadrature
+NEAR_APEX_RAD = 4.0  # k (L_end - L0) below which an end is reached from the apex along the real axis
+BORDER_M = 1e-9  # as in the mirrors' search, where a reflection point this close to a border still counts as inside
+
+_HERMITE = tuple(a[16:] for a in np.polynomial.hermite.hermgauss(32))  # the integrand is even: half of them
+_LAGUERRE = np.polynomial.laguerre.laggauss(16)
+_LEGENDRE = tuple(np.polynomial.legendre.leggauss(16))
+
+
+@dataclass(frozen=True)
+class _Poles:
+    """(R, 4) the four beta: i = 0, 1 incident; 2, 3 mirrored in face 0 and face n.
+
+    Attributes:
+        sine: sin(nu f).
+        half_sine2: sin^2(nu f / 2).
+        delta_m: L0 - L_p, how much shorter the mirror or direct path is than the way over the edge.
+        strength: +-2 / (nu L_p), the residue in u^2 over sqrt(delta); positive on the lit side.
+        near: whether the pole is taken out.
+    """
+
+    sine: Floats
+    half_sine2: Floats
+    delta_m: Floats
+    strength: Floats
+    near: Flags
+
+
+def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
+    """Contributions of apex or ends of rigid edges, per unit of the source's free field at 1 m.
+
+    Summed over the three groups and over the parts that exist, each times e^{-jk path_m}, they are the whole line
+    integral. On a zone boundary the mirror or direct path whose zone ends there counts in full, and the edge takes
+    half of it back: the sum is continuous.
+
+    Args:
+        view: R edges.
+        part: (R,) APEX, START or END. An apex off its edge gives what an endless edge would.
+        wavenumber: (K,) rad/m; all within a factor of 2 of their mean.
+
+    Returns:
+        (R, 3, K) without the travel phase; groups INCIDENT, FACE_0, FACE_N.
+
+    Raises:
+        ValueError: a radius of 0, an open angle outside pi to 2 pi, wavenumbers not positive.
+    """
+    check(view, wavenumber)
+    center = float(np.mean(wavenumber))
+    poles = _poles(view, center)
+    fade = np.zeros((len(view), 4, len(wavenumber)), dtype=np.complex128)
+    phase = poles.delta_m[poles.near][:, None] * wavenumber
+    fade[poles.near] = wofz(np.exp(0.75j * np.pi) * np.sqrt(phase))  # e^{j phase} erfc(sqrt(j phase))
+    excess = view.excess(part)
+    out = np.zeros((len(view), 3, len(wavenumber)), dtype=np.complex128)
+    _evaluate(
+        np.pi / view.open_angle_rad, view.apex_path_m, view.source_radius_m * view.receiver_radius_m,
+        poles.sine, poles.half_sine2, poles.delta_m, poles.strength, poles.near, fade,
+        part, np.abs(excess), wavenumber, center, *_HERMITE, *_LAGUERRE, *_LEGENDRE, out,
+    )  # type: ignore[call-arg]  # fmt: skip
+    rises = np.where(excess < 0.0, -1.0, 1.0)
+    sign = np.where(part == APEX, 1.0, np.where(part == START, rises, -rises))
+    return out * (-sign / (4.0 * view.open_angle_rad))[:, None, None]
+
+
+def strength_bound(view: EdgeView, part: Ints, wavenumber: float) -> Floats:
+    """(R,) estimate from above of a contribution: the leading term for high frequencies.
+
+    Near a zone boundary it exceeds the true strength; beside the apex an end is taken as the whole line.
+    """
+    poles = _poles(view, wavenumber)
+    excess = np.abs(view.excess(part))
+    product, shortest = view.source_radius_m * view.receiver_radius_m, view.apex_path_m
+    rise = excess**2 * (excess**2 + 2.0 * shortest) / (4.0 * product)
+    sinh2 = np.sinh(np.pi / view.open_angle_rad * np.arcsinh(np.sqrt(rise))) ** 2
+    dip = np.maximum(sinh2[:, None] + poles.half_sine2, 1e-30)
+    density = np.abs(poles.sine / dip).sum(axis=1) / np.sqrt(product * (excess**2 + 2.0 * shortest) * (1.0 + rise))
+    width = np.where(part == APEX, np.sqrt(np.pi / wavenumber), 0.0)
+    with np.errstate(divide="ignore"):
+        end = np.minimum(np.sqrt(np.pi / wavenumber), 0.5 / (wavenumber * excess))
+    bound = np.where(part == APEX, width, end) * density / (4.0 * view.open_angle_rad)
+    on_border = np.abs(poles.strength).sum(axis=1) * np.pi / (4.0 * view.open_angle_rad)
+    return np.minimum(np.maximum(bound, np.where(poles.half_sine2.min(axis=1) == 0.0, on_border, 0.0)), 2.0 / shortest)
+
+
+def zone_angles(view: EdgeView) -> Floats:
+    """(R, 4) angles f of the four terms, from the borders of their zones: positive where the direct or mirror path is.
+
+    The first two belong to the incident field, the others to its mirror images in face 0 and face n. Angles within
+    rounding of a border are 0, which counts as lit.
+    """
+    turn = view.open_angle_rad[:, None]
+    s, r = view.source_angle_rad, view.receiver_angle_rad
+    angle = np.pi + np.stack([s - r, r - s, -s - r, s + r], axis=1)
+    angle -= 2.0 * turn * np.round(angle / (2.0 * turn))  # the period of beta
+    border = BORDER_M * (1.0 / view.source_radius_m + 1.0 / view.receiver_radius_m)[:, None]
+    return np.where(np.abs(angle) <= border, 0.0, angle)
+
+
+def check(view: EdgeView, wavenumber: Floats) -> None:
+    """Raise what `edge_terms` says it raises."""
+    for radius in (view.source_radius_m, view.receiver_radius_m):
+        if not (radius > 0.0).all():
+            raise ValueError(f"source and receiver must stand off the edge, got a distance of {radius.min()} m")
+    angle = view.open_angle_rad
+    if not ((angle >= np.pi) & (angle <= 2.0 * np.pi + 1e-9)).all():
+        raise ValueError(f"open_angle_rad must be pi to 2 pi, got {angle.min()} to {angle.max()}")
+    if not (wavenumber > 0.0).all():
+        raise ValueError(f"wavenumber must be positive, got {wavenumber.min()}")
+
+
+def _poles(view: EdgeView, wavenumber: float) -> _Poles:
+    """The poles of the four beta next to the real axis, on the lit or the dark side of their zones."""
+    turn, angle = view.open_angle_rad[:, None], zone_angles(view)
+    product = (view.source_radius_m * view.receiver_radius_m)[:, None]
+    shortest = view.apex_path_m[:, None]
+    drop2 = 4.0 * product * np.sin(0.5 * angle) ** 2  # L0^2 - L_p^2
+    length = np.sqrt(np.maximum(shortest**2 - drop2, 0.0))
+    delta = drop2 / (shortest + length)
+    near = (wavenumber * delta < NEAR_POLE_RAD) & (np.abs(angle) < 0.9 * np.pi)
+    sign = np.where(angle >= 0.0, 1.0, -1.0)
+    nu = np.pi / turn
+    strength = np.where(near, sign * 2.0 / (nu * np.where(near, length, 1.0)), 0.0)
+    return _Poles(np.sin(nu * angle), np.sin(0.5 * nu * angle) ** 2, delta, strength, near)
+
+
+@numba.njit(cache=True)
+def _integrand(x, nu, shortest, product, sine, half_sine2, out):
+    """G as a function of x = u^2, complex: three groups."""
+    rise = x * (x + 2.0 * shortest) / (4.0 * product)
+    stretch = np.sqrt(1.0 + rise)
+    if rise.real**2 + rise.imag**2 < 1e-8:  # series of sinh(nu asinh(w)): the difference below would cancel
+        half2 = nu * nu * rise * (1.0 - rise / 6.0 + 0.075 * rise**2) ** 2
+        sinh2 = half2 * (1.0 + half2 / 6.0 + half2**2 / 120.0) ** 2
+    else:
+        power = np.exp(nu * np.log(np.sqrt(rise) + stretch))
+        sinh2 = 0.25 * (power - 1.0 / power) ** 2
+    common = 1.0 / (np.sqrt(product * (x + 2.0 * shortest)) * stretch)
+    out[0] = common * (sine[0] / (sinh2 + half_sine2[0]) + sine[1] / (sinh2 + half_sine2[1]))
+    out[1] = common * (sine[2] / (sinh2 + half_sine2[2]))
+    out[2] = common * (sine[3] / (sinh2 + half_sine2[3]))
+
+
+@numba.njit(cache=True)
+def _without_poles(x, nu, shortest, product, sine, half_sine2, delta, strength, near, out):
+    """G less the poles next to the real axis."""
+    _integrand(x, nu, shortest, product, sine, half_sine2, out)
+    for i in range(4):
+        if near[i] and sine[i] != 0.0:
+            out[max(i - 1, 0)] -= strength[i] * np.sqrt(delta[i]) / (x + delta[i])
+
+
+@numba.njit(cache=True)
+def _whole_line(
+    nu, shortest, product, sine, half_sine2, delta, strength, near, fade, wavenumber, center, nodes, weights, g, out
+):
+    """Integral of G e^{-jk u^2} over the whole line: Gauss-Hermite down the valleys, poles in closed form."""
+    turn = np.exp(-0.25j * np.pi) / np.sqrt(center)
+    for n in range(len(nodes)):
+        _without_poles(-1j * nodes[n] ** 2 / center, nu, shortest, product, sine, half_sine2, delta, strength, near, g)
+        for k in range(len(wavenumber)):
+            weight = 2.0 * weights[n] * np.exp((1.0 - wavenumber[k] / center) * nodes[n] ** 2) * turn
+            for j in range(3):
+                out[j, k] += weight * g[j]
+    for i in range(4):
+        if near[i]:
+            for k in range(len(wavenumber)):
+                out[max(i - 1, 0), k] += strength[i] * np.pi * fade[i, k]
+
+
+@numba.njit(cache=True)
+def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, center, nodes, weights, g, out):
+    """Integral of G e^{-jk (u^2 - U^2)} from U on: Gauss-Laguerre along the path of steepest descent."""
+    for n in range(len(nodes)):
+        x = excess**2 - 1j * nodes[n] / center
+        _integrand(x, nu, shortest, product, sine, half_sine2, g)
+        slope = -0.5j / (np.sqrt(x) * center)
+        for k in range(len(wavenumber)):
+            weight = weights[n] * np.exp((1.0 - wavenumber[k] / center) * nodes[n]) * slope
+            for j in range(3):
+                out[j, k] += weight * g[j]
+
+
+@numba.njit(cache=True)
+def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out):
+    """Integral of G e^{-jk u^2} from 0 to U close to the apex: Gauss-Legendre, poles by an entire remainder."""
+    for n in range(len(nodes)):
+        u2 = (0.5 * excess * (1.0 + nodes[n])) ** 2
+        weight = 0.5 * excess * weights[n]
+        _without_poles(u2 + 0.0j, nu, shortest, product, sine, half_sine2, delta, strength, near, g)
+        for k in range(len(wavenumber)):
+            phase = np.exp(-1j * wavenumber[k] * u2)
+            for j in range(3):
+                out[j, k] += weight * g[j] * phase
+            for i in range(4):
+                if near[i] and delta[i] > 0.0:
+                    half = 0.5 * wavenumber[k] * (u2 + delta[i])
+                    rest = np.exp(1j * (wavenumber[k] * delta[i] - half)) * -2j * np.sin(half) / (u2 + delta[i])
+                    out[max(i - 1, 0), k] += weight * strength[i] * np.sqrt(delta[i]) * rest
+    for i in range(4):
+        if near[i]:
+            angle = np.arctan2(excess, np.sqrt(delta[i]))
+            for k in range(len(wavenumber)):
+                out[max(i - 1, 0), k] += strength[i] * angle * np.exp(1j * wavenumber[k] * delta[i])
+
+
+@numba.njit(cache=True)
+def _evaluate(
+    nu, shortest, product, sine, half_sine2, delta, strength, near, fade, part, excess, wavenumber, center,
+    hermite_x, hermite_w, laguerre_x, laguerre_w, legendre_x, legendre_w, out,
+):  # fmt: skip
+    """Rows one by one: the whole line for an apex, from the end outwards for an end."""
+    g = np.empty(3, np.complex128)
+    short = np.empty((3, len(wavenumber)), np.complex128)
+    for r in range(len(nu)):
+        if part[r] != 0 and center * excess[r] ** 2 >= NEAR_APEX_RAD:
+            _from_end(
+                nu[r], shortest[r], product[r], sine[r], half_sine2[r], excess[r], wavenumber, center,
+                laguerre_x, laguerre_w, g, out[r],
+            )  # fmt: skip
+            continue
+        _whole_line(
+            nu[r], shortest[r], product[r], sine[r], half_sine2[r], delta[r], strength[r], near[r], fade[r],
+            wavenumber, center, hermite_x, hermite_w, g, out[r],
+        )  # fmt: skip
+        if part[r] == 0:
+            continue
+        short[:] = 0.0
+        if excess[r] > 0.0:
+            _to_end(
+                nu[r], shortest[r], product[r], sine[r], half_sine2[r], delta[r], strength[r], near[r], excess[r],
+                wavenumber, legendre_x, legendre_w, g, short,
+            )  # fmt: skip
+        for k in range(len(wavenumber)):
+            back = np.exp(1j * wavenumber[k] * excess[r] ** 2)
+            for j in range(3):
+                out[r, j, k] = back * (0.5 * out[r, j, k] - short[j, k])

@@ -1,0 +1,289 @@
+"""Line integrals over two and more edges of a thin panel, by quadrature, corners included.
+
+After Asheim and Svensson (J. Acoust. Soc. Am. 133 (2013) 3681-3691), for faces of open angle 2 pi: a sound that meets
+edges at the points x, y (and z) and runs along the face between them contributes
+
+    p_2 =   int int     b_S(x, y) b_R(y, x)               e^{-jk(m + |xy| + l)}        / (m |xy| l)        dx dy
+    p_3 = - int int int b_S(x, y) b(x, y, z) b_R(z, y)    e^{-jk(m + |xy| + |yz| + l)} / (m |xy| |yz| l)   dx dy dz
+
+with b = (1/8 pi) sum_4 beta, the other end of each leg on the face; its two faces and the halves by which a wave along
+a face counts double make up for each other. Between points of the face b is 1 / (2 pi cosh(eta / 2)) with
+eta = u + u', one term of each leg, and the hyperbolic secant is its own Fourier transform:
+
+    sech(eta / 2) = int sech(pi s) (cos su cos su' - sin su sin su') ds.
+
+So the legs on either side of y are summed apart, and three edges cost what two do. What a point sends to each y, by
+the terms of this sum, is all that the edges before y are needed for; one sum over y gives the same for the points z
+after it, with one edge more behind (`passed_on`). With i edges before z from the speaker and j from the microphone,
+
+    p_(i + j + 1) = - sum_z w_z sum_s F(s) before_i(z, s) after_j(z, s),
+
+F the transform times the edge's factor. Orders four and five are within 2e-3 and 8e-3 of plain sums over all points
+(0.2 x 0.3 m, 5 degrees off edge-on).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplexes
+from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
+
+STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
+_S = STEP * np.arange(TERMS)
+_AT_S = STEP / np.cosh(np.pi * _S) * np.where(_S > 0.0, 2.0, 1.0)
+NO_WIDTH = 1e-14  # of a zone border, on which nothing is bent
+FACTOR = np.concatenate([_AT_S, -_AT_S[1:]])  # of the cosines, then of the sines
+
+
+@dataclass(frozen=True)
+class Face:
+    """What the legs along a panel's face have in common for all speakers and microphones.
+
+    Attributes:
+        nodes: N points on E edges.
+        linked: (E, E) whether sound runs from one edge to another.
+        wavenumber: (K,) rad/m.
+        turn: (N, N, K) e^{-jk |xy|} / |xy|; 0 where the edges are not linked.
+        swing: (N, N) e^{u / 2} of the second node as the edge at the first one sees it; 1 where not linked.
+        step: (N, N, 2) cosine and sine of `STEP` u; 0 where not linked.
+    """
+
+    nodes: EdgeNodes
+    linked: Flags
+    wavenumber: Floats
+    turn: SingleComplexes
+    swing: Floats
+    step: Floats
+
+
+def face_of(nodes: EdgeNodes, linked: Flags, wavenumber: Floats) -> Face:
+    """Work out all legs of a face once."""
+    count = len(nodes)
+    turn = np.zeros((count, count, len(wavenumber)), dtype=np.complex64)
+    swing, step = np.ones((count, count)), np.zeros((count, count, 2))
+    _legs(nodes.point_m, nodes.along, nodes.inwards, nodes.first, linked, wavenumber, turn, swing, step)  # type: ignore[call-arg]
+    return Face(nodes, linked, wavenumber, turn, swing, step)
+
+
+def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
+    """(E, W, E, W, K) p_2 by the edges met and their windows, with its whole travel phase; points (3,)."""
+    edges = len(face.linked)
+    out = np.zeros((edges, WINDOWS, edges, WINDOWS, len(face.wavenumber)), dtype=np.complex128)
+    _two(*_arrays(face), face.swing, *_end(face, source_m), *_end(face, receiver_m), out)  # type: ignore[call-arg]
+    return out
+
+
+def half_way(face: Face, point_m: Floats) -> SingleComplexes:
+    """(N, E, W, K, T) what a point (3,) sends to each node over edges and windows before it, by Fourier terms."""
+    shape = len(face.nodes), len(face.linked), WINDOWS, len(face.wavenumber), 2 * TERMS - 1
+    real, imaginary = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
+    _half(*_arrays(face), face.swing, face.step, *_end(face, point_m), real, imaginary)  # type: ignore[call-arg]
+    return real + np.complex64(1j) * imaginary
+
+
+def over_three(face: Face, before: SingleComplexes, after: SingleComplexes) -> Complexes:
+    """(E, W, E, W, E, W, K) p_3 by edges and windows, from what reaches the middle ones from both ends."""
+    edges, ends = len(face.linked), before.shape[1:3]
+    left, right = (part.reshape(len(part), -1, *part.shape[3:]) for part in (before, after))
+    out = np.zeros((*ends, edges, WINDOWS, *ends, len(face.wavenumber)), dtype=np.complex128)
+    for w in range(WINDOWS):
+        out[:, :, :, w] = met(face, left, right, face.nodes.share[:, w]).reshape(*ends, edges, *ends, -1)
+    return out
+
+
+def met(face: Face, before: SingleComplexes, after: SingleComplexes, share: Floats | float = 1.0) -> Complexes:
+    """(L, E, M, K) sums over each edge, of L parts (N, L, K, T) of what comes from before it and M from after.
+
+    `share` (N,) is what counts of each node. In double precision: that keeps them reciprocal.
+    """
+    first, weight = face.nodes.first, face.nodes.weight_m * share
+    out = np.zeros((before.shape[1], len(face.linked), after.shape[1], len(face.wavenumber)), dtype=np.complex128)
+    for edge in range(len(face.linked)):
+        rows = slice(first[edge], first[edge + 1])
+        factor = (weight[rows, None] * FACTOR / (-2.0 * np.pi)).ravel()
+        left, right = (_by_frequency(part[rows]).astype(np.complex128) for part in (before, after))
+        out[:, edge] = np.matmul(left * factor, right.transpose(0, 2, 1)).transpose(1, 2, 0)
+    return out
+
+
+def passed_on(face: Face, before: SingleComplexes) -> SingleComplexes:
+    """(N, L, E, K, T) what L parts (N, L, K, T) of what reaches the nodes send to others, by the edge they leave."""
+    first, edges = face.nodes.first, np.arange(len(face.linked))
+    factor = (face.nodes.weight_m[:, None] * FACTOR / (-2.0 * np.pi)).astype(np.float32)
+    out = np.zeros((*before.shape[:2], len(edges), *before.shape[2:]), dtype=np.complex64)
+    for a in edges:
+        rows = slice(first[a], first[a + 1])
+        heard = np.flatnonzero(before[rows].any(axis=(0, 2, 3)))  # what left this very edge does not reach it
+        leaving = before[rows][:, heard] * factor[rows, None, None]
+        leaving = np.stack([leaving.real, leaving.imag], axis=2).transpose(0, 4, 1, 2, 3)  # (N, T, L, 2, K)
+        leaving = np.ascontiguousarray(leaving).reshape(*leaving.shape[:2], -1)
+        for b in np.flatnonzero(face.linked[a] & (len(heard) > 0)):
+            arriving = np.zeros((first[b + 1] - first[b], *leaving.shape[1:]), dtype=np.float32)
+            _pass(first[a], first[b], face.turn, face.step, leaving, arriving)  # type: ignore[call-arg]
+            parts = arriving.reshape(*arriving.shape[:2], len(heard), 2, -1).transpose(3, 0, 2, 4, 1)
+            out[first[b] : first[b + 1], heard, a] = parts[0] + np.complex64(1j) * parts[1]
+    return out
+
+
+def _by_frequency(part: SingleComplexes) -> SingleComplexes:
+    """(K, L, N T)."""
+    count, labels, frequencies, terms = part.shape
+    return part.transpose(2, 1, 0, 3).reshape(frequencies, labels, count * terms)
+
+
+def _arrays(face: Face) -> tuple:
+    return face.nodes.weight_m, face.nodes.share, face.nodes.first, face.linked, face.turn
+
+
+def _end(face: Face, point_m: Floats) -> tuple[Floats, Floats, Floats, Complexes]:
+    """How the nodes see a point: e^{u / 2} (N,), sines and cosines of half the angles (N, 2), e^{-jkm} / 8 pi m."""
+    nodes = face.nodes
+    offset = point_m - nodes.point_m
+    across, rise = np.sum(offset * nodes.inwards, axis=1), offset @ nodes.normal
+    far = np.linalg.norm(offset, axis=1)[:, None]
+    angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)[:, None]
+    half = 0.5 * (np.pi + angle * np.array([1.0, -1.0]))
+    slant = np.arcsinh(np.sum(offset * nodes.along, axis=1) / np.hypot(across, rise))
+    sent = np.exp(-1j * far * face.wavenumber) / (8.0 * np.pi * far)
+    return np.exp(0.5 * slant), np.sin(half), np.cos(half), sent
+
+
+@numba.njit(cache=True)
+def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
+    for a in range(len(linked)):
+        for b in range(len(linked)):
+            if not linked[a, b]:
+                continue
+            for i in range(first[a], first[a + 1]):
+                for j in range(first[b], first[b + 1]):
+                    rise, across, square = 0.0, 0.0, 0.0
+                    for x in range(3):
+                        leg = point[j, x] - point[i, x]
+                        rise, across, square = rise + leg * along[i, x], across + leg * inwards[i, x], square + leg**2
+                    slant = np.arcsinh(rise / np.abs(across))
+                    swing[i, j] = np.exp(0.5 * slant)
+                    step[i, j, 0], step[i, j, 1] = np.cos(STEP * slant), np.sin(STEP * slant)
+                    if i > j:
+                        continue
+                    length = np.sqrt(square)
+                    for n in range(len(wavenumber)):
+                        phase = wavenumber[n] * length
+                        turn[i, j, n] = (np.cos(phase) - 1j * np.sin(phase)) / length
+                        turn[j, i, n] = turn[i, j, n]
+
+
+@numba.njit(cache=True, inline="always")
+def _beta(swing, sine, cosine):
+    """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone."""
+    cosh = 0.5 * (swing + 1.0 / swing)
+    first, second = cosh - cosine[0], cosh - cosine[1]
+    out = 0.0
+    if first > NO_WIDTH:
+        out += 2.0 * sine[0] / first
+    if second > NO_WIDTH:
+        out += 2.0 * sine[1] / second
+    return out
+
+
+@numba.njit(cache=True, inline="always")
+def _waves(step, wave):
+    """Cosines, then sines, of multiples of a step."""
+    half = len(wave) // 2
+    wave[0], x, y = 1.0, 1.0, 0.0
+    for t in range(1, half + 1):
+        x, y = x * step[0] - y * step[1], x * step[1] + y * step[0]
+        wave[t], wave[half + t] = x, y
+
+
+@numba.njit(cache=True, fastmath=True)
+def _two(
+    weight, share, first, linked, turn, swing, swing_s, sin_s, cos_s, sent, swing_r, sin_r, cos_r, heard, out
+):  # fmt: skip
+    windows, nodes = share.shape[1], turn.shape[2]
+    passed = np.empty((windows, nodes), np.complex128)
+    for a in range(len(linked)):
+        for b in range(len(linked)):
+            if not linked[a, b]:
+                continue
+            for i in range(first[a], first[a + 1]):
+                passed[:] = 0.0
+                for j in range(first[b], first[b + 1]):
+                    scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[j]
+                    scale *= _beta(swing_r[j] * swing[j, i], sin_r[j], cos_r[j])
+                    for w in range(windows):
+                        part = scale * share[j, w]
+                        if part != 0.0:
+                            for n in range(nodes):
+                                passed[w, n] += part * (turn[i, j, n] * heard[j, n])
+                for v in range(windows):
+                    part = weight[i] * share[i, v]
+                    if part != 0.0:
+                        for w in range(windows):
+                            for n in range(nodes):
+                                out[a, v, b, w, n] += part * sent[i, n] * passed[w, n]
+
+
+@numba.njit(cache=True, fastmath=True)
+def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s, sent, real, imaginary):
+    nodes, terms = real.shape[3:]
+    wave = np.empty(terms, dtype=np.float32)
+    for b in range(len(linked)):
+        for j in range(first[b], first[b + 1]):
+            for a in range(len(linked)):
+                if not linked[a, b]:
+                    continue
+                for i in range(first[a], first[a + 1]):
+                    _waves(step[j, i], wave)
+                    scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[i]
+                    for v in range(share.shape[1]):
+                        part = scale * share[i, v]
+                        if part == 0.0:
+                            continue
+                        for n in range(nodes):
+                            value = part * (sent[i, n] * turn[i, j, n])
+                            p, q = np.float32(value.real), np.float32(value.imag)
+                            for t in range(terms):
+                                real[j, a, v, n, t] += wave[t] * p
+                            for t in range(terms):
+                                imaginary[j, a, v, n, t] += wave[t] * q
+
+
+@numba.njit(cache=True, fastmath=True)
+def _pass(here, there, turn, step, leaving, arriving):
+    """Add what nodes from `here` on, (N, T, X), send to nodes from `there` on; X holds parts, real and imaginary, K."""
+    terms, size = leaving.shape[1:]
+    nodes, half = turn.shape[2], terms // 2
+    out, back = np.empty(terms, dtype=np.float32), np.empty(terms, dtype=np.float32)
+    sent = np.empty(size, dtype=np.float32)
+    for j in range(len(arriving)):
+        total = arriving[j]
+        for i in range(len(leaving)):
+            came = leaving[i]
+            _waves(step[here + i, there + j], out)
+            _waves(step[there + j, here + i], back)
+            for x in range(size):
+                sent[x] = came[0, x]
+            for t in range(1, 2 * half, 4):  # by fours: as many operations for each number that is fetched
+                c0, c1, c2, c3 = out[t], out[t + 1], out[t + 2], out[t + 3]
+                for x in range(size):
+                    sent[x] += c0 * came[t, x] + c1 * came[t + 1, x] + c2 * came[t + 2, x] + c3 * came[t + 3, x]
+            for row in range(0, size, 2 * nodes):
+                for n in range(nodes):
+                    turned = turn[here + i, there + j, n]
+                    p, q = sent[row + n], sent[row + nodes + n]
+                    sent[row + n] = p * turned.real - q * turned.imag
+                    sent[row + nodes + n] = p * turned.imag + q * turned.real
+            for x in range(size):
+                total[0, x] += sent[x]
+            for t in range(1, 2 * half, 4):
+                c0, c1, c2, c3 = back[t], back[t + 1], back[t + 2], back[t + 3]
+                for x in range(size):
+                    value = sent[x]
+                    total[t, x] += c0 * value
+                    total[t + 1, x] += c1 * value
+                    total[t + 2, x] += c2 * value
+                    total[t + 3, x] += c3 * value

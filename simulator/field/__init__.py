@@ -1,0 +1,1 @@
+"""What a path carries: free segments, gains, motion within a beep."""

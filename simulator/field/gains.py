@@ -1,0 +1,115 @@
+"""What a path loses on its way: spreading, air, surfaces, directivity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from simulator.curved.stationary import bending_phase
+from simulator.diffraction.btm import FACE_0, FACE_N, edge_terms
+from simulator.diffraction.edge_view import APEX, END, EdgeView
+from simulator.diffraction.single import views_of
+from simulator.diffraction.utd import utd_terms
+from simulator.phone.phone import Phone
+from simulator.scene.air import Air
+from simulator.scene.pose import Pose
+from simulator.waves import band
+from simulator.waves.spreading import rays, spreading
+from simulator.world.candidates import Candidates
+from simulator.world.world import Tracing, World
+
+Diffraction = Callable[[EdgeView, Ints, Floats], Complexes]
+
+
+DIFFRACTION: dict[str, Diffraction] = {"btm": edge_terms, "utd": utd_terms}
+
+
+def path_gain(
+    tracing: Tracing, phone: Phone, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats,
+    diffraction: Diffraction,
+) -> Complexes:  # fmt: skip
+    """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
+    amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
+    over, whole = found.edge >= 0, found.cell >= 0
+    ray = ~(over | whole)
+    mirrors = found[ray]
+    amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
+    amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz, diffraction)
+    amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
+    absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
+    gain = amplitude * 10.0 ** (-absorption_db / 20.0)
+    return (
+        gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, tracing.pose, found)[:, None]
+    )
+
+
+def edge_gain(
+    tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats, diffraction: Diffraction
+) -> Complexes:
+    """(C, K) strength of diffraction, spreading included, of paths that all have an edge.
+
+    `diffraction` is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
+    the material, at the angle of the mirror path where there is one (Luebbers, IEEE Trans. Antennas Propag. 32 (1984)
+    70-76): so the sum stays continuous where a mirror path ends. An approximation elsewhere.
+    """
+    if len(found) == 0:
+        return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
+    wedges, view = views_of(tracing, found)
+    terms = diffraction(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
+        cosine = _mirror_cosine(view, found.part, first)
+        for index in np.unique(wedges.obstacle):
+            rows = np.flatnonzero(wedges.obstacle == index)
+            material = tracing.world.obstacles[index].material
+            terms[rows, group] *= material.reflection(frequency_hz, cosine[rows, None])
+    return terms.sum(axis=1)
+
+
+def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -> Floats:
+    """(R,) cosine of incidence on a face, the same from both ends: that of the mirror path where its zone ends."""
+    height = np.where(part == APEX, view.apex_height_m, np.where(part == END, view.length_m, 0.0))
+    rise = np.ones(len(view))
+    for radius, angle, along in (
+        (view.source_radius_m, view.source_angle_rad, view.source_height_m),
+        (view.receiver_radius_m, view.receiver_angle_rad, view.receiver_height_m),
+    ):
+        rise *= np.abs(np.sin(angle - face_angle_rad)) * radius / np.hypot(radius, height - along)
+    return np.minimum(np.sqrt(rise), 1.0)
+
+
+def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
+    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own."""
+    owner = world.owner
+    product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
+    _, arriving = rays(found.points_m, found.normal)
+    for k in range(found.sequence.shape[1]):
+        reflector = found.sequence[:, k]
+        mirrors = (reflector >= 0) & (reflector < world.first_wedge)
+        met = np.full(len(found), -1)
+        met[mirrors] = owner[found.sequence[mirrors, k]]
+        cosine = np.abs(np.sum(arriving[:, k] * found.normal[:, k], axis=1))
+        for index in np.unique(met[met >= 0]):
+            rows = np.flatnonzero(met == index)
+            product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosine[rows, None])
+    return product
+
+
+def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
+    """(C,) speaker's factor towards the first point times the microphone's towards the last."""
+    leaving = found.points_m[:, 1] - found.points_m[:, 0]
+    every = np.arange(len(found))
+    arriving = found.points_m[every, found.order] - found.points_m[every, found.order + 1]
+    matrices = np.broadcast_to(pose.rotation.as_matrix().reshape(-1, 3, 3), (len(pose), 3, 3))[found.pose]
+    factor = phone.speaker.directivity(_in_phone(matrices, leaving))
+    for mic, transducer in enumerate(phone.mics):
+        rows = np.flatnonzero((found.mic == mic) & (found.order > 0))
+        factor[rows] *= transducer.directivity(_in_phone(matrices[rows], arriving[rows]))
+    return np.where(found.order > 0, factor, 1.0)  # direct sound runs along the case: its level is the response table's
+
+
+def _in_phone(matrices: Floats, vector: Floats) -> Floats:
+    unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), 1e-300)  # 0 for ends on a surface
+    return np.einsum("pji,pj->pi", matrices, unit)

@@ -1,0 +1,267 @@
+"""Motion within a beep: what leaves at t_e arrives at t_r = t_e + L / c, with every end where it then is.
+
+Speaker at emission, every reflector when it is struck, microphone at reception. The retarded times are solved at a
+few Chebyshev nodes of each beep and carried between them by polynomials; Doppler follows from them by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.curved import stationary as curved
+from simulator.diffraction.edge_view import APEX, END, START
+from simulator.diffraction.single import edge_points, placed, point_slot, seen
+from simulator.images.image_method import mirrored
+from simulator.scene.pose import Walk
+from simulator.scene.scene import Obstacle
+from simulator.waves.spreading import spreading
+from simulator.world.candidates import Candidates
+from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.world import Tracing
+
+RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
+CALM_M_S = 6.0  # phone and obstacle together; what closes in faster takes more of them
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Delay and strength of each path as polynomials of reception time.
+
+    Attributes:
+        middle_s: (C,) reception time at which the polynomials' variable is 0.
+        half_width_s: reception time from the middle to where the variable is 1.
+        delay_s: (C, D + 1) Chebyshev coefficients of the travel time.
+        strength: (C, D + 1) Chebyshev coefficients of amplitude times length, relative to the middle of the beep.
+    """
+
+    middle_s: Floats
+    half_width_s: float
+    delay_s: Floats
+    strength: Floats
+
+    def __getitem__(self, mask: NDArray) -> Motion:
+        """The motion of the paths that a mask selects."""
+        return Motion(self.middle_s[mask], self.half_width_s, self.delay_s[mask], self.strength[mask])
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Geometry of R paths at one instant each: points (R, N + 2, 3), normals, curvatures, place on smooth surfaces."""
+
+    points_m: Floats
+    normal: Floats
+    curvature: Floats
+    face: Ints
+    uv: Floats
+
+    def struck_s(self, emission_s: Floats, speed_m_s: float) -> Floats:
+        """(R, N) when each reflection point is struck."""
+        legs = np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
+        return emission_s[:, None] + np.cumsum(legs[:, :-1], axis=1) / speed_m_s
+
+    def length_m(self) -> Floats:
+        """(R,) whole path."""
+        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
+
+
+def motion_within(
+    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates,
+    beep_start_s: Floats, beep_s: float, speed_m_s: float, degree: int,
+) -> Motion:  # fmt: skip
+    """Follow paths found at the middle of their beeps through the whole of them.
+
+    Args:
+        phone_points: (3,) speaker and (2, 3) microphones in the phone frame.
+        beep_start_s: (N,) emission of each beep; `found.pose` counts beeps.
+        beep_s: length of a beep.
+        degree: of the polynomials; `degree + 1` instants are solved for each path.
+    """
+    start = beep_start_s[found.pose]
+    middle = start + found.length_m / speed_m_s + 0.5 * beep_s
+    half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
+    node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    rows = np.tile(np.arange(len(found)), degree + 1)
+    reception = (middle[None, :] + half * node[:, None]).ravel()
+    count = _retardations(tracing, walk, start, beep_s, speed_m_s)
+    delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s, count)
+    fit = np.linalg.inv(chebyshev.chebvander(node, degree))
+    delay = delay.reshape(degree + 1, -1)
+    at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
+    strength = amplitude.reshape(degree + 1, -1) * delay * speed_m_s / at_centre
+    return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
+
+
+def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floats, beep_s: float) -> float:
+    """Most at which phone and an obstacle may close in: the fastest of the beeps' ways, and the fastest obstacle."""
+    way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
+    fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
+    return float(np.linalg.norm(way, axis=1).max()) / beep_s + fastest
+
+
+def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:
+    """How many settle the delays: as far at any speed as `RETARDATIONS` do at `CALM_M_S`."""
+    if not len(start_s):
+        return RETARDATIONS
+    closing = fastest_closing_m_s(tracing.world.obstacles, walk, start_s, beep_s)
+    calm = np.log(CALM_M_S / speed_m_s)
+    return int(np.ceil(RETARDATIONS * calm / np.log(max(closing, CALM_M_S) / speed_m_s)))
+
+
+def _retarded(
+    tracing: Tracing,
+    walk: Walk,
+    phone_points: tuple[Floats, Floats],
+    found: Candidates,
+    reception_s: Floats,
+    speed_m_s: float,
+    count: int,
+) -> tuple[Floats, Floats]:
+    """(R,) travel time and (R,) amplitude of paths that arrive at given instants."""
+    speaker, mics = phone_points
+    receiver = _on_walk(walk, mics[found.mic], reception_s, tracing.world.origin_m)
+    moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
+    delay = moment.length_m() / speed_m_s
+    for _ in range(count):
+        emission = reception_s - delay
+        source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
+        moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
+        delay = moment.length_m() / speed_m_s
+    return delay, _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
+
+
+def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
+    """(R,) spreading of each path; the strengths of edges and cells are held, their spreading alone follows."""
+    amplitude = np.empty(len(found))
+    point = (found.edge >= 0) | (found.cell >= 0)
+    other, over = np.flatnonzero(~point), np.flatnonzero(point)
+    amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
+    at = point_slot(tracing, found[over])
+    legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
+    before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
+    after = legs.sum(axis=1) - before
+    apex = 1.0 / np.sqrt(before * after * (before + after))
+    amplitude[over] = np.where(found.part[over] == APEX, apex, 1.0 / (before * after))
+    return amplitude
+
+
+def _on_walk(walk: Walk, point_m: Floats, time_s: Floats, origin_m: Floats) -> Floats:
+    """(R, 3) points of the phone frame, one a row, where the walk has them at R instants."""
+    pose = walk.pose(time_s)
+    matrices = pose.rotation.as_matrix().reshape(-1, 3, 3)
+    return np.einsum("rij,rj->ri", np.broadcast_to(matrices, (len(pose), 3, 3)), point_m) + (pose.position_m - origin_m)
+
+
+def _solved(
+    tracing: Tracing, found: Candidates, source: Floats, receiver: Floats, struck_s: Floats, guess: Moment
+) -> Moment:
+    """Exact reflection points with every reflector where it is when struck."""
+    width = found.sequence.shape[1]
+    turn = found.sequence >= len(tracing.world.patches)
+    turns: Flags = np.any(turn, axis=1)
+    place = np.where(turns, np.argmax(turn, axis=1), found.order)
+    last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
+    here, there = np.minimum(place, width - 1) + 1, np.minimum(last, width - 1) + 1
+    normal, offset = _planes(tracing, found, struck_s)
+    early = [(k, place > k) for k in range(width)]
+    late = [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
+    lit, heard = _mirrors(source, normal, offset, early), _mirrors(receiver, normal, offset, late)
+    points = np.repeat(receiver[:, None], width + 2, axis=1)
+    points[:, 0] = source
+    moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
+    every, twice = np.arange(len(points)), np.flatnonzero(last > place)  # retardations and turns settle together
+    onwards = np.where((last > place)[:, None], guess.points_m[every, there], heard[0])
+    _reflect_smoothly(tracing, found, every, place, lit[-1], onwards, struck_s, moment)
+    _reflect_smoothly(tracing, found, twice, last, points[every, here], heard[0], struck_s, moment)
+    _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
+    _carry_cells(tracing, found, struck_s, moment)
+    for images, at, steps in ((lit, here, early), (heard, there, late)):
+        _cross(points, images, normal, offset, np.where(turns[:, None], points[every, at], receiver), steps[::-1])
+    return moment
+
+
+def _mirrors(point: Floats, normal: Floats, offset: Floats, steps: list[tuple[int, NDArray]]) -> Floats:
+    """(N, R, 3) image of a point after each mirror in turn; element k is the image after mirror k."""
+    images, image = np.empty((normal.shape[1], *point.shape)), point
+    for k, active in steps:
+        image = np.where(active[:, None], mirrored(image, normal[:, k], offset[:, k]), image)
+        images[k] = image
+    return images
+
+
+def _reflect_smoothly(
+    tracing: Tracing, found: Candidates, chosen: Ints, place: Ints, lit: Floats, heard: Floats, struck_s: Floats,
+    moment: Moment,
+) -> None:  # fmt: skip
+    """Follow the stationary points in one slot of chosen paths, and fill in point, normal and curvature there."""
+    met = found.sequence[chosen, np.minimum(place[chosen], found.sequence.shape[1] - 1)]
+    for index, surface in enumerate(tracing.world.surfaces):
+        rows = chosen[met == len(tracing.world.patches) + index]
+        if len(rows) == 0:
+            continue
+        at = place[rows]
+        frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck_s[rows, at])
+        ends = into_rest(lit[rows], frame), into_rest(heard[rows], frame)
+        hit = curved.follow(surface, *ends, moment.face[rows, at], moment.uv[rows, at])
+        moment.points_m[rows, at + 1] = out_of_rest(hit.point_m, frame)
+        moment.normal[rows, at] = turned(hit.normal, frame[:, 3])
+        moment.curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
+        moment.face[rows, at], moment.uv[rows, at] = hit.face, hit.uv
+
+
+def _follow_edges(
+    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, heard: Floats, struck_s: Floats, moment: Moment
+) -> None:
+    """Apex and ends of all edges where the edges are when struck; an apex may drift off its edge within a beep."""
+    rows = np.flatnonzero(found.edge >= 0)
+    at, edge = place[rows], found.edge[rows]
+    frame = tracing.frames.of(tracing.world.wedges.obstacle[edge], found.pose[rows], struck_s[rows, at])
+    wedges = placed(tracing, edge, frame)
+    view = seen(wedges, lit[rows], heard[rows])
+    point = np.zeros((len(rows), 3))
+    for part in (APEX, START, END):
+        chosen = found.part[rows] == part
+        point[chosen] = edge_points(wedges[chosen], view[chosen], part)
+    moment.points_m[rows, at + 1] = point
+
+
+def _carry_cells(tracing: Tracing, found: Candidates, struck_s: Floats, moment: Moment) -> None:
+    """The facets that stand for cells of bodies and the apexes of chains of edges, where these are when struck."""
+    owner = tracing.world.owner
+    for k in range(found.sequence.shape[1]):
+        rows = np.flatnonzero((found.cell >= 0) & (found.sequence[:, k] >= tracing.world.first_wedge))
+        obstacle, pose = owner[found.sequence[rows, k]], found.pose[rows]
+        rest = into_rest(found.points_m[rows, k + 1], tracing.placed[pose, obstacle])
+        moment.points_m[rows, k + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, k]))
+
+
+def _cross(
+    points: Floats, images: Floats, normal: Floats, offset: Floats, start: Floats, steps: list[tuple[int, NDArray]]
+) -> None:
+    """Fill in where the way from a point to the images crosses each mirror, one after the other."""
+    target = start.copy()
+    for k, active in steps:
+        here = np.sum(target * normal[:, k], axis=1) - offset[:, k]
+        there = np.sum(images[k] * normal[:, k], axis=1) - offset[:, k]
+        gap = np.where(active & (here != there), here - there, 1.0)
+        crossing = target + (here / gap)[:, None] * (images[k] - target)
+        points[active, k + 1] = crossing[active]
+        target[active] = crossing[active]
+
+
+def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:
+    """(R, N, 3) normals and (R, N) offsets of the planar reflectors when they are struck."""
+    patches = tracing.world.patches
+    normal, offset = found.normal.copy(), np.zeros(found.sequence.shape)
+    for k in range(found.sequence.shape[1]):
+        rows = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
+        patch = found.sequence[rows, k]
+        frame = tracing.frames.of(patches.obstacle[patch], found.pose[rows], struck_s[rows, k])
+        normal[rows, k] = turned(patches.normal[patch], frame[:, 3])
+        offset[rows, k] = patches.offset_m[patch] + np.sum(normal[rows, k] * frame[:, :3], axis=1)
+    return normal, offset

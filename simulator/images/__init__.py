@@ -1,0 +1,1 @@
+"""The image method: planar mirrors, before and after whatever else a path meets."""

@@ -1,0 +1,157 @@
+"""Reflection points in planar patches, in float64 throughout.
+
+A path is a sequence of patches. The source is mirrored in each in turn (`image_tree`); the path runs from the receiver
+back to the last image, and every crossing must lie inside its patch and come from its front. A crossing on the border
+of a patch counts as inside: the twin it creates on the adjoining patch is removed later, by its image.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from obstaclewatch.support.arrays import Floats
+from simulator.images.image_pruning import distance, dot, grown
+from simulator.world.mirrors import BORDER_M
+
+REACHED, BEHIND, OUTSIDE = 0, 1, 2
+
+
+@numba.njit(cache=True)
+def _inside(point, frame, normal, edges):
+    """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
+    c, s = np.cos(frame[3]), np.sin(frame[3])
+    dx, dy = point[0] - frame[0], point[1] - frame[1]
+    local = (c * dx + s * dy, -s * dx + c * dy, point[2] - frame[2])
+    drop = 0
+    for k in range(1, 3):
+        if abs(normal[k]) > abs(normal[drop]):
+            drop = k
+    i, j = (drop + 1) % 3, (drop + 2) % 3
+    u, v = local[i], local[j]
+    odd = False
+    for e in range(len(edges)):
+        ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
+        du, dv = uj - ui, vj - vi
+        length2 = du * du + dv * dv
+        t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
+        if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
+            return True
+        if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
+            odd = not odd
+    return odd
+
+
+@numba.njit(cache=True)
+def _backtrack(mirrors, n, images, sequence, depth, target, hits):
+    """Reflection points of a sequence at pose n from its receiver back to its source; REACHED, BEHIND or OUTSIDE.
+
+    Args:
+        images: (depth + 1, 3) the source, then its images.
+        hits: (depth, 3) filled in.
+    """
+    end = target.copy()
+    for k in range(depth - 1, -1, -1):
+        p, image = sequence[k], images[k + 1]
+        normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
+        here, there = dot(end, normal) - offset, dot(image, normal) - offset
+        if there > 0.0:
+            here, there = -here, -there
+            if mirrors.one_sided[p]:
+                return BEHIND
+        if there == 0.0 or here < -BORDER_M:
+            return BEHIND
+        here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
+        for x in range(3):
+            hits[k, x] = end[x] + (image[x] - end[x]) * (here / (here - there))
+        outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
+        if not _inside(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
+            return OUTSIDE
+        end[:] = hits[k]
+    return REACHED
+
+
+@numba.njit(cache=True)
+def heard(mirrors, order, pose, sequence, images, receivers, limit, keep_missed):
+    """Which images of one order carry sound to which receivers, walls transparent.
+
+    Args:
+        order, pose, sequence, images: an `image_tree.Level`.
+        receivers: (N, M, 3).
+        limit: longest path, m.
+        keep_missed: return sequences that miss their patches as well; their hits mean nothing.
+
+    Returns:
+        where: (R, 3) image, receiver, code; hits: (R, K, 3); counts: (3,) sequences REACHED, BEHIND and OUTSIDE.
+    """
+    where, points = np.empty((256, 3), np.int64), np.empty((256,) + (sequence.shape[1], 3))
+    found, counts = 0, np.zeros(3, np.int64)
+    hits = np.zeros((sequence.shape[1], 3))
+    for r in range(len(pose)):
+        for m in range(receivers.shape[1]):
+            receiver = receivers[pose[r], m]
+            if distance(images[r, order], receiver) > limit:
+                continue
+            code = _backtrack(mirrors, pose[r], images[r], sequence[r], order, receiver, hits)
+            counts[code] += 1
+            if code != REACHED and not keep_missed:
+                continue
+            if found == len(where):
+                where, points = grown(where), grown(points)
+            where[found, 0], where[found, 1], where[found, 2] = r, m, code
+            points[found] = hits
+            points[found, order:] = 0.0
+            found += 1
+    return where[:found], points[:found], counts
+
+
+@numba.njit(cache=True)
+def _images(mirrors, n, source, sequence, order, images):
+    """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
+    images[0] = source
+    for k in range(order):
+        normal = mirrors.normal[n, sequence[k]]
+        height = dot(images[k], normal) - mirrors.offset_m[n, sequence[k]]
+        for x in range(3):
+            images[k + 1, x] = images[k, x] - 2.0 * height * normal[x]
+
+
+@numba.njit(cache=True)
+def crossings(mirrors, source, target, pose, order, sequence):
+    """Reflection points of given sequences from sources to targets (R, 3): (R,) code and (R, K, 3) points."""
+    rows, width = sequence.shape
+    code, points = np.zeros(rows, np.int64), np.zeros((rows, width, 3))
+    images = np.empty((width + 1, 3))
+    for r in range(rows):
+        _images(mirrors, pose[r], source[r], sequence[r], order[r], images)
+        code[r] = _backtrack(mirrors, pose[r], images, sequence[r], order[r], target[r], points[r])
+    return code, points
+
+
+@numba.njit(cache=True)
+def straight_crossings(mirrors, source, target, pose, order, sequence):
+    """Where the straight ways to the last images of given sequences cross the planes, patches or not.
+
+    Returns (R, K, 3) points, NaN where a way runs along a plane, and (R,) distances of the last images.
+    """
+    rows, width = sequence.shape
+    points, length = np.zeros((rows, width, 3)), np.empty(rows)
+    images = np.empty((width + 1, 3))
+    for r in range(rows):
+        n = pose[r]
+        _images(mirrors, n, source[r], sequence[r], order[r], images)
+        length[r] = distance(images[order[r]], target[r])
+        end = target[r].copy()
+        for k in range(order[r] - 1, -1, -1):
+            p = sequence[r, k]
+            here = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+            there = dot(images[k + 1], mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+            share = here / (here - there) if here != there else np.nan
+            end = end + share * (images[k + 1] - end)
+            points[r, k] = end
+    return points, length
+
+
+def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:
+    """(R, 3) images of points in planes, one plane a row."""
+    return point_m - 2.0 * (np.sum(point_m * normal, axis=-1) - offset_m)[..., None] * normal

@@ -1,0 +1,133 @@
+"""What Kirchhoff's integral leaves out at a rim: fringe waves (Ufimtsev, Method of Edge Waves, 1962).
+
+The integral over the two faces of an edge has edge waves of its own, which are not those of a wedge. Of both the line
+integrals along the edge are known, with the same exponential: the exact one of the wedge (Biot and Tolstoy 1957,
+Medwin; as written by Svensson, Fred and Vanderkooy 1999), and the Maggi-Rubinowicz one of the integral over a face.
+Their difference is summed along the rim:
+
+    p = -1/(4 pi) int [nu sum sin(nu phi) / (cosh(nu eta) - cos(nu phi)) - sum sin x / (cosh eta + cos x)]
+        e^{-jk(l + m)} / (l m) dz
+
+with phi = pi +- t +- t' of the angles t, t' of source and receiver from a face, nu = pi over the open angle, and
+x = t + t' from each face that both ends see. At the border of a reflection both parts grow without bound, their
+difference does not: so the sum goes on smoothly where the point of reflection runs off the rim. A bin seen from above
+its rim comes within 0.1 dB of full-wave values, where the integral alone errs by 1.4 dB.
+
+Elements of which neither face is seen from both ends add nothing, nor does the body's own shadow.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats
+from simulator.surfaces.creases import Creases
+
+ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts cancel by more digits than there are
+
+
+def add_fringe_waves(
+    creases: Creases, source_m: Floats, receiver_m: Floats, seen: Flags, wavenumber_rad_m: Floats,
+    reflection: Complexes, shortest_m: Floats, cell_m: float, weight: Floats, total: Complexes,
+) -> None:  # fmt: skip
+    """Add the fringe waves of all creases to the cells of Kirchhoff's sum.
+
+    Args:
+        source_m, receiver_m: (R, 3) in the rest frame.
+        seen: (R, F) facets that both ends see.
+        wavenumber_rad_m: (K,).
+        reflection: (C, K) factors of the surface at C cosines of incidence from 0 to 1 in even steps.
+        shortest_m: (R,) path of the first cell.
+        cell_m: width of a cell.
+        weight: (R, cells) of the facets in them: an element beyond the last of them goes into the nearest that has any.
+        total: (R, cells, K) sums about the cells' centres, added to.
+    """
+    _add(
+        creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad, creases.beside,
+        source_m, receiver_m, seen, wavenumber_rad_m, reflection, shortest_m, cell_m, weight,
+        total,
+    )  # type: ignore[call-arg]  # fmt: skip
+
+
+@numba.njit(cache=True)
+def _add(
+    middle, along, inwards, normal, open_angle, beside, source, receiver, seen, wavenumber, reflection, shortest,
+    cell_m, weight, total,
+):  # fmt: skip
+    """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
+    for r in range(len(source)):
+        for e in range(len(middle)):
+            first, second = seen[r, beside[e, 0]], seen[r, beside[e, 1]]
+            if not (first or second):
+                continue
+            length = np.sqrt(np.sum(along[e] ** 2))
+            s = _about(source[r] - middle[e], along[e] / length, inwards[e], normal[e])
+            t = _about(receiver[r] - middle[e], along[e] / length, inwards[e], normal[e])
+            if s[1] >= open_angle[e] or t[1] >= open_angle[e]:
+                continue
+            l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
+            strength = _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
+            slope = 0.5 * length * (s[2] / l + t[2] / m)
+            slot, share = _slot((l + m - shortest[r]) / cell_m, weight[r])
+            for n in range(len(wavenumber)):
+                k = wavenumber[n]
+                value = strength * np.sinc(k * slope / np.pi) * _factor(s, t, l, m, open_angle[e], first, reflection, n)
+                for c in range(2):
+                    part = 1.0 - share if c == 0 else share
+                    phase = k * (l + m - shortest[r] - (slot + c) * cell_m)
+                    total[r, slot + c, n] += part * value * (np.cos(phase) - 1j * np.sin(phase))
+
+
+@numba.njit(cache=True)
+def _slot(place, weight):
+    """Cell below a place, and the share of the next one; only cells with facets."""
+    slot = min(max(int(place), 0), len(weight) - 2)
+    while slot > 0 and weight[slot] == 0.0:
+        slot -= 1
+    if weight[slot + 1] == 0.0:
+        return slot, 0.0
+    return slot, np.sin(0.5 * np.pi * min(max(place - slot, 0.0), 1.0)) ** 2
+
+
+@numba.njit(cache=True)
+def _about(offset, along, inwards, normal):
+    """Distance from an edge, angle from its face 0, 0 to 2 pi, and place along it."""
+    x, y = np.sum(offset * inwards), np.sum(offset * normal)
+    return np.hypot(x, y), np.arctan2(y, x) % (2.0 * np.pi), np.sum(offset * along)
+
+
+@numba.njit(cache=True)
+def _fringe(s, t, l, m, open_angle, first, second):
+    """The bracket of the integral, for the faces that both ends see."""
+    nu = np.pi / open_angle
+    cosh = max((l * m + s[2] * t[2]) / (s[0] * t[0]), 1.0)
+    eta = np.arccosh(cosh)
+    x = s[1] + t[1]
+    beyond = 2.0 * open_angle - x
+    bracket = 0.0
+    for sign in (-1.0, 1.0):
+        bracket += nu * _share(nu * (np.pi + sign * (s[1] - t[1])), np.cosh(nu * eta))
+    # x grows past pi at the border of face 0, what is left of it to 2 open angles past that of face 1
+    for angle, seen in ((x, first), (beyond, second)):
+        if eta**2 + (np.pi - angle) ** 2 < ON_BORDER:
+            continue
+        bracket += nu * _share(nu * (np.pi - angle), np.cosh(nu * eta))
+        if seen:
+            bracket -= np.sin(angle) / (cosh + np.cos(angle))
+    return bracket
+
+
+@numba.njit(cache=True)
+def _share(angle, cosh):
+    return np.sin(angle) / (cosh - np.cos(angle))
+
+
+@numba.njit(cache=True)
+def _factor(s, t, l, m, open_angle, first, reflection, node):
+    """Reflection of the face that both ends see, face 0 if that is both, at the geometric mean of their cosines."""
+    a, b = (s[1], t[1]) if first else (open_angle - s[1], open_angle - t[1])
+    cosine = np.sqrt(abs(np.sin(a) * s[0] / l * np.sin(b) * t[0] / m))
+    step = min(cosine, 1.0) * (len(reflection) - 1)
+    below = min(int(step), len(reflection) - 2)
+    return (below + 1 - step) * reflection[below, node] + (step - below) * reflection[below + 1, node]

@@ -1,0 +1,106 @@
+"""Bodies heard by Kirchhoff's integral, with mirrors before and after them.
+
+As for curved surfaces, a mirror only moves the point that the body sees. The integral runs over the facets lit from
+both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.curved.single import Images
+from simulator.images.unfolding import Turns, straightened, unfolded
+from simulator.kirchhoff.image_pairs import Pairs
+from simulator.kirchhoff.integral import Cells, scattered
+from simulator.kirchhoff.lighting import lit_facets
+from simulator.surfaces.facets import Facets
+from simulator.waves import band
+from simulator.world.audible import Audible
+from simulator.world.candidates import Candidates, joined
+from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.world import Tracing
+
+CELL_SHARE = 1e-3  # of the strongest: at 2 % the echoes of people moved by 1.7 dB
+COSINES = 257  # of incidence, between which the reflection is interpolated
+
+
+def scattered_paths(
+    tracing: Tracing, facets: Facets, pairs: Pairs, max_order: int, audible: Audible, wavenumber: Floats, ledger: Ledger
+) -> tuple[Candidates, Complexes]:
+    """Paths over an obstacle heard as a whole, and (M, K) gains of it; `cell` names the row.
+
+    Args:
+        pairs: the ways that are wanted.
+        max_order: reflections in all, the body counting as one.
+        wavenumber: (K,) at the nodes of the band, rad/m.
+        ledger: of what is turned away.
+    """
+    parts, gains, first = [], [], 0
+    material = tracing.world.obstacles[facets.obstacle].material
+    reflection = material.reflection(band.nodes_hz(len(wavenumber)), np.linspace(0.0, 1.0, COSINES)[:, None])
+    for mic in range(2):
+        some = pairs[pairs.mic == mic]
+        frame = tracing.placed[some.pose, facets.obstacle]
+        ends = into_rest(some.before.point_m, frame), into_rest(some.after.point_m, frame)
+        seen = lit_facets(tracing, facets, tracing.source_m, some.before)
+        seen &= lit_facets(tracing, facets, tracing.mics_m[:, mic], some.after)
+        cells = scattered(facets, *ends, seen, wavenumber, reflection)
+        loud = _loud(cells, some.pose[cells.pair], audible)
+        _turn_faint_away(tracing, facets, mic, some.before, some.after, cells[~loud], max_order, ledger)
+        cells = cells[loud]
+        parts.append(_over_body(tracing, facets, mic, some.before, some.after, cells, first, max_order, ledger))
+        gains.append(cells.gain)
+        first += len(cells)
+    return joined(parts), np.concatenate(gains)
+
+
+def _loud(cells: Cells, pose: Ints, audible: Audible) -> Flags:
+    """(M,) cells that are not too long, and not lost under the noise or under the body's strongest.
+
+    Cells cancel down to a third of the loudest and lower between echoes, whatever is asked of the edges: those left
+    out must stay far below it.
+    """
+    kept = replace(audible, share=min(audible.share, CELL_SHARE))
+    gain = np.abs(cells.gain).max(axis=1, initial=0.0)
+    strongest = np.zeros(pose.max(initial=-1) + 1)
+    np.maximum.at(strongest, pose, gain)
+    return (cells.length_m <= audible.limit_m) & kept(gain, strongest[pose])
+
+
+def _turns(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int
+) -> Turns:
+    """Ways through the facets that stand for cells."""
+    before, after = before[cells.pair], after[cells.pair]
+    point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
+    number = np.full(len(cells), tracing.world.first_body + facets.obstacle)
+    return Turns(mic, before, after, point[:, None], number[:, None], width)
+
+
+def _turn_faint_away(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int, ledger: Ledger
+) -> None:
+    turns = _turns(tracing, facets, mic, before, after, cells, width)
+    amplitude = np.abs(cells.gain).max(axis=1, initial=0.0)
+    ledger.turn_away("faint cell", len(cells), lambda: Turned(amplitude, partial(straightened, tracing, turns)))
+
+
+def _over_body(
+    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, first: int, width: int,
+    ledger: Ledger,
+) -> Candidates:  # fmt: skip
+    """Candidates through the facet that stands for each cell."""
+    turns = _turns(tracing, facets, mic, before, after, cells, width)
+    found, ok, place = unfolded(tracing, turns, ledger, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
+    normal = turned(facets.normal[cells.facet[ok]], tracing.placed[found.pose, facets.obstacle, 3])
+    each = np.arange(len(ok))
+    arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
+    found.normal[each, place] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
+    found.lift_m[each, place] = facets.lift_m[cells.facet[ok]]
+    found.cell[:] = first + ok
+    return found

@@ -1,0 +1,224 @@
+"""Which mechanism suffices: where rays off a smooth surface err because the surface ends.
+
+A ray knows nothing of the rim beyond its reflection point. The rim's own contribution is that of the end of a line
+of stationary phase: the echo that an endless surface would return, times
+
+    sqrt(1/l + 1/m) / (sqrt(2 pi k) g)
+
+with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
+counts as an error as far as it reaches into the obstacle's strongest echo after the matched filter. Ways over an
+obstacle whose rims err together by more than the tolerance are left to Kirchhoff's integral, the others stay rays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.kirchhoff.image_pairs import Pairs, loudest_over, pairs_over, swapped_too
+from simulator.kirchhoff.shadows import hidden_share
+from simulator.scene.fidelity import Fidelity
+from simulator.surfaces.facets import can_cut
+from simulator.surfaces.reflectors import SmoothSurface
+from simulator.surfaces.surface_borders import Border
+from simulator.waves.spreading import spreading
+from simulator.world.audible import Audible
+from simulator.world.candidates import Candidates
+from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.rejection_log import Choice, Ledger
+from simulator.world.world import Tracing
+
+PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
+MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
+TOUCHING_M = 2e-3
+UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
+DB_PER_SHARE = 20.0 / np.log(10.0)
+UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
+UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
+UNEVEN_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
+FEW = 8.0  # ways that err by less than the tolerance over this stay rays
+CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
+
+
+def heard_whole(
+    tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float, ledger: Ledger
+) -> list[Pairs]:
+    """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
+
+    All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
+    uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
+    left to rays. `ledger` books what was chosen, and the estimates behind it.
+    """
+    world, mechanisms = tracing.world, fidelity.mechanisms
+    if "kirchhoff" not in mechanisms:
+        return []
+    chosen = []
+    for obstacle, (reading, _) in enumerate(world.skins):
+        flat, bent = bool((reading.patch >= 0).any()), bool(reading.curved.any())
+        if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
+            chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
+    for index, surface in enumerate(world.surfaces):
+        rough = unevenness(surface) > UNEVEN
+        if not (rough or len(world.borders[index])) or tracing.frames.carried[surface.obstacle]:
+            continue
+        if can_cut(world.skins[surface.obstacle][0], fidelity.facet_m):
+            pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
+            error = np.zeros(len(pairs))
+            if len(world.borders[index]):
+                error += rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            error += _shadow_error_db(tracing, surface.obstacle, pairs, echoes, wavenumber)
+            if rough:
+                error += _uneven_error_db(tracing, surface.obstacle, pairs, echoes)
+            needed = _needed(tracing, pairs, CAUTION * error, fidelity.tolerance_db)
+            name = world.obstacles[surface.obstacle].name
+            doubts = (
+                _together(tracing, pairs, each).max(initial=0.0) for each in (error, np.where(needed, 0.0, error))
+            )
+            ledger.choices.append(Choice(name, len(pairs), int(needed.sum()), *map(float, doubts)))
+            chosen.append(pairs[needed])
+    return [pairs for pairs in chosen if len(pairs)]
+
+
+def unevenness(surface: SmoothSurface) -> float:
+    """How much the curvature changes within a facet, re its size, as a median: 0 on spheres and cylinders."""
+    mean = surface.curvature.mean(axis=1, keepdims=True)
+    size = np.linalg.norm(surface.curvature, axis=(2, 3)).mean(axis=1)
+    change = np.linalg.norm(surface.curvature - mean, axis=(2, 3)).mean(axis=1)
+    return float(np.median(change / np.maximum(size, 1e-9)))
+
+
+def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates) -> Floats:
+    """(R,) error of rays over ways where the obstacle is audible at all.
+
+    Whole over ways with one mirror at the most, whether rays were found or missed; over longer ones as far as a ray
+    off a fold, loud by chance, reaches into the strongest echo.
+    """
+    met = _mirrored(_meeting(tracing, obstacle, echoes))
+    level, _ = _strongest(tracing, met)
+    here = level[pairs.pose, pairs.mic]
+    by_chance = loudest_over(tracing, met, _amplitude(met), pairs) / np.maximum(here, UNEVEN_GAIN)
+    short = pairs.before.order + pairs.after.order <= 1
+    return np.where(here > UNEVEN_GAIN, UNEVEN_DB * np.where(short, 1.0, np.minimum(by_chance, 1.0)), 0.0)
+
+
+def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
+    """(R,) error of rays over ways whose zone round the reflection point is hidden in part, as far as they are loud."""
+    met = _mirrored(_meeting(tracing, obstacle, echoes))
+    level, _ = _strongest(tracing, met)
+    owner = np.append(tracing.world.owner, -1)
+    amplitude = _amplitude(met)
+    slot = (owner[met.sequence] == obstacle).argmax(axis=1)
+    loss = amplitude * hidden_share(tracing, met, slot, wavenumber)
+    here = level[pairs.pose, pairs.mic]
+    share = loudest_over(tracing, met, loss, pairs) / np.maximum(here, UNEVEN_GAIN)
+    return np.where(here > UNEVEN_GAIN, DB_PER_SHARE * share, 0.0)
+
+
+def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
+    """(R,) ways to be left to the integral, each with the one that runs the other way round: they share a mirror."""
+    total = _together(tracing, pairs, error_db)
+    return swapped_too(pairs, (total[pairs.pose, pairs.mic] > tolerance_db) & (error_db > tolerance_db / FEW))
+
+
+def _together(tracing: Tracing, pairs: Pairs, error_db: Floats) -> Floats:
+    """(N, 2) errors of all ways over an obstacle, added up at each pose and microphone."""
+    total = np.zeros((len(tracing.pose), 2))
+    np.add.at(total, (pairs.pose, pairs.mic), error_db)
+    return total
+
+
+def rim_error_db(
+    tracing: Tracing, index: int, pairs: Pairs, echoes: Candidates, audible: Audible, wavenumber: float
+) -> Floats:
+    """(R,) estimated error that the rim of smooth surface `index` makes on each way; infinite where it is the echo.
+
+    Args:
+        echoes: what the rays found, of any obstacle.
+        audible: obstacles under its floor do no harm.
+        wavenumber: rad/m.
+    """
+    surface = tracing.world.surfaces[index]
+    level, length = _strongest(tracing, _mirrored(_meeting(tracing, surface.obstacle, echoes)))
+    at = pairs.pose, pairs.mic
+    rim, path = _rim_echo(tracing, index, pairs, wavenumber)
+    heard = (path <= audible.limit_m) & (np.maximum(rim, level[at]) >= audible.floor)
+    rim = np.where(heard, rim, 0.0)
+    near = np.exp(-(((path - length[at]) / PULSE_M) ** 2))
+    louder = rim > level[at]
+    share = rim * near / np.where(level[at] > 0.0, level[at], 1.0)
+    return np.where(louder, np.inf, DB_PER_SHARE * share)
+
+
+def _meeting(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
+    owner = np.append(tracing.world.owner, -1)
+    return echoes[np.flatnonzero((owner[echoes.sequence] == obstacle).any(axis=1))]
+
+
+def _mirrored(echoes: Candidates) -> Candidates:
+    return echoes[np.flatnonzero((echoes.edge < 0) & (echoes.order > 0))]
+
+
+def _amplitude(echoes: Candidates) -> Floats:
+    return np.abs(spreading(echoes.points_m, echoes.normal, echoes.curvature, echoes.order))
+
+
+def _strongest(tracing: Tracing, met: Candidates) -> tuple[Floats, Floats]:
+    """(N, 2) amplitude and (N, 2) path of the strongest echo at each pose and microphone; 0 and 0 without one."""
+    amplitude = _amplitude(met)
+    rising = np.argsort(amplitude, kind="stable")
+    level, length = (np.zeros((len(tracing.pose), 2)) for _ in range(2))
+    level[met.pose[rising], met.mic[rising]] = amplitude[rising]
+    length[met.pose[rising], met.mic[rising]] = met.length_m[rising]
+    return level, length
+
+
+def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
+    """(R,) amplitude and (R,) path of what the rim returns between images of speaker and microphone."""
+    surface, border = tracing.world.surfaces[index], tracing.world.borders[index]
+    obstacle = surface.obstacle
+    frame = tracing.placed[pairs.pose, obstacle]
+    source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
+    to_source, to_receiver = (end[:, None] - border.point_m for end in (source, receiver))
+    l, m = np.linalg.norm(to_source, axis=2), np.linalg.norm(to_receiver, axis=2)
+    both = to_source / l[:, :, None] + to_receiver / m[:, :, None]
+    facing = np.einsum("rbx,bx->rb", both, border.normal)
+    lit = (facing > 0.0) | (not surface.closed)  # both sides of an open surface reflect
+    path = np.where(lit & ~_touching(tracing, obstacle, border, pairs.pose), l + m, np.inf)
+    first = path.argmin(axis=1)
+    each = np.arange(len(pairs))
+    l, m, shortest = l[each, first], m[each, first], path[each, first]
+    slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
+    bend = border.bend_1_m[first] * np.where(facing[each, first] < 0.0, -1.0, 1.0)
+    bent = 1.0 + 2.0 * np.maximum(bend, 0.0) * l * m / (l + m)
+    share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
+    share *= _step(border, first, share, l * m / (l + m))
+    amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
+    return np.where(np.isfinite(shortest), amplitude, 0.0), np.where(np.isfinite(shortest), shortest, 0.0)
+
+
+def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
+    """(R,) factor for borders where only the curvature ends: what both sides send cancels to the next order in 1/k."""
+    jump = 2.0 * np.abs(border.lost_1_m[at]) * arm_m
+    return np.where(border.tangent[at], np.minimum(2.0 * np.pi * share**2 * jump, 1.0), 1.0)
+
+
+def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Flags:
+    """(R, B) points of the border that stand upright on another obstacle: its image continues the surface there.
+
+    A tapered bin and its image meet at an angle: both end there.
+    """
+    patches = tracing.world.patches
+    others = np.flatnonzero(patches.obstacle != obstacle)
+    unique, which = np.unique(pose, return_inverse=True)
+    touching = np.zeros((len(unique), len(border)), dtype=bool)
+    for row, n in enumerate(unique):
+        frame = tracing.placed[n]
+        point = out_of_rest(border.point_m, frame[obstacle])
+        normal = turned(patches.normal[others], frame[patches.obstacle[others], 3])
+        offset = patches.offset_m[others] + np.sum(normal * frame[patches.obstacle[others], :3], axis=1)
+        center = out_of_rest(patches.center_m[others], frame[patches.obstacle[others]])
+        gap = np.abs(point @ normal.T - offset)
+        upright = np.abs(turned(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
+        near = np.linalg.norm(point[:, None] - center, axis=2) <= patches.radius_m[others]
+        touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
+    return touching[which.ravel()]

@@ -1,0 +1,65 @@
+"""Noise of the air and of the microphones: white, independent between microphones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import SingleComplexes, Singles
+from simulator.phone.phone import Phone
+
+BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
+_BLOCK = 1 << 18  # samples drawn at a time: the draws stay in the cache while they are laid out
+
+
+def noise_density(phone: Phone) -> float:
+    """One-sided power density of the noise, 1/Hz, relative to digital full scale.
+
+    A sine at `full_scale_spl_db` has amplitude 1, hence power 1/2; the level is spread evenly over 18-23 kHz.
+    """
+    band_power = 0.5 * 10.0 ** ((phone.noise_spl_db - phone.full_scale_spl_db) / 10.0)
+    return float(band_power / (BAND_HZ[1] - BAND_HZ[0]))
+
+
+def noise_rms(phone: Phone, sample_rate_hz: float) -> float:
+    """Standard deviation per sample of white noise of that density, relative to digital full scale.
+
+    Raises:
+        ValueError: a sample rate that is not positive.
+    """
+    if not (np.isfinite(sample_rate_hz) and sample_rate_hz > 0.0):
+        raise ValueError(f"sample_rate_hz must be positive, got {sample_rate_hz}")
+    return float(np.sqrt(noise_density(phone) * 0.5 * sample_rate_hz))
+
+
+def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.random.Generator) -> Singles:
+    """(2, count) noise, relative to digital full scale; exact zeros for a silent phone.
+
+    Drawn in the order of time: a longer recording with the same generator begins with the same noise.
+
+    Raises:
+        ValueError: a negative count, or a sample rate that is not positive.
+    """
+    if count < 0:
+        raise ValueError(f"count must not be negative, got {count}")
+    samples = np.zeros((2, count), dtype=np.float32)
+    rms = np.float32(noise_rms(phone, sample_rate_hz))
+    if rms == 0.0:
+        return samples
+    for start in range(0, count, _BLOCK):
+        block = samples[:, start : start + _BLOCK]
+        block[:] = rng.standard_normal((block.shape[1], 2), dtype=np.float32).T
+    samples *= rms
+    return samples
+
+
+def noise_envelope(phone: Phone, count: int, envelope_rate_hz: float, rng: np.random.Generator) -> SingleComplexes:
+    """(2, count) complex envelope of the same noise, within half an envelope rate of the carrier it is put on.
+
+    In the band the same statistics as `noise_samples`, for fewer draws: for renderers that work on envelopes,
+    x(t) = Re(envelope e^{j w t}).
+
+    Raises:
+        ValueError: a negative count, or a rate that is not positive.
+    """
+    parts = noise_samples(phone, 2 * count, 2.0 * envelope_rate_hz, rng)
+    return parts.view(np.complex64)

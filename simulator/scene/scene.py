@@ -1,0 +1,131 @@
+"""What stands in the world: obstacles with meshes and materials, and the air between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import trimesh
+
+from obstaclewatch.checked import check_types
+from obstaclewatch.support.arrays import Flags, Floats
+from simulator.scene.air import Air
+from simulator.scene.materials import Material
+
+Surface = Literal["auto", "flat", "smooth"]
+LEAST_AREA = 1e-9
+"""Of a triangle, over the square of its longest side."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """One named body: a mesh in world coordinates, its material, and how its facets are to be read.
+
+    A closed mesh, watertight and wound alike, reflects on the side its normals point to: outside, or inside if it is
+    wound inwards, as a room is. Both sides of any other mesh reflect.
+
+    Attributes:
+        mesh: trimesh.Trimesh, m, world frame, at time 0.
+        material: reflection of its whole surface.
+        name: unique within a scene.
+        surface: "auto" reads nearly tangent neighbours (below 35 degrees of dihedral angle) as one smooth surface,
+            "flat" takes every facet as the true surface, "smooth" rounds every edge but the sharp ones (60 degrees).
+        velocity_m_s: (3,) constant velocity of the whole body.
+        category: free label ("wall", "dustbin", ...), carried through to scores.
+
+    Raises:
+        ValueError: no trimesh.Trimesh (a file of several parts loads as a trimesh.Scene), no triangles or none with an
+            area, NaN vertices, indices out of range, no Material, no name, an unknown surface, a wrong velocity.
+    """
+
+    mesh: trimesh.Trimesh
+    material: Material
+    name: str
+    surface: Surface = "auto"
+    velocity_m_s: Floats = field(default_factory=lambda: np.zeros(3))
+    category: str = ""
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.name, str) and self.name):
+            raise ValueError(f"name of an obstacle must be a word or more, got {self.name!r}")
+        if not isinstance(self.mesh, trimesh.Trimesh):
+            hint = "; its to_mesh() is one" if isinstance(self.mesh, trimesh.Scene) else ""
+            raise ValueError(f"mesh of '{self.name}' must be a trimesh.Trimesh, got {type(self.mesh).__name__}{hint}")
+        if not isinstance(self.material, Material):
+            raise ValueError(
+                f"material of '{self.name}' must be a Material, as Material.named(...), got {self.material!r}"
+            )
+        _check_mesh(self.mesh, self.name)
+        if self.surface not in ("auto", "flat", "smooth"):
+            raise ValueError(f"surface of '{self.name}' must be auto, flat or smooth, got {self.surface!r}")
+        velocity = np.array(self.velocity_m_s, dtype=np.float64)
+        if velocity.shape != (3,) or not np.isfinite(velocity).all():
+            raise ValueError(f"velocity_m_s of '{self.name}' must be three finite numbers, got {self.velocity_m_s}")
+        velocity.setflags(write=False)
+        object.__setattr__(self, "velocity_m_s", velocity)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the obstacle has a velocity."""
+        return bool(np.any(self.velocity_m_s != 0.0))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Obstacles and air. The ground is an obstacle like any other.
+
+    Raises:
+        ValueError: two obstacles share a name, or something is no obstacle or no air.
+    """
+
+    obstacles: Sequence[Obstacle]
+    air: Air = field(default_factory=Air)
+    name: str = "scene"
+
+    def __post_init__(self) -> None:
+        check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air))
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        for obstacle in self.obstacles:
+            check_types(obstacle=(obstacle, Obstacle))
+        names = [obstacle.name for obstacle in self.obstacles]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"obstacle names must be unique, got {twice} more than once")
+
+    def obstacle(self, name: str) -> Obstacle:
+        """The obstacle of that name.
+
+        Raises:
+            KeyError: there is none; the message lists the names there are.
+        """
+        for candidate in self.obstacles:
+            if candidate.name == name:
+                return candidate
+        raise KeyError(f"no obstacle named '{name}'; there are {[o.name for o in self.obstacles]}")
+
+
+def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
+    """Refuse what Embree would silently drop (NaN vertices, bad indices)."""
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    if len(faces) == 0:
+        raise ValueError(f"mesh of '{name}' must have triangles, got none")
+    bad = int((~np.isfinite(vertices).all(axis=1)).sum())
+    if bad:
+        raise ValueError(
+            f"mesh of '{name}' must have finite vertices, got {bad} of {len(vertices)} with NaN or infinity"
+        )
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")
+    if not with_area(mesh).any():
+        raise ValueError(f"mesh of '{name}' must have a triangle with an area, got {len(faces)} without")
+
+
+def with_area(mesh: trimesh.Trimesh) -> Flags:
+    """(T,) triangles that have a plane: whose area is not lost beside the square of their longest side."""
+    corners = np.asarray(mesh.vertices, dtype=np.float64)[mesh.faces]
+    along = np.roll(corners, -1, axis=1) - corners
+    area = 0.5 * np.linalg.norm(np.cross(along[:, 0], along[:, 1]), axis=1)
+    found: Flags = area > LEAST_AREA * np.linalg.norm(along, axis=2).max(axis=1) ** 2
+    return found

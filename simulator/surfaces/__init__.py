@@ -1,0 +1,1 @@
+"""Meshes read as reflectors: patches, smooth surfaces, wedges, creases, facets."""

@@ -1,0 +1,378 @@
+"""Meshes read as reflectors: planar patches and smooth curved surfaces.
+
+Neighbouring facets within a hair of one plane are merged into one patch, so that a wall returns one echo whatever
+its triangles. Facets that meet at less than the crease angle belong to one smooth surface, which is rebuilt from
+its vertex normals (Nagata 2005, quadratic triangles); a facet of such a surface is never a mirror of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.scene.scene import Obstacle, with_area
+from simulator.surfaces.cone_tips import tips_opened
+from simulator.surfaces.facet_groups import Clusters, clusters
+from simulator.surfaces.quadratic_triangles import bulges
+from simulator.surfaces.thin_plate_rims import rims
+from simulator.surfaces.vertex_normals import vertex_geometry
+
+COPLANAR_RAD = 2e-3
+PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
+CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
+PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
+PANEL_LEAST_M2 = 3e-4  # a wavelength at 20 kHz squared: smaller planes are not joined, such as those of scanned skin
+PANEL_BEND_RAD = np.deg2rad(1.0)  # by which planes of one panel may depart from their mean
+
+
+@dataclass(frozen=True)
+class PlanarPatches:
+    """Merged coplanar facets of all obstacles.
+
+    Attributes:
+        normal: (P, 3) unit normal, outwards where the mesh is consistently wound.
+        offset_m: (P,) plane n . x = offset.
+        one_sided: (P,) bool, the back is inside a closed body.
+        obstacle: (P,) index of the obstacle.
+        center_m, radius_m: (P, 3), (P,) bounding sphere.
+        edge_m: (E, 2, 3) boundary segments of all patches, in order.
+        edge_start: (P + 1,) where the segments of each patch begin.
+    """
+
+    normal: Floats
+    offset_m: Floats
+    one_sided: Flags
+    obstacle: Ints
+    center_m: Floats
+    radius_m: Floats
+    edge_m: Floats
+    edge_start: Ints
+
+    def __len__(self) -> int:
+        return len(self.offset_m)
+
+
+@dataclass(frozen=True)
+class SmoothSurface:
+    """The curved facets of one obstacle as quadratic triangles.
+
+    Attributes:
+        obstacle: index of the obstacle.
+        corner_m: (T, 3, 3) corners of the facets.
+        normal: (T, 3, 3) unit normals at the corners, shared across smooth edges, split at creases.
+        curvature: (T, 3, 3, 3) curvature tensors at the corners, dn = K dx, 1/m.
+        bulge_m: (T, 3, 3) Nagata's edge vectors for edges 01, 12, 02.
+        neighbor: (T, 3) facet across edges 01, 12, 20; -1 at a crease or border.
+        sag_m: (T,) how far the rounded surface may stand off its facet.
+        closed: the obstacle is watertight, so only its outside reflects.
+        center_m, radius_m: bounding sphere.
+        clusters: groups of facets for the search.
+    """
+
+    obstacle: int
+    corner_m: Floats
+    normal: Floats
+    curvature: Floats
+    bulge_m: Floats
+    neighbor: Ints
+    sag_m: Floats
+    closed: bool
+    center_m: Floats
+    radius_m: float
+    clusters: Clusters
+
+    def __len__(self) -> int:
+        return len(self.corner_m)
+
+
+@dataclass(frozen=True)
+class MeshReading:
+    """What each facet of an obstacle is: part of a plane, of a smooth surface, or of the rim of a thin plate.
+
+    Attributes:
+        mesh: cleaned copy, world frame.
+        closed: watertight and consistently wound: only the outside reflects.
+        patch: (T,) planar patch of each facet, -1 for smooth facets and rims.
+        smooth_edges: (A, 2) pairs of facets that meet below the crease angle.
+        curved: (T,) facets of the smooth surface.
+        rim: (T,) facets of the rims of thin plates, which neither mirror nor bend.
+        sheet_m: (T,) thickness of the thin plate whose face a facet is part of; 0 for all others.
+    """
+
+    mesh: trimesh.Trimesh
+    closed: bool
+    patch: Ints
+    smooth_edges: Ints
+    curved: Flags
+    rim: Flags
+    sheet_m: Floats
+
+
+def read_mesh(obstacle: Obstacle) -> MeshReading:
+    """Tell the facets of an obstacle apart."""
+    mesh = _cleaned(obstacle.mesh)
+    closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
+    if not closed:
+        mesh = _wound_alike(_each_once(mesh))
+    mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
+    regions = _planar_regions(mesh)
+    smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
+    curved = _curved_faces(mesh, regions, smooth_edges)
+    rim, sheet_m = np.zeros(len(curved), dtype=bool), np.zeros(len(curved))
+    if closed:
+        rim, thickness = rims(mesh, regions, *_planes(mesh, regions))
+        sheet_m = thickness[regions]
+    planar = ~(curved | rim)
+    patch = np.full(len(curved), -1)
+    patch[planar] = np.unique(regions[planar], return_inverse=True)[1]
+    return MeshReading(mesh, closed, patch, smooth_edges, curved & ~rim, rim, sheet_m)
+
+
+def reflectors_of(obstacle: Obstacle, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of one obstacle, and its smooth surface if it has one."""
+    return reflectors_in(read_mesh(obstacle), index)
+
+
+def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of a mesh already read, and its smooth surface if it has one."""
+    mesh, curved, closed = reading.mesh, reading.curved, reading.closed
+    patches = _patches(mesh, reading.patch, index, closed)
+    surface = _smooth_surface(mesh, curved, reading.smooth_edges, index, closed) if curved.any() else None
+    return patches, surface
+
+
+def merge_patches(parts: list[PlanarPatches]) -> PlanarPatches:
+    """All parts as one set, in order."""
+    counts = np.concatenate([np.zeros(0, np.int64)] + [np.diff(part.edge_start) for part in parts])
+    start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+    def joined(name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
+        return np.concatenate([np.zeros((0, *shape), dtype)] + [getattr(part, name) for part in parts])
+
+    return PlanarPatches(
+        normal=joined("normal", (3,), float), offset_m=joined("offset_m", (), float),
+        one_sided=joined("one_sided", (), bool), obstacle=joined("obstacle", (), np.int64),
+        center_m=joined("center_m", (3,), float), radius_m=joined("radius_m", (), float),
+        edge_m=joined("edge_m", (2, 3), float), edge_start=start,
+    )  # fmt: skip
+
+
+def _cleaned(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy with equal vertices merged (triangle soups included) and without facets of no area."""
+    copy = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
+    copy.merge_vertices(merge_tex=True, merge_norm=True)
+    copy.update_faces(with_area(copy))
+    copy.remove_unreferenced_vertices()
+    return copy
+
+
+def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh without facets on the same corners as earlier ones, through which no facet would find its neighbour."""
+    first = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)[1]
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[np.sort(first)], process=False)
+
+
+def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
+
+    Every facet has two copies, as it is and turned over; copies that agree across a shared edge are joined. On what
+    cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
+    """
+    if mesh.is_winding_consistent:
+        return mesh
+    pairs, edges, count = mesh.face_adjacency, mesh.face_adjacency_edges, len(mesh.faces)
+    one, other = pairs.T
+    against = _runs_along(mesh.faces[one], edges) == _runs_along(mesh.faces[other], edges)
+    as_is, over = (
+        np.column_stack([one, other + count * against]),
+        np.column_stack([one + count, other + count * ~against]),
+    )
+    copy = _components(np.concatenate([as_is, over]), 2 * count)
+    _, first, part = np.unique(_components(pairs, count), return_index=True, return_inverse=True)
+    turned = copy[:count] != copy[first[part]]
+    faces = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
+    return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+def _runs_along(faces: Ints, edges: Ints) -> Flags:
+    """(A,) whether facets (A, 3) run through their edges (A, 2) from the first vertex to the second."""
+    forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
+    found: Flags = forth.any(axis=1)
+    return found
+
+
+def _components(pairs: Ints, count: int) -> Ints:
+    """(count,) component label of each facet under the pairs given."""
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def _planar_regions(mesh: trimesh.Trimesh) -> Ints:
+    """(T,) label of the plane that each facet lies in; chains that bend away from their plane are cut again."""
+    adjacency, angles = mesh.face_adjacency, mesh.face_adjacency_angles
+    labels = _components(adjacency[angles < COPLANAR_RAD], len(mesh.faces))
+    bent = _plane_misfit(mesh, labels) > PLANE_FIT_M
+    strict = (angles < COPLANAR_RAD) & ~bent[labels[adjacency[:, 0]]] | (angles < 1e-6)
+    return _components(adjacency[strict], len(mesh.faces))
+
+
+def _plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
+    """(L,) largest distance of a corner from its region's plane, m."""
+    normal, offset = _planes(mesh, labels)
+    distance = np.abs(np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]) - offset[labels, None])
+    worst = np.zeros(labels.max() + 1)
+    np.maximum.at(worst, labels, distance.max(axis=1))
+    return worst
+
+
+def _planes(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Floats, Floats]:
+    """(L, 3) area-weighted unit normal and (L,) offset of every region."""
+    count, area, normal = labels.max() + 1, mesh.area_faces, _region_normals(mesh, labels)
+    height = np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]).mean(axis=1)
+    return normal, np.bincount(labels, area * height, count) / np.bincount(labels, area, count)
+
+
+def _region_normals(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
+    """(L, 3) area-weighted unit normal of every region; 0 of one that closes upon itself."""
+    weighted = mesh.area_faces[:, None] * mesh.face_normals
+    normal: Floats = np.stack([np.bincount(labels, weighted[:, k]) for k in range(3)], axis=1)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
+    """(A, 2) pairs of facets that meet below the crease angle."""
+    return mesh.face_adjacency[mesh.face_adjacency_angles < max(crease_rad, 1e-6)]
+
+
+def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> Flags:
+    """(T,) facets that bend smoothly into a neighbour and are not of large panels."""
+    bends = smooth_edges[regions[smooth_edges[:, 0]] != regions[smooth_edges[:, 1]]]
+    area = np.bincount(regions, mesh.area_faces)[regions]
+    panel = _panels(mesh, regions, area, bends)
+    across = bends[panel[bends[:, 0]] != panel[bends[:, 1]]]
+    largest, largest_neighbor = np.zeros(panel.max() + 1), np.zeros(panel.max() + 1)
+    np.maximum.at(largest, panel, area)
+    for a, b in (across.T, across.T[::-1]):
+        np.maximum.at(largest_neighbor, panel[a], area[b])
+    return ~(largest > PANEL_AREA_RATIO * largest_neighbor)[panel]
+
+
+def _panels(mesh: trimesh.Trimesh, regions: Ints, area: NDArray, bends: Ints) -> Ints:
+    """(T,) label of each facet's plane, or of the planes that bend into one another by next to nothing in all.
+
+    A flat that is drawn out to a taper in two steps is one panel. The facets of a fine cylinder bend as little from one
+    to the next, but not in all.
+    """
+    normal = np.asarray(mesh.face_normals)
+    slight = np.einsum("ax,ax->a", *normal[bends.T]) > np.cos(PANEL_BEND_RAD)
+    joined = bends[slight & (area[bends] > PANEL_LEAST_M2).all(axis=1)]
+    label = _components(regions[joined], regions.max() + 1)[regions]
+    mean = _region_normals(mesh, label)
+    bent = np.zeros(len(mean), dtype=bool)
+    np.logical_or.at(bent, label, np.einsum("tx,tx->t", normal, mean[label]) < np.cos(PANEL_BEND_RAD))
+    return np.unique(np.where(bent[label], len(mean) + regions, label), return_inverse=True)[1].astype(np.int64)
+
+
+def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) -> PlanarPatches:
+    """One patch per region that is not -1."""
+    faces = np.flatnonzero(regions >= 0)
+    labels = np.full(len(regions), -1)
+    labels[faces] = np.unique(regions[faces], return_inverse=True)[1]
+    count = int(labels.max()) + 1
+    edges, owner = _boundary_edges(mesh, labels)
+    if count == 0:
+        return merge_patches([])
+    normal, offset = _planes(trimesh.Trimesh(mesh.vertices, mesh.faces[faces], process=False), labels[faces])
+    corners = mesh.vertices[mesh.faces[faces]]
+    center: Floats = np.stack([np.bincount(labels[faces], corners[:, :, k].mean(axis=1)) for k in range(3)], axis=1)
+    center /= np.bincount(labels[faces])[:, None]
+    radius = np.zeros(count)
+    np.maximum.at(radius, labels[faces], np.linalg.norm(corners - center[labels[faces]][:, None], axis=2).max(axis=1))
+    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))]).astype(np.int64)
+    return PlanarPatches(
+        normal, offset, np.full(count, closed), np.full(count, obstacle), center, radius,
+        mesh.vertices[edges[np.argsort(owner, kind="stable")]], start,
+    )  # fmt: skip
+
+
+def _boundary_edges(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Ints, Ints]:
+    """(E, 2) vertex pairs that bound a region, and (E,) the region: edges used once by its facets."""
+    faces = np.flatnonzero(labels >= 0)
+    edges = np.sort(mesh.faces[faces][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(labels[faces], 3)
+    unique, count = np.unique(np.column_stack([owner, edges]), axis=0, return_counts=True)
+    once = unique[count == 1]
+    return once[:, 1:], once[:, 0]
+
+
+def _smooth_surface(
+    mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints, obstacle: int, closed: bool
+) -> SmoothSurface:
+    """The curved facets with shared normals, rounded edges and neighbours."""
+    faces = np.flatnonzero(curved)
+    corner = mesh.vertices[mesh.faces[faces]]
+    normal, curvature = _corner_geometry(mesh, curved, smooth_edges)
+    bulge = bulges(corner, normal)
+    center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
+    sag = 0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1)
+    return SmoothSurface(
+        obstacle=obstacle, corner_m=corner, normal=normal, curvature=curvature, bulge_m=bulge,
+        neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=sag, closed=closed,
+        center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
+        clusters=clusters(corner, normal, sag),
+    )  # fmt: skip
+
+
+def _corner_geometry(mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints) -> tuple[Floats, Floats]:
+    """(T, 3, 3) unit normals and (T, 3, 3, 3) curvature tensors at the corners of the T curved facets."""
+    faces = np.flatnonzero(curved)
+    every = _corner_groups(mesh, smooth_edges)
+    mean, panel = _mean_normals(mesh, curved, every)
+    label, group = np.unique(every[faces], return_inverse=True)
+    group = group.reshape(-1, 3)
+    point = np.zeros((len(label), 3))
+    point[group] = mesh.vertices[mesh.faces[faces]]
+    normal, curvature = vertex_geometry(point, group, mesh.face_normals[faces], mean[label], panel[label])
+    return normal[group], curvature[group]
+
+
+def _mean_normals(mesh: trimesh.Trimesh, curved: Flags, group: Ints) -> tuple[Floats, Flags]:
+    """(G, 3) angle-weighted mean normal of each group of corners, and (G,) whether a panel takes part.
+
+    A panel's normal is its own: where a curve runs tangentially into a panel, the corner takes the panel's normal.
+    """
+    weight = np.where(curved[:, None], mesh.face_angles, 1e6 * mesh.face_angles)
+    total = np.zeros((group.max() + 1, 3))
+    np.add.at(total, group.ravel(), (weight[:, :, None] * mesh.face_normals[:, None, :]).reshape(-1, 3))
+    total /= np.linalg.norm(total, axis=1, keepdims=True)
+    panel = np.zeros(len(total), dtype=bool)
+    panel[group[~curved].ravel()] = True
+    return total, panel
+
+
+def _corner_groups(mesh: trimesh.Trimesh, smooth_edges: Ints) -> Ints:
+    """(T, 3) label of each facet corner; corners at one vertex share it if joined through smooth edges."""
+    corner_of = {0: mesh.faces[smooth_edges[:, 0]], 1: mesh.faces[smooth_edges[:, 1]]}
+    same = corner_of[0][:, :, None] == corner_of[1][:, None, :]
+    row, first, second = np.nonzero(same)
+    pairs = np.column_stack([3 * smooth_edges[row, 0] + first, 3 * smooth_edges[row, 1] + second])
+    return _components(pairs, 3 * len(mesh.faces)).reshape(-1, 3)
+
+
+def _neighbors(mesh: trimesh.Trimesh, faces: Ints, smooth_edges: Ints) -> Ints:
+    """(T, 3) index within `faces` of the smooth neighbour across edges 01, 12, 20; -1 where there is none."""
+    position = np.full(len(mesh.faces), -1)
+    position[faces] = np.arange(len(faces))
+    neighbor = np.full((len(faces), 3), -1)
+    for here, there in (smooth_edges.T, smooth_edges.T[::-1]):
+        inside = position[here] >= 0
+        shared = (mesh.faces[here][:, :, None] == mesh.faces[there][:, None, :]).any(axis=2)
+        missing = np.argmin(shared, axis=1)  # the corner that the neighbour lacks is opposite the edge
+        neighbor[position[here[inside]], (missing[inside] + 1) % 3] = position[there[inside]]
+    return neighbor

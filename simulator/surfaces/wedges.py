@@ -1,0 +1,226 @@
+"""Sharp edges of meshes: creases between planar patches, free borders of sheets, rims of thin plates.
+
+Round every edge of the mesh its facets fan out; where the widest gap between two of them exceeds a half turn, the
+edge is a wedge that diffracts into that gap. Edges in one line between the same patches are one wedge, whatever the
+triangles. Creases towards smooth surfaces are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
+
+BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane
+STRAIGHT = 1e-8  # 1 - cosine between segments of one line: 1.4e-4 rad
+
+
+@dataclass(frozen=True)
+class Wedges:
+    """Straight sharp edges in the rest frames of their obstacles.
+
+    Attributes:
+        start_m, end_m: (W, 3).
+        inwards: (W, 3) unit vector from the edge into face 0, at right angles to the edge.
+        normal: (W, 3) unit normal of face 0 on the open side; angles run from `inwards` over `normal`.
+        open_angle_rad: (W,) from face 0 through the open space to the last face: pi to 2 pi.
+        patch: (W, 2) planar patches of face 0 and of the last face; the same one twice at a free border.
+        obstacle: (W,) index of the obstacle.
+        sheet_m: (W,) for the rim of a thin plate, its thickness; infinite for all others. A plate has one such edge
+            on either face, of which the one nearer to source and receiver counts.
+        radiates: (W, 2) whether the start and the end are corners; where the edge runs into another surface the
+            image in that surface continues it, and the end is none.
+    """
+
+    start_m: Floats
+    end_m: Floats
+    inwards: Floats
+    normal: Floats
+    open_angle_rad: Floats
+    patch: Ints
+    obstacle: Ints
+    sheet_m: Floats
+    radiates: Flags
+
+    def __len__(self) -> int:
+        return len(self.obstacle)
+
+    def __getitem__(self, index: NDArray) -> Wedges:
+        return Wedges(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    @property
+    def length_m(self) -> Floats:
+        """(W,) of each edge."""
+        return np.linalg.norm(self.end_m - self.start_m, axis=1)
+
+    @property
+    def along(self) -> Floats:
+        """(W, 3) unit vectors from start to end."""
+        return (self.end_m - self.start_m) / self.length_m[:, None]
+
+
+def no_wedges() -> Wedges:
+    """An empty set."""
+    none = np.zeros((0, 3))
+    return Wedges(
+        none, none, none, none, np.zeros(0), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), np.zeros(0),
+        np.zeros((0, 2), dtype=bool),
+    )  # fmt: skip
+
+
+def merge_wedges(parts: list[Wedges]) -> Wedges:
+    """All parts as one set, in order."""
+    parts = [no_wedges(), *parts]
+    return Wedges(*(np.concatenate([getattr(p, name) for p in parts]) for name in Wedges.__dataclass_fields__))
+
+
+def wedges_of(reading: MeshReading, index: int, first_patch: int) -> Wedges:
+    """Sharp edges of one obstacle.
+
+    Args:
+        reading: its mesh, told apart into patches, smooth facets and rims.
+        index: of the obstacle.
+        first_patch: index of its first planar patch among those of the whole world.
+    """
+    if not (reading.patch >= 0).any():
+        return no_wedges()
+    edge, face = _fans(reading)
+    pieces = merge_wedges([_fan_wedges(reading, edge, face, index), _rim_wedges(reading, edge, face, index)])
+    merged = _in_line(pieces)
+    patch = np.where(merged.patch >= 0, merged.patch + first_patch, -1)
+    return Wedges(**{**{n: getattr(merged, n) for n in Wedges.__dataclass_fields__}, "patch": patch})
+
+
+def _fans(reading: MeshReading) -> tuple[Ints, Ints]:
+    """(F, 2) vertex pairs of edges where a patch ends, and (F, K) the facets round each, -1 padded."""
+    mesh = reading.mesh
+    pairs = np.sort(np.asarray(mesh.faces)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    key = pairs[:, 0].astype(np.int64) * len(mesh.vertices) + pairs[:, 1]
+    order = np.argsort(key, kind="stable")
+    _, first, which, count = np.unique(key[order], return_index=True, return_inverse=True, return_counts=True)
+    fan = np.full((len(first), count.max()), -1)
+    fan[which, np.arange(len(order)) - first[which]] = order // 3
+    patch = np.where(fan >= 0, reading.patch[fan], -2)
+    inner = (count == 2) & (patch[:, 0] == patch[:, min(1, patch.shape[1] - 1)])
+    return pairs[order[first]][~inner], fan[~inner]
+
+
+def _fan_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedges:
+    """Wedges in the widest gap between planar facets."""
+    planar = ((fan < 0) | (reading.patch[fan] >= 0)).all(axis=1)
+    edge, fan = edge[planar], fan[planar]
+    if len(edge) == 0:
+        return no_wedges()
+    along, inwards = _directions(reading.mesh, edge, fan)
+    across = np.cross(along[:, None], inwards[:, :1])[:, 0]
+    turn = np.arctan2(np.einsum("fkx,fx->fk", inwards, across), np.einsum("fkx,fx->fk", inwards, inwards[:, 0]))
+    turn = np.where(fan >= 0, np.mod(turn, 2.0 * np.pi), np.inf)
+    order = np.argsort(turn, axis=1, kind="stable")
+    turn = np.take_along_axis(turn, order, axis=1)
+    every, size = np.arange(len(fan)), (fan >= 0).sum(axis=1)
+    following = np.concatenate([turn[:, 1:], np.full((len(fan), 1), np.inf)], axis=1)
+    following[every, size - 1] = turn[:, 0] + 2.0 * np.pi
+    gap = np.where(np.isfinite(turn), following - np.where(np.isfinite(turn), turn, 0.0), -1.0)
+    widest = np.argmax(gap, axis=1)
+    first, last = order[every, widest], order[every, (widest + 1) % size]
+    inwards = inwards[every, first]
+    normal = np.cross(along, inwards)
+    outside = np.sum(reading.mesh.face_normals[fan[every, first]] * normal, axis=1) > 0.0
+    sharp = (gap[every, widest] > np.pi + BLUNT_RAD) & (outside | (not reading.closed))
+    patch = np.stack([reading.patch[fan[every, first]], reading.patch[fan[every, last]]], axis=1)
+    return _wedges(
+        reading.mesh, edge[sharp], inwards[sharp], normal[sharp], gap[every, widest][sharp], patch[sharp], index,
+        np.full(int(sharp.sum()), np.inf),
+    )  # fmt: skip
+
+
+def _rim_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedges:
+    """Edges of thin plates: where a plate's face meets its rim, a sheet's border in the plane of that face."""
+    if not reading.rim.any():
+        return no_wedges()
+    plate = (fan >= 0) & (reading.patch[fan] >= 0) & (reading.sheet_m[fan] > 0.0)
+    rim = (fan >= 0) & reading.rim[fan]
+    rows = np.flatnonzero((plate.sum(axis=1) == 1) & (rim.sum(axis=1) == 1) & ((fan >= 0).sum(axis=1) == 2))
+    face = fan[rows, np.argmax(plate[rows], axis=1)]
+    _, inwards = _directions(reading.mesh, edge[rows], face[:, None])
+    patch = np.stack([reading.patch[face]] * 2, axis=1)
+    return _wedges(
+        reading.mesh, edge[rows], inwards[:, 0], reading.mesh.face_normals[face], np.full(len(rows), 2.0 * np.pi),
+        patch, index, reading.sheet_m[face],
+    )  # fmt: skip
+
+
+def _directions(mesh: trimesh.Trimesh, edge: Ints, fan: Ints) -> tuple[Floats, Floats]:
+    """(F, 3) unit vectors along edges, (F, K, 3) unit vectors from them into each facet at right angles."""
+    start, end = mesh.vertices[edge[:, 0]], mesh.vertices[edge[:, 1]]
+    along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+    corners = mesh.vertices[mesh.faces[fan]] - start[:, None, None]
+    off = corners - np.einsum("fkcx,fx->fkc", corners, along)[..., None] * along[:, None, None]
+    opposite = np.argmax(np.linalg.norm(off, axis=3), axis=2)
+    inwards = np.take_along_axis(off, opposite[:, :, None, None], axis=2)[:, :, 0]
+    return along, inwards / np.linalg.norm(inwards, axis=2, keepdims=True)
+
+
+def _wedges(
+    mesh: trimesh.Trimesh, edge: Ints, inwards: Floats, normal: Floats, open_angle_rad: Floats, patch: Ints,
+    index: int, sheet_m: Floats,
+) -> Wedges:  # fmt: skip
+    count = len(edge)
+    return Wedges(
+        mesh.vertices[edge[:, 0]], mesh.vertices[edge[:, 1]], inwards, np.asarray(normal), open_angle_rad, patch,
+        np.full(count, index), sheet_m, np.ones((count, 2), dtype=bool),
+    )  # fmt: skip
+
+
+def _in_line(pieces: Wedges) -> Wedges:
+    """Pieces of one line between the same patches as one wedge."""
+    group = _chains(pieces)
+    count = int(group.max(initial=-1)) + 1
+    if count == len(pieces):
+        return pieces
+    first = np.zeros(count, dtype=np.int64)
+    first[group[::-1]] = np.arange(len(pieces))[::-1]
+    origin = pieces.start_m[first]
+    along = pieces.end_m[first] - origin
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    astray = np.zeros(count)
+    for point in (pieces.start_m, pieces.end_m):
+        offset = point - origin[group]
+        place = np.sum(offset * along[group], axis=1)
+        np.minimum.at(low, group, place)
+        np.maximum.at(high, group, place)
+        np.maximum.at(astray, group, np.linalg.norm(offset - place[:, None] * along[group], axis=1))
+    bent = astray > PLANE_FIT_M
+    straight = pieces[first[~bent]]
+    whole = Wedges(
+        (origin + low[:, None] * along)[~bent], (origin + high[:, None] * along)[~bent], straight.inwards,
+        straight.normal, straight.open_angle_rad, straight.patch, straight.obstacle, straight.sheet_m,
+        straight.radiates,
+    )  # fmt: skip
+    return merge_wedges([whole, pieces[np.flatnonzero(bent[group])]])
+
+
+def _chains(pieces: Wedges) -> Ints:
+    """(W,) label of the line that each piece belongs to: pieces end to end, parallel, between the same patches."""
+    count = len(pieces)
+    corner = np.concatenate([pieces.start_m, pieces.end_m])
+    vertex = np.unique(corner, axis=0, return_inverse=True)[1].reshape(-1)
+    which = np.tile(np.arange(count), 2)
+    pair = np.sort(pieces.patch, axis=1)[which]
+    order = np.lexsort((pair[:, 1], pair[:, 0], vertex))
+    left, right = order[:-1], order[1:]
+    along = (pieces.end_m - pieces.start_m) / pieces.length_m[:, None]
+    a, b = which[left], which[right]
+    same = (vertex[left] == vertex[right]) & (pair[left] == pair[right]).all(axis=1)
+    same &= np.abs(np.sum(along[a] * along[b], axis=1)) > 1.0 - STRAIGHT
+    same &= np.abs(pieces.open_angle_rad[a] - pieces.open_angle_rad[b]) < BLUNT_RAD
+    graph = coo_matrix((np.ones(int(same.sum())), (a[same], b[same])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].astype(np.int64)

@@ -1,0 +1,1 @@
+"""What holds for every wave: the frequency band and the spreading of ray tubes."""

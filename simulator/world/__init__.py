@@ -1,0 +1,1 @@
+"""A scene prepared for tracing: placed mirrors, visibility, candidate paths, rejections."""

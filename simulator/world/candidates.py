@@ -1,0 +1,129 @@
+"""Paths that geometry allows, before anything stands in their way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.world.frames import turned
+from simulator.world.world import Tracing
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Geometrically possible paths, world frame.
+
+    Attributes:
+        pose, mic, order: (C,).
+        sequence: (C, N) reflectors met, -1 padded; patches, then smooth surfaces, then sharp edges, then
+            bodies heard as a whole.
+        points_m: (C, N + 2, 3) source, reflection points, receiver (repeated to the end of the row).
+        normal: (C, N, 3) unit normals on the incident side.
+        curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
+        lift_m: (C, N) how far the true surface may stand off its mesh there.
+        face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
+        edge: (C,) sharp edge, -1 without one.
+        part: (C,) edges.APEX, START or END of that edge.
+        cell: (C,) cell of a body heard by Kirchhoff's integral, or a chain of edges: both carry gains worked out
+            beforehand. -1 for all others.
+    """
+
+    pose: Ints
+    mic: Ints
+    order: Ints
+    sequence: Ints
+    points_m: Floats
+    normal: Floats
+    curvature: Floats
+    lift_m: Floats
+    face: Ints
+    uv: Floats
+    edge: Ints
+    part: Ints
+    cell: Ints
+
+    def __len__(self) -> int:
+        return len(self.pose)
+
+    def __getitem__(self, index: NDArray) -> Candidates:
+        return Candidates(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    @property
+    def length_m(self) -> Floats:
+        """(C,) whole path."""
+        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
+
+
+def concatenated(parts: list[Candidates]) -> Candidates:
+    """All parts, one after the other, as wide as the widest of them."""
+    width = max(part.sequence.shape[1] for part in parts)
+    parts = [_widened(part, width) for part in parts]
+    return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+
+
+def _widened(found: Candidates, width: int) -> Candidates:
+    """The same with room for more reflections."""
+    more = width - found.sequence.shape[1]
+    if more == 0:
+        return found
+    wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)}
+    for name in ("sequence", "normal", "curvature", "lift_m", "face", "uv"):
+        column = getattr(found, name)
+        blank = -1 if name in ("sequence", "face") else 0
+        wide[name] = np.full((len(found), more, *column.shape[2:]), blank, dtype=column.dtype)
+    return replace(found, **{name: np.concatenate([getattr(found, name), part], axis=1) for name, part in wide.items()})
+
+
+def nothing(width: int) -> Candidates:
+    """No candidates, of up to `width` reflections."""
+    none, shape = np.zeros(0, dtype=np.int64), (0, width)
+    return Candidates(
+        none, none, none, np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)), np.zeros((*shape, 3)),
+        np.zeros((*shape, 3, 3)), np.zeros(shape), np.zeros(shape, dtype=np.int64), np.zeros((*shape, 2)), none, none,
+        none,
+    )  # fmt: skip
+
+
+def joined(parts: list[Candidates]) -> Candidates:
+    """All parts, sorted by pose, microphone, order and sequence: the order in which they are summed."""
+    whole = concatenated(parts)
+    keys = tuple(whole.sequence.T[::-1]) + (whole.order, whole.mic, whole.pose)
+    return whole[np.lexsort((whole.cell, whole.part, *whole.face.T[::-1], *keys))]
+
+
+def direct(tracing: Tracing, width: int) -> Candidates:
+    """The straight way from speaker to microphones."""
+    pose, mic = np.divmod(np.arange(2 * len(tracing.source_m)), 2)
+    return candidates(tracing, pose, mic, np.full((len(pose), width), -1), np.zeros((len(pose), width, 3)))
+
+
+def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Floats) -> Candidates:
+    """Candidates without normals from sequences (C, N), -1 padded, and reflection points (C, N, 3)."""
+    count, width = sequence.shape
+    order = (sequence >= 0).sum(axis=1)
+    receiver = tracing.mics_m[pose, mic]
+    points = np.repeat(receiver[:, None], width + 2, axis=1)
+    points[:, 0] = tracing.source_m[pose]
+    for k in range(width):
+        reflects = order > k
+        points[reflects, 1 + k] = hits[reflects, k]
+    return Candidates(
+        pose, mic, order, sequence, points, np.zeros((count, width, 3)), np.zeros((count, width, 3, 3)),
+        np.zeros((count, width)), np.full((count, width), -1), np.zeros((count, width, 2)),
+        np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
+    )  # fmt: skip
+
+
+def with_plane_normals(tracing: Tracing, found: Candidates) -> Candidates:
+    """Fill in the normals of the planar reflections, turned to the incident side."""
+    patches, frames = tracing.world.patches, tracing.placed
+    for k in range(found.sequence.shape[1]):
+        flat = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
+        patch = found.sequence[flat, k]
+        normal = turned(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
+        arriving = np.sum(normal * (found.points_m[flat, k + 1] - found.points_m[flat, k]), axis=1)
+        found.normal[flat, k] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
+    return found

@@ -1,0 +1,73 @@
+"""Planar patches as mirrors: where they stand at every pose, and which may follow which."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.surfaces.reflectors import PlanarPatches
+from simulator.world.frames import out_of_rest, turned
+
+BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
+
+
+class Mirrors(NamedTuple):
+    """P patches at N poses; compiled functions take it whole.
+
+    Attributes:
+        normal, offset_m, center_m: (N, P, 3), (N, P) and (N, P, 3) planes and centres in the world.
+        radius_m, one_sided, obstacle: (P,) as in `PlanarPatches`.
+        follows: (P, P) from `facing`.
+        frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
+        rest_normal: (P, 3) in the rest frame of the obstacle.
+        edge_m, edge_start: outlines in the rest frame, as in `PlanarPatches`.
+    """
+
+    normal: Floats
+    offset_m: Floats
+    center_m: Floats
+    radius_m: Floats
+    one_sided: Flags
+    obstacle: Ints
+    follows: Flags
+    frames: Floats
+    rest_normal: Floats
+    edge_m: Floats
+    edge_start: Ints
+
+
+def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mirrors:
+    """All patches where their obstacles stand, frames (N, O, 4)."""
+    frame = frames[:, patches.obstacle]
+    shape = (len(frames), len(patches), 3)
+    normal = turned(np.broadcast_to(patches.normal, shape), frame[..., 3])
+    offset = patches.offset_m + normal[..., 0] * frame[..., 0]
+    for x in (1, 2):
+        offset = offset + normal[..., x] * frame[..., x]
+    center = out_of_rest(np.broadcast_to(patches.center_m, shape), frame)
+    return Mirrors(
+        np.ascontiguousarray(normal), np.ascontiguousarray(offset), np.ascontiguousarray(center), patches.radius_m,
+        patches.one_sided, patches.obstacle, follows, frames, patches.normal, patches.edge_m, patches.edge_start,
+    )  # fmt: skip
+
+
+def facing(patches: PlanarPatches, moves: Flags) -> Flags:
+    """(P, P) whether patch j may follow patch i: each has some corner in front of the other.
+
+    Args:
+        moves: (O,) which obstacles move relative to the others; their patches may face any of another obstacle.
+    """
+    count = len(patches)
+    if count == 0:
+        return np.zeros((0, 0), dtype=bool)
+    corners = patches.edge_m[:, 0]
+    height = corners @ patches.normal.T - patches.offset_m
+    span = patches.edge_start[:-1]
+    highest = np.maximum.reduceat(height, span, axis=0).T
+    lowest = np.minimum.reduceat(height, span, axis=0).T
+    ahead = np.where(patches.one_sided[:, None], highest > BORDER_M, (highest > BORDER_M) | (lowest < -BORDER_M))
+    free = moves[patches.obstacle][:, None] | moves[patches.obstacle][None, :]
+    other = patches.obstacle[:, None] != patches.obstacle[None, :]
+    return (ahead & ahead.T) | (free & other)
