@@ -17,7 +17,7 @@ from benchmarks.cells.compute import heard
 from benchmarks.cells.equipment import detector_for
 from benchmarks.plan import plan_cells
 from benchmarks.suite import load_suite
-from obstaclewatch.detectors import EchoDetector
+from obstaclewatch.paper.detectors import EchoDetector
 from obstaclewatch.support.arrays import Floats, Singles
 
 LIMIT_MS = 0.5

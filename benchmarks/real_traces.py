@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.approach_filter import expected_reading, predicted, updated
-from obstaclewatch.approaches import ACCELERATION_M_S2
-from obstaclewatch.background import ClutterMap
-from obstaclewatch.collision import CollisionVote
-from obstaclewatch.echoes import refine_peaks, separated_peaks
+from obstaclewatch.paper.collision import CollisionVote
+from obstaclewatch.signal.background import ClutterMap
+from obstaclewatch.signal.echoes import refine_peaks, separated_peaks
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.tracking.kalman import expected_reading, predicted, updated
+from obstaclewatch.tracking.tracks import ACCELERATION_M_S2
 
 ZONE_M = (1.6, 3.5)
 """Where objects were: beyond the floor's echo at 1.35 m, before the end of the traces."""

@@ -7,20 +7,19 @@ from __future__ import annotations
 
 from typing import Any
 
-import obstaclewatch.compile_cache  # noqa: F401  before any function is compiled
-from obstaclewatch.alignment import NoBeepError
+import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.collision import Decision
-from obstaclewatch.detection import Detection, Flag
-from obstaclewatch.detectors import DistanceOnlyDetector, PaperDetector
-from obstaclewatch.errata import Errata
-from obstaclewatch.matched_filter import EchoProfile, MatchedFilter
-from obstaclewatch.mic_phase import MicPhase, measure_mic_phase
+from obstaclewatch.detection import Decision, Detection, Flag
+from obstaclewatch.paper.detectors import DistanceOnlyDetector, PaperDetector
+from obstaclewatch.paper.errata import Errata
+from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry, Recording
-from obstaclewatch.recording_health import Fault, RecordingHealth, inspect_recording
-from obstaclewatch.settings import PaperSettings
+from obstaclewatch.recordings.alignment import NoBeepError
+from obstaclewatch.recordings.health import Fault, RecordingHealth, inspect_recording
+from obstaclewatch.recordings.mic_phase import MicPhase, measure_mic_phase
+from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.sound_speed import assumed_sound_speed
-from obstaclewatch.tracking import TrackingDetector
+from obstaclewatch.tracking.detector import TrackingDetector
 
 __all__ = [
     "BeepDesign",
@@ -51,7 +50,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Audio files are opened on demand only, so that a detector needs no sound library."""
     if name in ("read_recording", "write_recording"):
-        from obstaclewatch import audio
+        from obstaclewatch.recordings import audio
 
         return getattr(audio, name)
     raise AttributeError(f"module 'obstaclewatch' has no attribute '{name}'")

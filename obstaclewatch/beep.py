@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 
 

@@ -8,7 +8,6 @@ from enum import IntFlag
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.collision import Decision
 from obstaclewatch.support.arrays import Flags, Floats
 
 
@@ -80,3 +79,24 @@ class Detection:
 
     def __len__(self) -> int:
         return len(self.range_m)
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the walker is told after one beep.
+
+    Attributes:
+        alert: a collision is predicted within the dangerous distance.
+        time_s: emission of the beep, s from the start of the recording.
+        range_m: to the nearest candidate that voted for a collision; NaN if none did.
+        time_to_collision_s: that range over its closing speed; NaN likewise. Both are read 0.205 s ahead for the
+            paper's beep (see `signal.two_mics`). `TrackingDetector` has the expected time to the first touch of a body,
+            just below 0 once that should have come.
+        votes: collision votes among the last `votes_of` beeps; of `TrackingDetector`, the candidates that vote now.
+    """
+
+    alert: bool
+    time_s: float
+    range_m: float
+    time_to_collision_s: float
+    votes: int

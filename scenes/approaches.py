@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obstaclewatch.checked import check_seed
+from obstaclewatch.support.argument_types import check_seed
 from obstaclewatch.support.arrays import Floats
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from obstaclewatch.checked import check_seed
+from obstaclewatch.support.argument_types import check_seed
 from scenes.obstacles import random_obstacle
 from scenes.obstacles.pedestrian import random_person
 from scenes.placing import placed

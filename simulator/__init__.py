@@ -1,6 +1,6 @@
 """Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
 
-import obstaclewatch.compile_cache  # noqa: F401  before any function is compiled
+import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.rejections import Rejections, trace_rejected

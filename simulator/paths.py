@@ -14,8 +14,6 @@ from simulator.phone.phone import Phone
 from simulator.waves import band
 from simulator.world.rejection_log import Choice
 
-REFERENCE_HZ = 20_000.0  # middle of the band in which gains are kept
-
 
 @dataclass(frozen=True)
 class Paths:

@@ -19,11 +19,11 @@ import scipy.fft
 from numpy.polynomial import chebyshev
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.checked import check_seed, check_types
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.argument_types import check_seed, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.field.motion import Motion, fastest_closing_m_s, motion_within
-from simulator.paths import REFERENCE_HZ, Paths
+from simulator.paths import Paths
 from simulator.phone.noise import noise_samples
 from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
@@ -32,6 +32,7 @@ from simulator.scene.pose import Walk
 from simulator.scene.scene import Scene
 from simulator.trace import traced, tracing_of
 from simulator.waves import band
+from simulator.waves.band import REFERENCE_HZ
 from simulator.world.world import prepare
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy

@@ -16,10 +16,10 @@ from simulator.images.planar import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
 from simulator.kirchhoff.selection import heard_whole
-from simulator.paths import REFERENCE_HZ
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import facets_of
 from simulator.waves import band
+from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, concatenated, direct, joined, nothing

@@ -7,19 +7,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.checked import check_types
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
 from simulator.diffraction.btm import edge_terms
 from simulator.field.free_segments import legs_free
 from simulator.field.gains import DIFFRACTION, path_gain
-from simulator.paths import REFERENCE_HZ, Paths
+from simulator.paths import Paths
 from simulator.phone.phone import Phone
-from simulator.phone.structure_borne import through_case
+from simulator.phone.transducers import StructureBorne
 from simulator.scene.fidelity import MECHANISMS, Fidelity
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
 from simulator.search import FOCUS_GAIN, searched
 from simulator.waves import band
+from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
 from simulator.world.frames import Carrier
@@ -217,3 +218,21 @@ def names_of(world: World, found: Candidates) -> Strings:
     unique, which = np.unique(met, axis=0, return_inverse=True)
     labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in unique]
     return np.array(labels, dtype=np.str_)[which.ravel()]
+
+
+def through_case(paths: Paths, sound: StructureBorne) -> Paths:
+    """One path a pose and microphone, in the form of the airborne paths, named "case"."""
+    pose, mic = (index.ravel() for index in np.indices((paths.poses, 2)))
+    count, width = len(pose), paths.sequence.shape[1]
+    direct = paths[(paths.order == 0) & (paths.obstacle == "")]
+    gain = sound.gain[mic].astype(np.complex128)
+    return replace(
+        direct,
+        delay_s=sound.delay_s[mic],
+        gain=gain,
+        band_gain=np.repeat(gain[:, None], paths.band_gain.shape[1], axis=1),
+        mic=mic,
+        pose=pose,
+        obstacle=np.full(count, "case"),
+        sequence=np.full((count, width), -1),
+    )

@@ -12,7 +12,7 @@ from benchmarks.cells.detectors import build_detector, paper_settings
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
-from obstaclewatch.ranging import measured_direct_delay_s
+from obstaclewatch.signal.direct_sound import measured_direct_delay_s
 from obstaclewatch.sound_speed import assumed_sound_speed
 from simulator import Air, Phone, Scene, StraightWalk, render_walk
 from simulator.scene.pose import Walk

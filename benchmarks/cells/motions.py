@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from benchmarks.cells.fidelities import envelope_errors, of_target, peak_levels_db, priced
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
-from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Complexes
 from scenes import make_approach
 from simulator import Fidelity, Pose

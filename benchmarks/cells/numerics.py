@@ -15,7 +15,7 @@ import trimesh
 
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry, Recording
-from obstaclewatch.pulse import rms_bandwidth_hz
+from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.support.arrays import Complexes, Floats
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, render_walk, trace_paths
 from simulator.paths import Paths

@@ -17,9 +17,9 @@ from benchmarks.cells.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from benchmarks.cells.variation import varied
 from obstaclewatch import BeepDesign, EchoProfile, MatchedFilter
-from obstaclewatch.echoes import echoes_at, mean_threshold, os_cfar_threshold
+from obstaclewatch.paper.size import printed_rim_excess
 from obstaclewatch.recording import Recording
-from obstaclewatch.size import printed_rim_excess
+from obstaclewatch.signal.echoes import echoes_at, mean_threshold, os_cfar_threshold
 from obstaclewatch.support.arrays import Floats, Singles
 from scenes import GaitWalk, ground_truth, walker_body
 from scenes.obstacles import ground, random_obstacle

@@ -14,8 +14,8 @@ import numpy as np
 
 import obstaclewatch
 from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, inspect_recording
-from obstaclewatch.audio import read_blocks
-from obstaclewatch.live import live_pieces
+from obstaclewatch.recordings.audio import read_blocks
+from obstaclewatch.recordings.live import live_pieces
 from simulator import Phone
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")

@@ -11,7 +11,7 @@ from benchmarks.figures.plots import Line, Panel, PlotFigure, Style
 from benchmarks.results import RunData
 from benchmarks.scores import Table, approach_table, beep_table, chosen
 from obstaclewatch import BeepDesign
-from obstaclewatch.pulse import rms_bandwidth_hz
+from obstaclewatch.signal.pulse import rms_bandwidth_hz
 
 SPEED_M_S = 343.0
 HEARD_BEEPS = 5

@@ -124,13 +124,13 @@ def _sensing_panel() -> Drawing:
 
 
 def _flow_panel() -> Drawing:
-    from obstaclewatch.bearing import path_difference, walking_angle
-    from obstaclewatch.clutter import judge_motion
-    from obstaclewatch.collision import CollisionVote, decide, on_course
-    from obstaclewatch.echoes import os_cfar_threshold, separated_peaks
-    from obstaclewatch.matched_filter import MatchedFilter
-    from obstaclewatch.ranging import one_way_range
-    from obstaclewatch.size import rim_excess, size_from_crest
+    from obstaclewatch.paper.bearing import path_difference, walking_angle
+    from obstaclewatch.paper.clutter import judge_motion
+    from obstaclewatch.paper.collision import CollisionVote, decide, on_course
+    from obstaclewatch.paper.size import rim_excess, size_from_crest
+    from obstaclewatch.signal.echoes import os_cfar_threshold, separated_peaks
+    from obstaclewatch.signal.matched_filter import MatchedFilter
+    from obstaclewatch.signal.two_mics import one_way_range
 
     columns: tuple[tuple[str, tuple[tuple[str, Callable[..., Any]], ...]], ...] = (
         (

@@ -26,8 +26,8 @@ from simulator.images.body_images import images_lighting
 from simulator.images.image_method import mirrored
 from simulator.images.image_tree import Images
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
-from simulator.paths import REFERENCE_HZ
 from simulator.surfaces.reflectors import SmoothSurface
+from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, concatenated, nothing

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Floats
 from simulator.curved import stationary as curved
 from simulator.images.body_images import images_lighting
 from simulator.images.image_tree import Images
-from simulator.images.unfolding import Turns, matches, unfolded
+from simulator.images.unfolding import Turns, image_pairs, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
@@ -33,13 +33,6 @@ def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: 
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
         parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
     return concatenated(parts)
-
-
-def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
-    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
-    left, right = matches(lit.pose, heard.pose)
-    keep = lit.order[left] + heard.order[right] + 1 <= max_order
-    return left[keep], right[keep]
 
 
 def _reflected(

@@ -49,8 +49,8 @@ from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.joint_apexes import joint_apexes, second_derivatives
 from simulator.diffraction.single import at_poses, edge_points, outside, seen
 from simulator.diffraction.thin_panels import LONGEST, Chains, chains_of, merge_chains
-from simulator.paths import REFERENCE_HZ
 from simulator.surfaces.wedges import Wedges
+from simulator.waves.band import REFERENCE_HZ
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
 from simulator.world.rejection_log import Ledger

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
 from simulator.diffraction.thin_panels import Chains, merge_chains
-from simulator.field.free_segments import free_between
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.rejection_log import Turned
+from simulator.world.sight import free_between
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 

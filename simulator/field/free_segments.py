@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats
 from simulator.diffraction.single import lifts, point_slot
 from simulator.world.candidates import Candidates
+from simulator.world.sight import free_between
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
@@ -20,14 +21,6 @@ def legs_free(tracing: Tracing, found: Candidates) -> Flags:
         if len(rows) == 0:
             continue
         free[rows] = free_between(tracing, start[rows, k], end[rows, k], found.pose[rows])
-    return free
-
-
-def free_between(tracing: Tracing, start_m: Floats, end_m: Floats, pose: Ints) -> Flags:
-    """(R,) whether nothing stands between points (R, 3) at poses (R,)."""
-    free = np.ones(len(pose), dtype=bool)
-    for shadow in tracing.world.blockers:
-        free &= ~shadow.blocks_from(start_m, end_m, tracing.placed[:, shadow.obstacle], pose)
     return free
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.images import image_method as specular
+from simulator.images.image_tree import Images
 from simulator.images.planar import MISSES, crossed, straight
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.rejection_log import Ledger, Turned
@@ -112,3 +113,10 @@ def _assembled(tracing: Tracing, turns: Turns, rows: Ints, hits_before: Floats, 
         sequence[each, place + k], hits[each, place + k] = turns.reflector[rows, k], turns.point_m[rows, k]
     found = candidates(tracing, before.pose[rows], np.full(len(rows), turns.mic), sequence, hits)
     return with_plane_normals(tracing, found)
+
+
+def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
+    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
+    left, right = matches(lit.pose, heard.pose)
+    keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    return left[keep], right[keep]

@@ -36,8 +36,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.checked import check_types
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Floats
 from simulator.phone.transducers import StructureBorne, Transducer
 

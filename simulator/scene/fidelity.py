@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from obstaclewatch.checked import check_numbers, check_types
+from obstaclewatch.support.argument_types import check_numbers, check_types
 
 MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 

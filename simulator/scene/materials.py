@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.checked import check_types
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_HZ = (15_000.0, 25_000.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.checked import check_numbers
+from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from obstaclewatch.checked import check_types
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.scene.air import Air
 from simulator.scene.materials import Material

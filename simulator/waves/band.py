@@ -37,3 +37,6 @@ def evaluate(coefficient: Complexes, frequency_hz: ArrayLike) -> Complexes:
     """(P, K) coefficients to (P, F) values; frequencies outside the band take the value at its nearer end."""
     unit = np.clip(to_unit(frequency_hz), -1.0, 1.0)
     return coefficient @ chebyshev.chebvander(unit, coefficient.shape[-1] - 1).T
+
+
+REFERENCE_HZ = 20_000.0  # middle of the band in which gains are kept

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from benchmarks.cli import cli, main
 from benchmarks.echogram import MOST_COLUMNS, Columns
 from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, write_recording
-from obstaclewatch.collision import Decision
+from obstaclewatch.detection import Decision
 from simulator import Phone
 
 PHONE: PhoneGeometry = Phone.named("ideal").geometry

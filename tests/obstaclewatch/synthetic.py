@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch import BeepDesign, PhoneGeometry, Recording
-from obstaclewatch.carrier_phase import OFFSETS_M, second_channel
+from obstaclewatch.signal.carrier_phase import OFFSETS_M, second_channel
 
 C = 343.0
 BEEP = BeepDesign()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from obstaclewatch import MatchedFilter, PaperDetector, PaperSettings
-from obstaclewatch.carrier_phase import OFFSETS_M
+from obstaclewatch.signal.carrier_phase import OFFSETS_M
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, second_after, true_range
 

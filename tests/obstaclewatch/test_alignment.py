@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch import BeepDesign, Flag, NoBeepError, PaperDetector, PaperSettings, Recording
-from obstaclewatch.alignment import BeepFinder
+from obstaclewatch.recordings.alignment import BeepFinder
 
 from .synthetic import BEEP, PHONE, C, Point, record
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.approach_filter import begun, expected_reading, predicted, updated
+from obstaclewatch.tracking.kalman import begun, expected_reading, predicted, updated
 
 AHEAD_S = 0.205
 

@@ -11,8 +11,8 @@ import soundfile
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.audio import read_blocks, read_recording, write_recording
 from obstaclewatch.recording import Recording
+from obstaclewatch.recordings.audio import read_blocks, read_recording, write_recording
 
 STEP = 2.0**-23
 
@@ -179,5 +179,5 @@ def test_nan_in_a_float_file(tmp_path):
 
 
 def test_soundfile_is_imported_on_use_only():
-    code = "import sys, obstaclewatch.audio; raise SystemExit('soundfile' in sys.modules)"
+    code = "import sys, obstaclewatch.recordings.audio; raise SystemExit('soundfile' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.band_spectrum import PHASES, BandSpectrum
+from obstaclewatch.signal.band_spectrum import PHASES, BandSpectrum
 
 
 @settings(max_examples=60, deadline=None)

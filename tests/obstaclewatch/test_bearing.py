@@ -7,14 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.bearing import (
-    bearing_std,
-    body_distance,
-    cone_cosine,
-    deducted_difference,
-    path_difference,
-    walking_angle,
-)
+from obstaclewatch.paper.bearing import bearing_std, body_distance, deducted_difference, path_difference, walking_angle
+from obstaclewatch.signal.two_mics import cone_cosine
 
 L = 0.141
 

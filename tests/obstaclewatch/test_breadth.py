@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from obstaclewatch import TrackingDetector
-from obstaclewatch.breadth import (
+from obstaclewatch.trajectories.prior import hypotheses
+from obstaclewatch.trajectories.width_prior import (
     EDGES_M,
     NARROW,
     OF_BETWEEN,
@@ -16,7 +17,6 @@ from obstaclewatch.breadth import (
     narrow_radius,
     radius_shares,
 )
-from obstaclewatch.course_prior import hypotheses
 
 from .synthetic import BEEP, PHONE, Point, recording
 

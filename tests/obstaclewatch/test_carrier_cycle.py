@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
-from obstaclewatch.carrier_cycle import CYCLES, PathEvidence, phase_between, within_cycle
-from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence, phase_between, within_cycle
+from obstaclewatch.signal.matched_filter import MatchedFilter
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, recording, true_range
 
 CYCLE_M = C / BEEP.center_hz

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.clutter import SPEED_STEP_M_S, PeakHistory, judge_motion
-from obstaclewatch.settings import PaperSettings
+from obstaclewatch.paper.clutter import SPEED_STEP_M_S, PeakHistory, judge_motion
+from obstaclewatch.paper.settings import PaperSettings
 
 PERIOD_S = 0.09
 DEFAULTS = PaperSettings()

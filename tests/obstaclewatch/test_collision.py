@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.collision import CollisionVote, decide, on_course, on_course_printed
+from obstaclewatch.paper.collision import CollisionVote, decide, on_course, on_course_printed
 
 
 @pytest.mark.parametrize(

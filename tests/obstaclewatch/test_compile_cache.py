@@ -14,7 +14,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import obstaclewatch
-from obstaclewatch.compile_cache import PACKAGES, SourcesLocator, sources, sources_stamp
+from obstaclewatch.support.compile_cache import PACKAGES, SourcesLocator, sources, sources_stamp
 
 ROOT = Path(obstaclewatch.__file__).parents[1]
 CALLER = (
@@ -22,7 +22,7 @@ CALLER = (
 )
 CALLEE = "import numba\n\n@numba.njit(cache=True)\ndef one():\n    return {}\n"
 SCRIPT = (
-    "import obstaclewatch.compile_cache\nfrom scenes.caller import doubled\n"
+    "import obstaclewatch.support.compile_cache\nfrom scenes.caller import doubled\n"
     "print(doubled(), sum(doubled.stats.cache_hits.values()))"
 )
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
-from obstaclewatch.bearing import path_difference_at
-from obstaclewatch.carrier_cycle import CYCLES, PathEvidence
-from obstaclewatch.cone_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior
-from obstaclewatch.ground_height import HEIGHTS_M as HELD_M
-from obstaclewatch.ground_height import GroundListener
-from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.recording import Recording
+from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence
+from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.signal.two_mics import path_difference_at
+from obstaclewatch.standing.bearing_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior
+from obstaclewatch.walker.ground_height import HEIGHTS_M as HELD_M
+from obstaclewatch.walker.ground_height import GroundListener
 from tests.obstaclewatch.lifted import (
     HEIGHT_M,
     LENGTH,

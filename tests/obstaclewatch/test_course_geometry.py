@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.course_evidence import Bodies, path_differences, straight_lines, weighted_sum
-from obstaclewatch.course_geometry import cone_cosine, distance_ahead, sight, steady_range
-from obstaclewatch.gait import READING_M, line_weights, reading_covariance, whitening
+from obstaclewatch.trajectories.geometry import cone_cosine, distance_ahead, sight, steady_range
+from obstaclewatch.trajectories.likelihood import Bodies, path_differences, straight_lines, weighted_sum
+from obstaclewatch.walker.gait import READING_M, line_weights, reading_covariance, whitening
 
 L = 0.141
 EXACT = 2e-6

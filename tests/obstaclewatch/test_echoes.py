@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage, signal
 
-from obstaclewatch.echoes import (
+from obstaclewatch.signal.echoes import (
     SIDELOBE,
     above_sidelobes,
     highest_nearby,

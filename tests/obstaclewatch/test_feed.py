@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch import PaperDetector, Recording, TrackingDetector
-from obstaclewatch.feed import SampleFeed
+from obstaclewatch.recordings.feed import SampleFeed
 
 from .synthetic import BEEP, PHONE, Point, recording
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from obstaclewatch.last_rows import LastRows
+from obstaclewatch.support.recent_rows import LastRows
 
 STEPS = st.lists(st.one_of(st.just("append"), st.integers(0, 6), st.just("clear")), max_size=60)
 

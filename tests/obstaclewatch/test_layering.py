@@ -26,7 +26,7 @@ def test_import_pulls_in_nothing_else():
 
 
 def test_audio_is_reached_on_demand():
-    from obstaclewatch.audio import read_recording
+    from obstaclewatch.recordings.audio import read_recording
 
     assert obstaclewatch.read_recording is read_recording
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):

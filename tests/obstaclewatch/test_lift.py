@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from obstaclewatch import PaperSettings, TrackingDetector
-from obstaclewatch.moving_peaks import PeakFinder
+from obstaclewatch.tracking.moving_peaks import PeakFinder
 from tests.obstaclewatch.lifted import by_ground, recorded, way_m
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry
-from obstaclewatch.live import live_pieces
+from obstaclewatch.recordings.live import live_pieces
 
 BEEP = BeepDesign(18_000.0, 23_000.0, sample_rate_hz=48_000.0)
 PHONE = PhoneGeometry("laptop", [0.0, 0.0, 0.0], [[0.0, 0.0, 0.0], [0.0, -0.15, 0.0]])

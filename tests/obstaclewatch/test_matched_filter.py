@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from obstaclewatch import BeepDesign
-from obstaclewatch.echoes import echoes_at
-from obstaclewatch.matched_filter import MatchedFilter
+from obstaclewatch.signal.echoes import echoes_at
+from obstaclewatch.signal.matched_filter import MatchedFilter
 
 from .synthetic import BEEP
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch import Recording, TrackingDetector, measure_mic_phase
-from obstaclewatch.mic_phase import image_difference_m
+from obstaclewatch.recordings.mic_phase import image_difference_m
 from simulator import Material, Obstacle, Phone, Scene, render_walk
 from simulator.scene.pose import StraightWalk
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from obstaclewatch.order_statistic import median, order_statistic
+from obstaclewatch.support.quantiles import median, order_statistic
 
 
 @given(arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6)), st.data())

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from obstaclewatch import PaperSettings, TrackingDetector
-from obstaclewatch.echoes import local_maxima, noise_amplitude
-from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.overlap import (
+from obstaclewatch.signal.echoes import local_maxima, noise_amplitude
+from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.signal.overlap import (
     CLOSEST,
     FINE,
     is_one_pulse,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.pulse import pulse_shape, rms_bandwidth_hz, trailing_widths
+from obstaclewatch.signal.pulse import pulse_shape, rms_bandwidth_hz, trailing_widths
 
 from .synthetic import BEEP, C
 

@@ -7,15 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.bearing import cone_cosine
-from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.ranging import (
-    direct_sound,
-    measured_direct_delay_s,
-    nearest_body_path,
-    one_way_range,
-    ranges_of_pairs,
-)
+from obstaclewatch.paper.body_path import nearest_body_path
+from obstaclewatch.signal.direct_sound import direct_sound, measured_direct_delay_s
+from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.signal.two_mics import cone_cosine, one_way_range, ranges_of_pairs
 
 from .synthetic import BEEP, PHONE, C, Point, record
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from obstaclewatch import BeepDesign, Fault, Recording, inspect_recording
-from obstaclewatch.heard_beep import heard_beep
+from obstaclewatch.recordings.beep_identification import heard_beep
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk, render_walk
 from simulator.phone.presets import list_phones
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.size import size_from_crest
+from obstaclewatch.paper.size import size_from_crest
 
 from .synthetic import C
 

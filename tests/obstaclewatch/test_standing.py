@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
-from obstaclewatch.held_pose import HeldPose
-from obstaclewatch.matched_filter import MatchedFilter
 from obstaclewatch.recording import Recording
+from obstaclewatch.signal.beep_averaging import HeldPose
+from obstaclewatch.signal.matched_filter import MatchedFilter
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, Point, record, recording, true_range
 
 STANDING = PaperSettings(reject_static=False)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.course_prior import walking_speed
-from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.sinusoid import common_sinusoid, waves, weighted_fits
-from obstaclewatch.swing import (
+from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.trajectories.prior import walking_speed
+from obstaclewatch.walker.pitch_oscillation import (
     LEAST_BEEPS,
     LEAST_SHARE,
     MEMORY_BEEPS,
@@ -21,7 +20,8 @@ from obstaclewatch.swing import (
     swing_as_read,
     swing_at,
 )
-from obstaclewatch.swing import STEP_RAD_S as STEPS_RAD_S
+from obstaclewatch.walker.pitch_oscillation import STEP_RAD_S as STEPS_RAD_S
+from obstaclewatch.walker.sinusoid import common_sinusoid, waves, weighted_fits
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, true_range
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from obstaclewatch import TrackingDetector
-from obstaclewatch import track_range as module
-from obstaclewatch.gait import OTHER_M, READING_M, STEP_HZ, SWING_KNOWN_M
-from obstaclewatch.swing import STEADY, Swing
-from obstaclewatch.track_range import FITTED_BEEPS, HEARD_SHARE, MISSED_GROWTH, Timing, track_range
-from obstaclewatch.tracking import MOST_RANGE_STD_M
+from obstaclewatch.tracking import range_fit as module
+from obstaclewatch.tracking.detector import MOST_RANGE_STD_M
+from obstaclewatch.tracking.range_fit import FITTED_BEEPS, HEARD_SHARE, MISSED_GROWTH, Timing, track_range
+from obstaclewatch.walker.gait import OTHER_M, READING_M, STEP_HZ, SWING_KNOWN_M
+from obstaclewatch.walker.pitch_oscillation import STEADY, Swing
 
 from .synthetic import BEEP, PHONE, Point, recording
 

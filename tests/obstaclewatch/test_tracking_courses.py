@@ -7,10 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch.carrier_phase import OFFSETS_M
-from obstaclewatch.course_evidence import path_differences
-from obstaclewatch.course_geometry import bodies_at
-from obstaclewatch.course_prior import (
+from obstaclewatch.signal.carrier_phase import OFFSETS_M
+from obstaclewatch.tracking.detector import MOST_MISFIT
+from obstaclewatch.trajectories.geometry import bodies_at
+from obstaclewatch.trajectories.likelihood import path_differences
+from obstaclewatch.trajectories.posterior_grid import Course, CourseGrid, Samples
+from obstaclewatch.trajectories.prior import (
     HEIGHTS_M,
     RADIUS_M,
     WALK_RATIO_M_MIN,
@@ -18,10 +20,8 @@ from obstaclewatch.course_prior import (
     hypotheses,
     speed_density,
 )
-from obstaclewatch.courses import Course, CourseGrid, Samples
-from obstaclewatch.gait import OTHER_M, READING_M, reading_covariance
-from obstaclewatch.swing import Swing
-from obstaclewatch.tracking import MOST_MISFIT
+from obstaclewatch.walker.gait import OTHER_M, READING_M, reading_covariance
+from obstaclewatch.walker.pitch_oscillation import Swing
 
 from .synthetic import BEEP, PHONE, C
 

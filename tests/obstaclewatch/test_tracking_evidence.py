@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.approaches import Track
-from obstaclewatch.courses import Course, Posterior
-from obstaclewatch.line_evidence import CHANGE, LineEvidence, log_ratio
-from obstaclewatch.local_noise import local_noise
-from obstaclewatch.tracking import WAITS_M, due, is_pressing, next_to_judge
+from obstaclewatch.signal.local_noise import local_noise
+from obstaclewatch.tracking.detector import WAITS_M, due, is_pressing, next_to_judge
+from obstaclewatch.tracking.track_before_detect import CHANGE, LineEvidence, log_ratio
+from obstaclewatch.tracking.tracks import Track
+from obstaclewatch.trajectories.posterior_grid import Course, Posterior
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 

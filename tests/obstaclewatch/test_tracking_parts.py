@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import i0
 
-from obstaclewatch.background import ClutterMap, CoherentBackground
-from obstaclewatch.carrier_phase import (
+from obstaclewatch.paper.settings import PaperSettings
+from obstaclewatch.signal.background import ClutterMap, CoherentBackground
+from obstaclewatch.signal.carrier_phase import (
     OFFSETS_M,
     PHASE_STD,
     add_turned,
@@ -17,10 +18,9 @@ from obstaclewatch.carrier_phase import (
     hear,
     log_agreement,
 )
-from obstaclewatch.echoes import echoes_at
-from obstaclewatch.matched_filter import MatchedFilter
-from obstaclewatch.moving_peaks import PeakFinder
-from obstaclewatch.settings import PaperSettings
+from obstaclewatch.signal.echoes import echoes_at
+from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.tracking.moving_peaks import PeakFinder
 
 from .synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, second_after, true_range
 

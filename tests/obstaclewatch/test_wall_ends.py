@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.wall_ends import LEAST_HEARD, ends_of_passed, still_heard
+from obstaclewatch.trajectories.passed_walls import LEAST_HEARD, ends_of_passed, still_heard
 
 ENDS_M = ends_of_passed(0.25)
 

@@ -1,4 +1,4 @@
-"""Makes arlpy_matched_filter.npz: pulse compression by arlpy 1.9.3, the peer of `obstaclewatch.matched_filter`.
+"""Makes arlpy_matched_filter.npz: pulse compression by arlpy 1.9.3, the peer of `obstaclewatch.signal.matched_filter`.
 
 arlpy asks for numpy below 2, so it cannot be installed beside this project. Run this in an environment of its own:
 

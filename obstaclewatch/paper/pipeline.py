@@ -1,0 +1,337 @@
+"""From one beep's samples to its candidates' range, bearing and size: the stages that the paper's detectors share."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.detection import Flag
+from obstaclewatch.paper.bearing import PathDifference, bearing_std, body_distance, path_difference, walking_angle
+from obstaclewatch.paper.body_path import nearest_body_path
+from obstaclewatch.paper.clutter import Motion, PeakHistory, judge_motion
+from obstaclewatch.paper.measurement import Measurement, nothing_measured
+from obstaclewatch.paper.settings import PaperSettings
+from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest
+from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.signal.beep_averaging import HeldPose
+from obstaclewatch.signal.carrier_cycle import OVERLAP_STD_M, PHASE_STD_RAD, PathEvidence, phase_between, within_cycle
+from obstaclewatch.signal.direct_sound import DirectSound, checked_direct_delay_s, direct_sound
+from obstaclewatch.signal.echoes import (
+    Echoes,
+    above_sidelobes,
+    echoes_at,
+    highest_of_windows,
+    keep_separated,
+    local_maxima,
+    mean_threshold,
+    noise_amplitude,
+    os_cfar_passes,
+    separated_peaks,
+)
+from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
+from obstaclewatch.signal.pulse import pulse_shape
+from obstaclewatch.signal.two_mics import cone_cosine, path_difference_at, ranges_of_pairs
+from obstaclewatch.support.arrays import Flags, Floats
+
+PRINTED_SOUND_SPEED_M_S = 340.0
+"""Section 3.4, "assuming the speed of sound is 340m/s"; section 3.3 uses 343."""
+CFAR_HALF_WIDTH_S = 4e-3
+"""Reference window of the OS-CFAR on either side: ten times the pulse."""
+SIDELOBE_HALF_WIDTH_S = 2e-3
+"""How far sidelobes reach at that height: at rest they are 95 dB down after 1 ms, at 1.3 m/s 113 dB after 3 ms."""
+SEPARATION_SHARE = 0.7
+"""Least separation of two peaks as a share of the 0.5 ms window: 0.35 ms, the pulse's -3 dB width."""
+
+
+class Placed(NamedTuple):
+    """Where n candidates are: (n,) each, as in `Measurement`; `clamped` tells that Eq. 2 left arccos's domain."""
+
+    range_m: Floats
+    range2_m: Floats
+    bearing_rad: Floats
+    bearing_std_rad: Floats
+    clamped: Flags
+
+
+class EchoPipeline:
+    """The paper's measurements, section by section, with the memory that section 3.4 needs.
+
+    Args:
+        beep: the emitted signal.
+        phone: speaker and microphones.
+        settings: the paper's constants and errata.
+        sound_speed_m_s: speed of sound that the detector assumes.
+        pitch_rad: lift of the phone's top edge; None if not known.
+
+    Raises:
+        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, ranges beyond one period, or a
+            direct sound later than it is looked for.
+    """
+
+    def __init__(
+        self,
+        beep: BeepDesign,
+        phone: PhoneGeometry,
+        settings: PaperSettings,
+        sound_speed_m_s: float,
+        pitch_rad: float | None,
+    ) -> None:
+        if not (np.isfinite(sound_speed_m_s) and sound_speed_m_s > 0.0):
+            raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
+        if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
+            raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+        errata = settings.errata
+        self.settings = settings
+        self.sound_speed_m_s = sound_speed_m_s if errata.given_sound_speed else PRINTED_SOUND_SPEED_M_S
+        reach_s = 2.0 * settings.far_m / self.sound_speed_m_s + 2e-3
+        if reach_s > beep.period_s:
+            raise ValueError(f"far_m must be heard within one beep period, got {settings.far_m} m in {beep.period_s} s")
+        self.direct_delay_s = self._direct_delay_s(phone)
+        self._cos_pitch = float(np.cos(pitch_rad or 0.0))
+        self._separation_m = phone.mic_separation_m
+        self._speaker_m = phone.speaker_to_mic_m
+        axis = (phone.mics_m[0] - phone.mics_m[1]) / self._separation_m
+        ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
+        self._speaker_cosine = ahead_m / self._speaker_m[0] if self._speaker_m[0] > 0.0 else 0.0
+        self._filter = MatchedFilter(beep, reach_s, reverse=not errata.correlate_once)
+        self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
+        self._held = HeldPose(settings.held_beeps)
+        self._history = PeakHistory(settings.history_s)
+
+    def reset(self) -> None:
+        """Forget earlier beeps."""
+        self._history.clear()
+        self._held.clear()
+
+    def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
+        """One beep period to its candidates. `time_s` is that of the block's first sample."""
+        profile = self._held.add(self._filter.compress(block))
+        direct = direct_sound(profile)
+        if not direct.found:
+            return nothing_measured(Flag.NO_BEEP)
+        start_s = self._start_s(direct)
+        identical = np.array_equal(block[0], block[1])
+        beep_flags = Flag.IDENTICAL_CHANNELS if identical else Flag.NONE
+        echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
+        motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
+        nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
+        if len(nearest) == 0:
+            return nothing_measured(beep_flags, float(start_s[0]))
+        echoes, speed = echoes[nearest], motion.closing_speed_m_s[nearest]
+        snr = 2.0 * (echoes.amplitude / noise) ** 2
+        path1_m = self._path_m(echoes, start_s[0])
+        if identical:
+            difference = _unheard(len(echoes))
+        else:
+            difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
+        placed = self._placed(profile, float(start_s[0]), path1_m, self._evidence(profile, echoes, snr, difference))
+        size = self._size(profile, echoes, start_s[0], placed.range_m, speed)
+        confirmed = motion.judged or not self.settings.reject_static
+        return Measurement(
+            start_s=float(start_s[0]),
+            range_m=placed.range_m,
+            range2_m=placed.range2_m,
+            bearing_rad=placed.bearing_rad,
+            collision_angle_rad=size.collision_angle_rad,
+            radius_m=size.radius_m,
+            level_db=20.0 * np.log10(echoes.amplitude / direct.amplitude[0]),
+            snr_db=10.0 * np.log10(snr),
+            closing_speed_m_s=speed,
+            range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), placed.range2_m),
+            bearing_std_rad=placed.bearing_std_rad,
+            may_vote=motion.closing[nearest] | (not self.settings.reject_static),
+            flags=_flags(placed.clamped, difference, size.merged, confirmed, identical),
+            beep_flags=beep_flags,
+        )
+
+    def _direct_delay_s(self, phone: PhoneGeometry) -> float:
+        calibrated = self.settings.direct_delay_s
+        if calibrated is None:
+            return checked_direct_delay_s(float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s))
+        return checked_direct_delay_s(calibrated)
+
+    def _start_s(self, direct: DirectSound) -> Floats:
+        """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""
+        if self.settings.errata.shared_start:
+            return np.full(2, direct.delay_s[0] - self.direct_delay_s)
+        return direct.delay_s
+
+    def _path_m(self, echoes: Echoes, start_s: float) -> Floats:
+        return self.sound_speed_m_s * (echoes.delay_s - start_s)
+
+    def _echoes(self, profile: EchoProfile, start_s: float, direct: float) -> tuple[Echoes, float]:
+        """Microphone 0's peaks within the listening range, and the rms of its noise envelope."""
+        settings = self.settings
+        first, last = (
+            profile.position(start_s + 2.0 * range_m / self.sound_speed_m_s)
+            for range_m in (settings.near_m, settings.far_m)
+        )
+        heard = profile.magnitude[0, first : last + 1]
+        window = round(settings.peak_window_s * profile.rate_hz)
+        if settings.errata.separated_peaks:
+            high = self._high_enough(heard, local_maxima(heard), profile.rate_hz, direct)
+            peaks = keep_separated(heard, high, round(SEPARATION_SHARE * window))
+        else:
+            best = highest_of_windows(heard, window)
+            peaks = self._high_enough(heard, best, profile.rate_hz, direct)
+        noise = noise_amplitude(heard)
+        return self._echoes_of(profile, 0, peaks + first, noise), noise
+
+    def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
+        """Echoes at peaks of a channel, under noise of that rms: one each."""
+        return echoes_at(profile, channel, peaks)
+
+    def _high_enough(self, heard: Floats, peaks: NDArray[np.intp], rate_hz: float, direct: float) -> NDArray[np.intp]:
+        """Those of the peaks that reach the threshold."""
+        settings = self.settings
+        if not settings.errata.local_threshold:
+            return peaks[heard[peaks] >= mean_threshold(heard, settings.threshold_factor)]
+        least = direct * 10.0 ** (settings.floor_db / 20.0)
+        peaks = above_sidelobes(heard, peaks, round(SIDELOBE_HALF_WIDTH_S * rate_hz), least)
+        return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))]
+
+    def _motion(self, range_m: Floats, time_s: float) -> Motion:
+        """Compare the peaks with those of earlier beeps, then remember them."""
+        settings = self.settings
+        age_s, past_m = self._history.before(time_s)
+        motion = judge_motion(
+            range_m,
+            age_s,
+            past_m,
+            settings.static_tolerance_m,
+            settings.static_age_s,
+            settings.closing_speed_m_s,
+            settings.closing_tolerance_m,
+        )
+        self._history.add(time_s, range_m)
+        if settings.reject_static:
+            return motion
+        return Motion(np.zeros(len(range_m), bool), motion.closing, motion.closing_speed_m_s, motion.judged)
+
+    def _difference(self, profile: EchoProfile, path1_m: Floats, amplitude1: Floats, start_s: float) -> PathDifference:
+        """u of the candidates from microphone 1's peaks, freed of the walker's body."""
+        settings, noise = self.settings, noise_amplitude(profile.magnitude[1, profile.position(0.0) :])
+        least = noise * 10.0 ** (settings.second_mic_snr_db / 20.0) / np.sqrt(2.0)
+        first = profile.position(start_s)
+        peaks = separated_peaks(profile.magnitude[1, first:], least, 1) + first
+        echoes2 = self._echoes_of(profile, 1, peaks, noise)
+        return path_difference(
+            path1_m,
+            self._path_m(echoes2, start_s),
+            echoes2.amplitude,
+            separation_m=self._separation_m,
+            margin_m=settings.gate_margin_m,
+            body_distance_m=partial(self._body_distance_m, profile, start_s, least),
+            least_amplitude=amplitude1 * 10.0 ** (settings.second_mic_level_db / 20.0),
+            cos_pitch=self._cos_pitch,
+            gated=settings.errata.gated_second_mic,
+            whole_detour=settings.errata.whole_detour,
+        )
+
+    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
+        """What envelopes say of path differences, and the carrier where microphone 1's phase is known."""
+        by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+        cycle_m = self.sound_speed_m_s / profile.reference_hz
+        if self.settings.mic_phase_rad is None:
+            unknown = np.full(len(echoes), np.nan)
+            return PathEvidence(difference.u_m, by_envelopes, unknown, unknown, cycle_m)
+        straight_m = np.where(difference.body_deducted, np.nan, difference.u_m)
+        phase = phase_between(profile, echoes.delay_s, straight_m / self.sound_speed_m_s)
+        snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
+        delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
+        return PathEvidence(
+            difference.u_m,
+            np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M),
+            phase - self.settings.mic_phase_rad,
+            np.sqrt(1.0 / snr + 1.0 / snr2 + PHASE_STD_RAD**2),
+            cycle_m,
+        )
+
+    def _placed(self, profile: EchoProfile, start_s: float, path1_m: Floats, evidence: PathEvidence) -> Placed:
+        """Ranges and bearings: u within the carrier's cycle if that is known, then Eq. 2."""
+        u_m, u_std_m = evidence.envelope_m, evidence.envelope_std_m
+        if self.settings.mic_phase_rad is not None:
+            u_m, u_std_m = within_cycle(evidence, self._longest_m(path1_m))
+        range_m, range2_m = self._ranges(path1_m, u_m)
+        bearing_rad, clamped = self._bearing(range_m, range2_m)
+        spread = bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch)
+        return Placed(range_m, range2_m, bearing_rad, spread, clamped)
+
+    def _longest_m(self, path1_m: Floats) -> Floats:
+        """Path difference of what is straight ahead at the phone's height."""
+        longest: Floats = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
+        return longest
+
+    def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
+        """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
+        near_m, far_m = self.settings.body_distance_m
+        straight_m = float(self._speaker_m[1]) if self.settings.errata.shared_start else 0.0
+        window = (straight_m + 2.0 * near_m, straight_m + 2.0 * far_m)
+        path_m = nearest_body_path(profile, start_s, window, self.sound_speed_m_s, least)
+        return body_distance(path_m - straight_m, self._separation_m, self._cos_pitch)
+
+    def _ranges(self, path1_m: Floats, u_m: Floats) -> tuple[Floats, Floats]:
+        """D1 and D2 (sections 3.4 and 3.5)."""
+        errata = self.settings.errata
+        if not errata.one_way_range:
+            return path1_m, path1_m + u_m
+        baseline_m = float(self._speaker_m[0])
+        range_m = ranges_of_pairs(path1_m, u_m, self._separation_m, baseline_m, self._speaker_cosine)
+        return range_m, range_m + (u_m if errata.speaker_leg else u_m / 2.0)
+
+    def _range_std_m(self, delay_std_s: Floats, range2_m: Floats) -> Floats:
+        """(n,) deviation of D1: half of path 1's, and what the triangle takes of u = path 2 - path 1.
+
+        To first order D1 = path 1 / 2 + k u with k = b s / (2 L), for a speaker at b and cosine s from microphone 0.
+        """
+        share = 0.5 * self._speaker_m[0] * self._speaker_cosine / self._separation_m
+        if not self.settings.errata.one_way_range:
+            return self.sound_speed_m_s * delay_std_s
+        both = np.hypot(0.5 - share, share)
+        return self.sound_speed_m_s * delay_std_s * np.where(np.isnan(range2_m), 0.5, both)
+
+    def _bearing(self, range_m: Floats, range2_m: Floats) -> tuple[Floats, Flags]:
+        cosine = cone_cosine(range_m, range2_m, self._separation_m)
+        return walking_angle(cosine, self._cos_pitch, self.settings.errata.clamped_angle)
+
+    def _size(
+        self,
+        profile: EchoProfile,
+        echoes: Echoes,
+        start_s: float,
+        range_m: Floats,
+        speed_m_s: Floats,
+    ) -> Size:
+        """Collision angle and radius (Eq. 3)."""
+        errata = self.settings.errata
+        if errata.pulse_width_removed:
+            extra_m, merged = rim_excess(profile, echoes, self._pulse, speed_m_s, self.sound_speed_m_s)
+        else:
+            first = profile.position(start_s + 2.0 * self.settings.near_m / self.sound_speed_m_s)
+            average = mean_threshold(profile.magnitude[0, first:], 1.0)
+            extra_m = printed_rim_excess(profile, echoes, average, self.sound_speed_m_s)
+            merged = np.zeros(len(echoes), dtype=bool)
+        return size_from_crest(range_m, extra_m, merged, errata.rim_angle)
+
+
+def _flags(
+    clamped: Flags,
+    difference: PathDifference,
+    merged: Flags,
+    confirmed: bool,
+    identical: bool,
+) -> NDArray[np.int_]:
+    of_all = (0 if confirmed else int(Flag.UNCONFIRMED)) | (int(Flag.IDENTICAL_CHANNELS) if identical else 0)
+    flags: NDArray[np.int_] = clamped * int(Flag.CLAMPED) + of_all
+    flags += difference.body_deducted * int(Flag.BODY_DEDUCTED)
+    flags += np.isnan(difference.u_m) * int(Flag.NO_SECOND_MIC)
+    flags += merged * int(Flag.MERGED_CREST)
+    return flags
+
+
+def _unheard(count: int) -> PathDifference:
+    return PathDifference(np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool))

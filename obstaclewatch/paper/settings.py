@@ -1,0 +1,123 @@
+"""The paper's constants, and those it leaves open, as documented defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from obstaclewatch.paper.errata import Errata
+
+NOT_NEGATIVE = (
+    "threshold_factor", "cfar_factor", "static_tolerance_m", "closing_tolerance_m", "walker_half_width_m",
+    "gate_margin_m",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """Constants of the paper's detector.
+
+    Attributes:
+        near_m, far_m: one-way ranges listened to. Far: 7 m (section 3.4). Near: below 0.3 m the direct sound and
+            the hand mask everything.
+        threshold_factor: lambda of section 3.4, which the paper does not print, for the threshold as printed. At 3,
+            noise alone passes once in 1,200 independent cells.
+        cfar_factor: multiple of the local 60 % quantile, for the corrected threshold. At 3, noise alone passes once in
+            3,800 independent cells.
+        floor_db: least threshold, relative to the direct sound; matters only where there is no noise.
+        peak_window_s: 0.5 ms, the paper's window, also the least distance between two peaks.
+        max_candidates: the five nearest peaks (section 3.4).
+        reject_static: drop peaks that stay at the same delay while walking (section 3.4). Switch off to measure
+            while standing, where everything stays.
+        static_tolerance_m: how far a static peak may wander. A phone that bobs by 2.5 cm twice a second moves the
+            ground's echo by 2.5 cm and, through range-Doppler coupling (0.205 s x 0.31 m/s), reads +-7 cm.
+        static_age_s: only beeps at least this old tell static from moving; at 0.45 m/s an echo has left by then.
+        history_s: how long peaks are remembered.
+        closing_speed_m_s: (slowest, fastest) approach that counts as "decreases gradually" (section 3.6).
+        closing_tolerance_m: how far a peak may be from a constant approach.
+        evaluation_m: collisions are evaluated within 5 m (section 3.6).
+        danger_m: alerts are raised within 3 m (section 3.2).
+        votes_needed, votes_of: five collision decisions out of nine detections (section 3.6).
+        walker_half_width_m: half the width of the walker's body, for Eq. 4.
+        crest_level: level, relative to the peak, at which a crest's trailing width is read.
+        body_distance_m: (least, greatest) distance from microphone 1 to the walker's body.
+        gate_margin_m: how far path 2 - path 1 may lie outside +-L before it is another echo; 3 cm is three standard
+            deviations at 20 dB.
+        second_mic_snr_db: least SNR of a peak at microphone 1.
+        second_mic_level_db: least level of a candidate at microphone 1 relative to microphone 0. The rear microphone
+            is 8-10 dB weaker to the front; what is 30 dB weaker is a sidelobe.
+        direct_delay_s: calibrated delay of the direct peak at microphone 0 after emission; None takes the air path
+            speaker_to_mic_m[0] / c. Where sound through the case dominates, measure it (`measured_direct_delay_s`).
+        held_beeps: beeps of a phone held still whose responses are averaged before peaks are looked for. 1 listens to
+            every beep alone, as the paper does.
+        mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, for path differences by the
+            carrier; None takes the envelopes alone, as the paper does.
+        errata: which formulas to correct.
+
+    Raises:
+        ValueError: a value out of order; the message names it.
+    """
+
+    near_m: float = 0.3
+    far_m: float = 7.0
+    threshold_factor: float = 3.0
+    cfar_factor: float = 3.0
+    floor_db: float = -85.0
+    peak_window_s: float = 0.5e-3
+    max_candidates: int = 5
+    reject_static: bool = True
+    static_tolerance_m: float = 0.12
+    static_age_s: float = 0.25
+    history_s: float = 0.75
+    closing_speed_m_s: tuple[float, float] = (0.4, 3.5)
+    closing_tolerance_m: float = 0.08
+    evaluation_m: float = 5.0
+    danger_m: float = 3.0
+    votes_needed: int = 5
+    votes_of: int = 9
+    walker_half_width_m: float = 0.25
+    crest_level: float = 0.5
+    body_distance_m: tuple[float, float] = (0.1, 0.8)
+    gate_margin_m: float = 0.03
+    second_mic_snr_db: float = 12.0
+    second_mic_level_db: float = -30.0
+    direct_delay_s: float | None = None
+    held_beeps: int = 1
+    mic_phase_rad: float | None = None
+    errata: Errata = field(default_factory=Errata)
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.near_m < self.far_m < np.inf:
+            raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
+        if not 1 <= self.votes_needed <= self.votes_of:
+            raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
+        if not self.held_beeps >= 1:
+            raise ValueError(f"held_beeps must be at least 1, got {self.held_beeps}")
+        if self.mic_phase_rad is not None and not np.isfinite(self.mic_phase_rad):
+            raise ValueError(f"mic_phase_rad must be finite or None, got {self.mic_phase_rad}")
+        if not self.max_candidates >= 1:
+            raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
+        if not 0.0 < self.crest_level < 1.0:
+            raise ValueError(f"crest_level must lie between 0 and 1, got {self.crest_level}")
+        if not 0.0 < self.static_age_s < self.history_s < np.inf:
+            raise ValueError(
+                f"static_age_s must be positive and below history_s, got {self.static_age_s} and {self.history_s}"
+            )
+        self._check_numbers()
+        for name in ("closing_speed_m_s", "body_distance_m"):
+            low, high = getattr(self, name)
+            if not 0.0 < low < high:
+                raise ValueError(f"{name} must be (low, high) with 0 < low < high, got {(low, high)}")
+
+    def _check_numbers(self) -> None:
+        """Refuse what would silence a detector without a word: NaN is below, above and within nothing."""
+        for name in ("peak_window_s", "evaluation_m", "danger_m"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        for name in NOT_NEGATIVE:
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be finite and not negative, got {getattr(self, name)}")
+        for name in ("floor_db", "second_mic_snr_db", "second_mic_level_db"):
+            if not getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be a level in dB, got {getattr(self, name)}")

@@ -1,0 +1,1 @@
+"""Recordings from anywhere: files, live sound, alignment, health, calibration."""

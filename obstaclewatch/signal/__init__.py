@@ -1,0 +1,1 @@
+"""From samples to echoes: matched filter, peaks, phases, background."""

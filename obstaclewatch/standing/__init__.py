@@ -1,0 +1,1 @@
+"""Measurements of a phone held still."""

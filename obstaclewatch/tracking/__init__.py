@@ -1,0 +1,5 @@
+"""Our detector: tracks over beeps, and a test of the trajectory of each."""
+
+from obstaclewatch.tracking.detector import TrackingDetector
+
+__all__ = ["TrackingDetector"]

@@ -1,0 +1,252 @@
+"""Our detector: obstacles followed over beeps, and a test of each one's course.
+
+Peaks under a low threshold (`moving_peaks`) and evidence along lines (`line_evidence`) -> tracks of what closes in,
+without range-Doppler bias (`approaches`) -> the walker's swing, from the ground's echo (`swing`) -> the probability of
+each course, by ranges and microphone 1 (`courses`) -> an alert if that is sure enough where it must be decided.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.detection import Decision, Detection, Flag
+from obstaclewatch.paper.detectors import EchoDetector
+from obstaclewatch.paper.measurement import Measurement
+from obstaclewatch.paper.settings import PaperSettings
+from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.signal.two_mics import path_difference_at
+from obstaclewatch.standing.averaged_beeps import ahead_alone, standing_settings
+from obstaclewatch.standing.pipeline import StandingPipeline
+from obstaclewatch.support.arrays import Flags
+from obstaclewatch.tracking.moving_peaks import PeakFinder
+from obstaclewatch.tracking.range_fit import Timing, TrackRange
+from obstaclewatch.tracking.track_before_detect import LineEvidence
+from obstaclewatch.tracking.tracks import Approaches, Track
+from obstaclewatch.trajectories.posterior_grid import Course, CourseGrid
+from obstaclewatch.walker.pitch_oscillation import STEADY, StepListener
+
+CONFIRMED_SCORE = 8.0
+"""Log likelihood ratio at which a track is shown and judged."""
+SURE = 0.79
+"""Probability of a collision that raises the alert: the least that leaves nine of ten silences on 320 rendered walks of
+development. With 170 more, true alerts and true silences are 58 % and 88 % at 0.75, 55 % and 93 % at 0.83."""
+ALERT_M = (1.0, 1.35)
+"""Distances left at which a first alert is given: bearing and range say more with every beep, so the decision waits;
+less than a metre leaves no time to stop."""
+PRESSING, NEARLY_M = 0.3, 0.25
+"""Probability of a collision, and how far before `ALERT_M`, from which on a track is judged before others."""
+WAITS_M = 1.4
+"""Range from which on a track can wait a beep to be judged: alerts are given within it."""
+LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
+"""Peaks, and fall of range between the first and the last of them, without which no course is believed."""
+COLUMNS = (
+    "range2_m",
+    "bearing_rad",
+    "bearing_std_rad",
+    "range_m",
+    "range_std_m",
+    "closing_speed_m_s",
+    "level_db",
+    "snr_db",
+    "radius_m",
+    "radius_std_m",
+)
+"""Of a `Detection`; the first three need two different channels."""
+MOST_RANGE_STD_M = 0.03
+"""Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
+MOST_MISFIT = 2.0
+"""Squared deviations, a reading, beyond which no course explains a track: it began on another echo."""
+MOST_MISSES = 3
+"""Beeps without a peak after which a track no longer raises an alert."""
+
+
+class TrackingDetector(EchoDetector):
+    """Follows obstacles over beeps and alerts by the probability of a collision.
+
+    Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
+    bearings and their deviations are from the posterior over courses. Of several tracks one is judged anew in a beep,
+    and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
+    judged. range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
+    standing, where nothing closes in) they hold what `standing` hears ahead, with bearings over all heights once the
+    ground is heard (`standing_pipeline`), and nothing raises an alert. A lift that is not told is heard in the ground's
+    echo while walking (`lift`). Arguments and errors as for `PaperDetector`, and
+
+        mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
+            a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
+            phones have; None for not known, then only changes of phase from beep to beep count.
+    """
+
+    def __init__(
+        self,
+        beep: BeepDesign,
+        phone: PhoneGeometry,
+        settings: PaperSettings | None = None,
+        sound_speed_m_s: float = 343.0,
+        pitch_rad: float | None = None,
+        mic_phase_rad: float | None = 0.0,
+    ) -> None:
+        if mic_phase_rad is not None and not np.isfinite(mic_phase_rad):
+            raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
+        asked = PaperSettings() if settings is None else settings
+        if asked.walker_half_width_m == 0.0:
+            raise ValueError("walker_half_width_m must be positive to judge courses, got 0.0")
+        self._most_standing = asked.max_candidates
+        listening = asked if asked.reject_static else standing_settings(asked, mic_phase_rad)
+        super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
+        if not asked.reject_static and pitch_rad is not None:
+            self._pipeline = StandingPipeline(beep, phone, listening, sound_speed_m_s, pitch_rad)
+        self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
+        evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
+        self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
+        self._approaches = Approaches(beep.range_doppler_s, evidence)
+        wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
+        self._steps = StepListener(self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s)
+        self._pitch_rad = np.nan
+        self._take_lift()
+        self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
+
+    def reset(self) -> None:
+        """Forget everything heard so far."""
+        super().reset()
+        self._finder.reset()
+        self._approaches.clear()
+        self._steps.clear()
+        self._take_lift()
+        self._swing = STEADY
+
+    def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
+        """Follow one beep and decide; see `EchoDetector.process`."""
+        if not self.settings.reject_static:
+            return ahead_alone(super().process(block, time_s), self.phone.mic_separation_m, self._most_standing)
+        samples, begin_s = self._blocks.checked(block, time_s)
+        found = self._finder.find(samples)
+        index = self._blocks.passed(begin_s, time_s)
+        if found is None:
+            return self._report(index, begin_s, [], [], Flag.NO_BEEP)
+        start_s, peaks = found
+        self._take_lift()
+        emitted_s = begin_s + start_s
+        hit_s = emitted_s + 0.5 * self.beep.duration_s
+        if self._finder.ground is not None:
+            self._steps.add(hit_s, self._finder.ground)
+        tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
+        tracks = tracks[: self.settings.max_candidates]
+        self._judge(tracks, hit_s)
+        flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
+        courses = [track.course for track in tracks if track.course is not None]
+        return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
+
+    def _take_lift(self) -> None:
+        """Judge and listen from now on with the lift that is known, if that is another than so far."""
+        if self._pitch_rad == self._finder.pitch_rad:
+            return
+        self._pitch_rad = self._finder.pitch_rad
+        self._steps.lift(self._pitch_rad)
+        self._grid = CourseGrid(
+            self._separation_m,
+            self._finder.wavelength_m,
+            self._pitch_rad,
+            self.settings.walker_half_width_m,
+            self.beep.range_doppler_s,
+            self._mic_phase_rad,
+            self._baseline_m,
+        )
+
+    def _judge(self, tracks: list[Track], hit_s: float) -> None:
+        """Judge at most one track anew: judging all tells no more."""
+        track = next_to_judge(tracks, hit_s, self._approaches.searched)
+        if track is not None:
+            ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
+            self._swing = self._steps.swing(ground_m)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._swing)
+            if track.judged.misfit > MOST_MISFIT:
+                track.forget_oldest()
+        for track in tracks:
+            track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
+
+    def _collides(self, found: Measurement) -> Flags:
+        return np.zeros(len(found.range_m), dtype=bool)
+
+    def _alert_range_m(self) -> float:
+        return self.settings.danger_m
+
+    def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
+        found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
+        alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
+        known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
+        rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
+        columns = np.array(list(zip(*rows, strict=True))).reshape(len(COLUMNS), len(known))
+        if flag is Flag.IDENTICAL_CHANNELS:
+            columns[:3] = np.nan
+        return Detection(
+            index=index,
+            time_s=time_s,
+            **dict(zip(COLUMNS, columns, strict=True)),
+            collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
+            flags=np.array([int(flag)] * len(known), dtype=np.int_),
+            beep_flags=flag,
+            decision=self._decide(time_s, any(alarming), courses, found),
+        )
+
+    def _row(self, track: Track, course: Course, found: TrackRange) -> tuple[float, ...]:
+        """One candidate's `COLUMNS`."""
+        # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
+        range_m, length = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
+        range2_m = range_m + path_difference_at(range_m, course.cosine, length)
+        direction = range2_m, course.bearing_rad, course.bearing_std_rad
+        heard = range_m, found.std_m, found.closing_m_s, track.level_db, track.snr_db
+        size = (np.nan, np.nan) if track.judged is None else (track.judged.radius_m, track.judged.radius_std_m)
+        return *direction, *heard, *size
+
+    def _decide(self, time_s: float, alert: bool, courses: list[Course], found: list[TrackRange]) -> Decision:
+        """Of the courses that rather collide, the first to do so."""
+        likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
+        if not likely:
+            return Decision(False, time_s, np.nan, np.nan, 0)
+        first = min(likely, key=lambda k: courses[k].contact_s)
+        return Decision(alert, time_s, found[first].range_m, courses[first].contact_s, len(likely))
+
+    def _is_alarming(self, track: Track, course: Course) -> bool:
+        """Whether a course collides surely enough at the distance at which that must be decided."""
+        nearest, farthest = ALERT_M
+        due_now = nearest < course.left_m <= min(farthest, self.settings.danger_m)
+        return due_now and course.collision >= SURE and has_approached(track)
+
+
+def has_approached(track: Track) -> bool:
+    """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
+    range_m = track.past.rows[:, 1]
+    travelled = len(range_m) >= LEAST_BEEPS and range_m[0] - range_m[-1] >= LEAST_TRAVEL_M
+    return track.misses <= MOST_MISSES and bool(travelled)
+
+
+def is_pressing(track: Track) -> bool:
+    """Whether a track that was just heard may raise an alert now, by what was expected of it a beep ago."""
+    if track.course is None or track.misses > 0 or track.course.collision < PRESSING:
+        return False
+    return ALERT_M[0] < track.course.left_m < ALERT_M[1] + NEARLY_M
+
+
+def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | None:
+    """Of the tracks that may raise an alert, if there are any, or else of all, the one that is due.
+
+    A beep that was searched for tracks that begin leaves no time to judge what is far: that waits for the next one.
+    """
+    pressing = [track for track in tracks if is_pressing(track)]
+    near = [track for track in tracks if not searched or track.range_m < WAITS_M]
+    return due(pressing or near, now_s)
+
+
+def due(tracks: list[Track], now_s: float) -> Track | None:
+    """The track whose course is to be judged: of those heard since they were, the longest not judged for its range."""
+
+    def urgency(track: Track) -> float:
+        if track.judged is None:
+            return np.inf
+        waited_s = now_s - track.judged.time_s if track.heard_s > track.judged.time_s else 0.0
+        return waited_s / track.range_m
+
+    most = max(tracks, key=urgency, default=None)
+    return None if most is None or urgency(most) == 0.0 else most

@@ -1,0 +1,1 @@
+"""Trajectory hypotheses: prior, likelihood and posterior over straight ways past the phone."""
