@@ -20,8 +20,8 @@ from benchmarks.report_provenance import cost_lines, environment_lines, reproduc
 from benchmarks.report_verdict import headline, verdict_rows
 from benchmarks.results import RunData
 from benchmarks.store import write_atomically
-from scenes.preview import COLORS
-from scenes.preview_html import KINDS
+from scenes.preview.page import KINDS
+from scenes.preview.pictures import COLORS
 
 WIDE_IN = 8.0
 """Figures wider than this, inches, stand alone in a row."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenes.levels import EchoLevels, echo_levels
+from scenes.checks.echo_levels import EchoLevels, echo_levels
 from simulator import Phone
 
 CATEGORIES = ("wall", "sign", "car", "dustbin", "pedestrian", "clutter")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from scenes.obstacles import ground, random_obstacle
-from scenes.placing import placed
+from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 
 LEVELS = {"draft": ("#d95f02", ":"), "standard": ("#1b9e77", "--"), "reference": ("#333333", "-")}

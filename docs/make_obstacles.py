@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from scenes import obstacles
-from scenes.preview import COLORS
+from scenes.preview.pictures import COLORS
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from scenes import GaitWalk, load_scene, walker_body
-from scenes.approach_statistics import approach_statistics, plot_statistics, statistics_table
-from scenes.preview_html import preview_html
+from scenes.checks.approach_statistics import approach_statistics, plot_statistics, statistics_table
+from scenes.preview.page import preview_html
 from simulator import Phone
 
 DOCS = Path(__file__).parent

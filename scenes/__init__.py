@@ -1,12 +1,12 @@
 """Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
 
-from scenes.approaches import DATA_COLLECTION, Approach, make_approach
-from scenes.encounter import Encounter, load_encounter
-from scenes.layouts import list_scenes, load_scene
+from scenes.files.encounter import Encounter, load_encounter
+from scenes.files.layouts import list_scenes, load_scene
 from scenes.obstacles import walker_body
-from scenes.routes import Pace, Route, RouteWalk, Stop
-from scenes.truth import GroundTruth, ground_truth
-from scenes.walks import Gait, GaitWalk
+from scenes.streets.approaches import DATA_COLLECTION, Approach, make_approach
+from scenes.truth.truth import GroundTruth, ground_truth
+from scenes.walks.gait_walk import Gait, GaitWalk
+from scenes.walks.routes import Pace, Route, RouteWalk, Stop
 
 __all__ = [
     "DATA_COLLECTION",

@@ -31,7 +31,7 @@ from benchmarks.cells.variation import varied
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
-from scenes.truth import GroundTruth
+from scenes.truth.truth import GroundTruth
 from simulator import Fidelity
 from simulator.scene.pose import Walk
 

@@ -7,7 +7,7 @@ import hashlib
 from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
 from scenes import load_encounter
-from scenes.encounter import scene_files
+from scenes.files.encounter import scene_files
 
 
 def scene_situation(cell: Cell) -> Situation:

@@ -23,7 +23,7 @@ from obstaclewatch.signal.echoes import echoes_at, mean_threshold, os_cfar_thres
 from obstaclewatch.support.arrays import Floats, Singles
 from scenes import GaitWalk, ground_truth, walker_body
 from scenes.obstacles import ground, random_obstacle
-from scenes.placing import placed
+from scenes.streets.placing import placed
 from simulator import Material, Obstacle, Phone, Scene
 
 Signal = dict[str, Any]

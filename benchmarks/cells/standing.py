@@ -8,7 +8,7 @@ from benchmarks.cells.situation import Situation
 from benchmarks.cells.spec import Cell
 from scenes import GaitWalk, walker_body
 from scenes.obstacles import ground, random_obstacle, wall
-from scenes.placing import placed
+from scenes.streets.placing import placed
 from simulator import Material, Obstacle, Phone, Scene
 
 PHONE_HEIGHT_M = 1.3

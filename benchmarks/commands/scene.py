@@ -13,11 +13,19 @@ import numpy as np
 from tqdm import tqdm
 
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
-from scenes.check import Finding, check_scene
-from scenes.encounter import has_walk
-from scenes.needs import INSTANTS, TIMED_RENDERINGS, Cost, Need, integrals_needed, needs_of, rendering_cost
-from scenes.preview import preview_around, preview_scene
-from scenes.preview_html import preview_html
+from scenes.checks.check import Finding, check_scene
+from scenes.checks.requirements import (
+    INSTANTS,
+    TIMED_RENDERINGS,
+    Cost,
+    Need,
+    integrals_needed,
+    needs_of,
+    rendering_cost,
+)
+from scenes.files.encounter import has_walk
+from scenes.preview.page import preview_html
+from scenes.preview.pictures import preview_around, preview_scene
 from simulator import Phone
 
 UNFIT = 2

@@ -11,7 +11,7 @@ from click.core import ParameterSource
 
 from obstaclewatch import BeepDesign, write_recording
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
-from scenes.encounter import has_walk
+from scenes.files.encounter import has_walk
 from simulator import Fidelity, Phone, render_walk
 from simulator.paths import Paths
 from simulator.render import trace_walk

@@ -93,7 +93,7 @@ def has_signals(run: RunData) -> bool:
 def _sensing_panel() -> Drawing:
     from scenes import walker_body
     from scenes.obstacles import ground, random_obstacle
-    from scenes.placing import placed
+    from scenes.streets.placing import placed
     from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
     from simulator.scene.pose import held_rotation
 

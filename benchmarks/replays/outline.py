@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from obstaclewatch.support.arrays import Floats
-from scenes.swept import Body, Slab
+from scenes.truth.swept import Body, Slab
 from simulator.scene.scene import Obstacle
 
 CELL_M = 0.01

@@ -21,8 +21,8 @@ from benchmarks.replays.outline import PlanFrame, Window, outline
 from obstaclewatch import BeepDesign, Detection
 from obstaclewatch.recording import Recording
 from obstaclewatch.support.arrays import Floats
-from scenes.swept import Body
-from scenes.truth import NOT_IN_THE_WAY, GroundTruth
+from scenes.truth.swept import Body
+from scenes.truth.truth import NOT_IN_THE_WAY, GroundTruth
 from simulator import Fidelity, trace_paths
 from simulator.paths import Paths
 

@@ -14,7 +14,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
-from scenes.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
+from scenes.obstacles.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from scenes.solids import (
+from scenes.obstacles.solids import (
     box,
     ellipse_rings,
     loft,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import trimesh
 
-from scenes.solids import (
+from scenes.obstacles.solids import (
     box,
     cylinder,
     ellipse_rings,

@@ -7,7 +7,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from obstaclewatch.support.arrays import Floats
-from scenes.solids import require_positive
+from scenes.obstacles.solids import require_positive
 
 LEAF_M = 0.08  # side of a leaf, with the area of a leaf of cherry laurel
 LEAVES_M2 = 15.0  # one in five or so of the leaves that a wave meets first: paths between mirrors grow as their square

@@ -14,7 +14,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
-from scenes.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
+from scenes.obstacles.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

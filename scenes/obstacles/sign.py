@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from scenes.solids import box, cylinder, disc, merged, require_positive, shifted, tilted
+from scenes.obstacles.solids import box, cylinder, disc, merged, require_positive, shifted, tilted
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from scenes.solids import box, merged, require_positive
+from scenes.obstacles.solids import box, merged, require_positive
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

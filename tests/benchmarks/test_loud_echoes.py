@@ -16,8 +16,8 @@ from benchmarks.report_verdict import verdict_rows
 from benchmarks.scores import beep_table, nearest_echo, summary
 from benchmarks.verdict import verdict_lines
 from scenes import ground_truth
-from scenes.nearest import nearest_points
 from scenes.obstacles import ground
+from scenes.truth.nearest import nearest_points
 from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk
 
 from .synthetic_run import RANGE_ERROR_M, made_up_run, standing

@@ -11,7 +11,7 @@ from benchmarks.cells.own_scene import scene_situation
 from benchmarks.cells.spec import counts_as
 from benchmarks.plan import plan_cells
 from benchmarks.suite import Suite, load_suite
-from scenes.solids import box
+from scenes.obstacles.solids import box
 
 YARD = """
 name: yard

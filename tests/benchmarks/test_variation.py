@@ -15,7 +15,7 @@ from benchmarks.cells.variation import changed_phone, changed_walk, varied
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
 from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
 from scenes.obstacles import ground, wall
-from scenes.placing import placed
+from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk, render_walk
 from simulator.render import heard_without, trace_walk
 

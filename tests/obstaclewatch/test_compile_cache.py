@@ -50,7 +50,7 @@ def _printed(folder):
 def test_sources_are_what_modules_import(package):
     """By Python's own parser; every import that a file has is among the files that its stamp covers."""
     checked = 0
-    for file in sorted((ROOT / package).glob("*.py")):
+    for file in sorted((ROOT / package).rglob("*.py")):
         covered = sources(ROOT, file)
         assert file in covered
         for module in _modules_imported(file):
@@ -76,8 +76,8 @@ def _modules_imported(file):
 
 def test_every_compiled_function_of_the_detector_has_such_a_stamp():
     found = 0
-    for info in pkgutil.iter_modules(obstaclewatch.__path__):
-        module = importlib.import_module(f"obstaclewatch.{info.name}")
+    for info in pkgutil.walk_packages(obstaclewatch.__path__, "obstaclewatch."):
+        module = importlib.import_module(info.name)
         for value in vars(module).values():
             if isinstance(value, Dispatcher) and value.py_func.__module__ == module.__name__:
                 stamp = value._cache._impl.locator.get_source_stamp()

@@ -1,4 +1,4 @@
-"""Ground truth the slow way: meshes and walks sampled densely in float64; shares no code with `scenes.truth`.
+"""Ground truth the slow way: meshes and walks sampled densely in float64; shares no code with `scenes.truth.truth`.
 
 A body that comes from outside first touches an obstacle at an edge of one of its triangles as seen from above, so it
 is the edges that are sampled, 4 mm apart, of the part between the ground and the walker's height.
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 SPACING_M = 0.008
 HALF_WIDTH_M, FRONT_M, BACK_M, HEIGHT_M = 0.25, 0.10, 0.60, 1.8
-"""The walker of `scenes.swept.Body`, written down again."""
+"""The walker of `scenes.truth.swept.Body`, written down again."""
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import pytest
 
 from scenes import Pace, Route, RouteWalk, Stop
 from scenes.obstacles import CATEGORIES, random_obstacle
-from scenes.placing import placed
-from scenes.swept import Body, Slab
-from scenes.truth import contact, ground_truth
-from scenes.walks import Gait, GaitWalk
+from scenes.streets.placing import placed
+from scenes.truth.swept import Body, Slab
+from scenes.truth.truth import contact, ground_truth
+from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene
@@ -145,7 +145,7 @@ def test_ten_thousand_walks_agree_with_dense_sampling() -> None:
 
 def test_the_sampled_distance_of_a_cube_is_that_of_its_closed_form() -> None:
     """The reference itself, on what is known."""
-    from scenes.solids import box
+    from scenes.obstacles.solids import box
 
     cube = box([1.0, 1.0, 1.0])
     assert nearest_distance(cube, np.array([1.3, 0.1, 0.4])) == pytest.approx(0.8, abs=2e-5)

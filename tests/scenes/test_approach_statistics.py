@@ -6,8 +6,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from scenes.approach_statistics import ApproachStatistics, approach_statistics, plot_statistics, statistics_table
-from scenes.approaches import DATA_COLLECTION
+from scenes.checks.approach_statistics import ApproachStatistics, approach_statistics, plot_statistics, statistics_table
+from scenes.streets.approaches import DATA_COLLECTION
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scenes import DATA_COLLECTION, Approach, ground_truth, make_approach
-from scenes.approaches import CLEARANCE_M, LONGEST_S
-from scenes.swept import Body
+from scenes.streets.approaches import CLEARANCE_M, LONGEST_S
+from scenes.truth.swept import Body
 from simulator.scene.scene import Obstacle
 
 CASES = [(scene, category) for scene, collected in DATA_COLLECTION.items() for category in collected.cases]

@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from scenes import ground_truth
-from scenes.by_ground import corner_points
-from scenes.nearest import facing
 from scenes.obstacles import a_frame, ground, hydrant, litter_bin, pedestrian, wheeled_bin
-from scenes.walks import GaitWalk
+from scenes.truth.ground_corner import corner_points
+from scenes.truth.nearest import facing
+from scenes.walks.gait_walk import GaitWalk
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk
 
 PHONE_M = np.array([0.0, 0.0, 1.3])

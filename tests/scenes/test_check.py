@@ -13,12 +13,12 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from benchmarks.commands.scene import check as command
 from scenes import Pace, Route, RouteWalk, load_scene
-from scenes.check import check_scene
-from scenes.needs import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
+from scenes.checks.check import check_scene
+from scenes.checks.requirements import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
 from scenes.obstacles import car, ground, litter_bin, wall
-from scenes.placing import placed
-from scenes.solids import box, cylinder, shifted
-from scenes.walks import GaitWalk
+from scenes.obstacles.solids import box, cylinder, shifted
+from scenes.streets.placing import placed
+from scenes.walks.gait_walk import GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.materials import Material

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scenes import list_scenes, load_scene
-from scenes.approaches import DATA_COLLECTION
-from scenes.preview import contact_sheet, preview_approach, preview_scene
-from scenes.solids import box
-from scenes.swept import Slab
+from scenes.obstacles.solids import box
+from scenes.preview.pictures import contact_sheet, preview_approach, preview_scene
+from scenes.streets.approaches import DATA_COLLECTION
+from scenes.truth.swept import Slab
 
 
 @pytest.mark.parametrize("name", ["campus", "supermarket"])

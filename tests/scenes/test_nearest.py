@@ -6,9 +6,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.nearest import nearest_points
 from scenes.obstacles import car, person, pole_sign
-from scenes.solids import box, shifted
+from scenes.obstacles.solids import box, shifted
+from scenes.truth.nearest import nearest_points
 
 
 @pytest.mark.parametrize(

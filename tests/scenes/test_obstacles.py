@@ -31,7 +31,7 @@ from scenes.obstacles import (
     wall_with_piers,
     wheeled_bin,
 )
-from scenes.solids import box, cylinder, ellipsoid, rounded_rectangle
+from scenes.obstacles.solids import box, cylinder, ellipsoid, rounded_rectangle
 
 MESHES = {
     "wall": wall,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from scenes.checks.mesh_overlap import _crossings, inside, overlap_depth
 from scenes.obstacles import person
-from scenes.overlap import _crossings, inside, overlap_depth
-from scenes.solids import box, shifted
+from scenes.obstacles.solids import box, shifted
 
 
 def test_inside_a_sphere_of_either_winding() -> None:

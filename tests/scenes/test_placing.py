@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.obstacles import litter_bin, wall
-from scenes.placing import (
+from scenes.streets.placing import (
     Occupied,
     apart,
     distance_along,
@@ -14,7 +14,7 @@ from scenes.placing import (
     moved_back,
     placed,
 )
-from scenes.swept import Body, Slab
+from scenes.truth.swept import Body, Slab
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

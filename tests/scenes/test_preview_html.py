@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from benchmarks.cli import cli
 from scenes import load_encounter
-from scenes.preview_html import KINDS, preview_html, tube
+from scenes.preview.page import KINDS, preview_html, tube
 
 from .browser import screenshot
 

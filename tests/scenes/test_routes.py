@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.obstacles import litter_bin
-from scenes.placing import placed
-from scenes.routes import Pace, Route, RouteWalk, Stop, rounded_ramp, rounded_step, time_to_walk
-from scenes.truth import contact
-from scenes.walks import Gait, GaitWalk
+from scenes.streets.placing import placed
+from scenes.truth.truth import contact
+from scenes.walks.gait_walk import Gait, GaitWalk
+from scenes.walks.routes import Pace, Route, RouteWalk, Stop, rounded_ramp, rounded_step, time_to_walk
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

@@ -9,10 +9,10 @@ from click.testing import CliRunner
 
 from benchmarks.cli import cli
 from scenes import load_encounter, load_scene, obstacles
-from scenes.kinds import KINDS
-from scenes.routes import RouteWalk
-from scenes.solids import box
-from scenes.walks import GaitWalk
+from scenes.files.obstacle_kinds import KINDS
+from scenes.obstacles.solids import box
+from scenes.walks.gait_walk import GaitWalk
+from scenes.walks.routes import RouteWalk
 
 YARD = """
 name: back-yard

@@ -7,7 +7,7 @@ import pytest
 
 from scenes import Approach, make_approach
 from scenes.obstacles import random_obstacle
-from scenes.settings import SETTINGS
+from scenes.streets.surroundings import SETTINGS
 
 SEEDS = range(12)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scenes.obstacles import car, dumpster, person, wall
-from scenes.solids import box, cylinder
-from scenes.swept import Body, Slab
+from scenes.obstacles.solids import box, cylinder
+from scenes.truth.swept import Body, Slab
 
 
 def straight_cores(start: tuple[float, float], end: tuple[float, float], count: int = 400) -> np.ndarray:

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.obstacles import ground, litter_bin, person, wall
-from scenes.placing import placed
-from scenes.swept import Body
-from scenes.truth import comes_within, contact, ground_truth, passing_time
-from scenes.walks import Gait, GaitWalk
+from scenes.streets.placing import placed
+from scenes.truth.swept import Body
+from scenes.truth.truth import comes_within, contact, ground_truth, passing_time
+from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.materials import Material
 from simulator.scene.pose import StraightWalk

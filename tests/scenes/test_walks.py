@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenes.walks import Gait, GaitWalk
+from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.scene.pose import StraightWalk
 
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from scenes import GaitWalk
-from scenes.needs import integrals_needed
+from scenes.checks.requirements import integrals_needed
 from simulator import Material, Obstacle, Phone, Scene
 
 PHONE = Phone.named("ideal")

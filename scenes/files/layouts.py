@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from obstaclewatch.support.argument_types import check_seed
+from scenes.files.schema import read_scene
 from scenes.obstacles import random_obstacle
 from scenes.obstacles.pedestrian import random_person
-from scenes.placing import placed
-from scenes.schema import read_scene
-from scenes.settings import BOUNDARIES, ground_of
+from scenes.streets.placing import placed
+from scenes.streets.surroundings import BOUNDARIES, ground_of
 from simulator.scene.scene import Obstacle, Scene
 
 JITTER_M = 0.15
@@ -119,7 +119,7 @@ def list_scenes() -> list[str]:
 
 
 def load_scene(name_or_yaml: str | Path, seed: int = 0) -> Scene:
-    """A named scene, or that of a YAML file (see `scenes.schema`).
+    """A named scene, or that of a YAML file (see `scenes.files.schema`).
 
     Args:
         name_or_yaml: one of `list_scenes()`, or the path of a file that ends in .yaml or .yml.

@@ -16,9 +16,9 @@ from scenes.obstacles import ground, hedge, kerb, random_obstacle
 from scenes.obstacles.furniture import fence
 from scenes.obstacles.pedestrian import random_person
 from scenes.obstacles.wall import shop_front, wall, wall_with_piers
-from scenes.placing import Occupied, apart, extents, placed
-from scenes.truth import comes_within
-from scenes.walks import GaitWalk
+from scenes.streets.placing import Occupied, apart, extents, placed
+from scenes.truth.truth import comes_within
+from scenes.walks.gait_walk import GaitWalk
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 

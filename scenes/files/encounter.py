@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.schema import SceneSpec, scene_of
-from scenes.truth import NOT_IN_THE_WAY, Contact, contact
-from scenes.walk_schema import PhoneSpec, phone_of, walk_of
-from scenes.yaml_file import YamlFile
+from scenes.files.schema import SceneSpec, scene_of
+from scenes.files.walk_schema import PhoneSpec, phone_of, walk_of
+from scenes.files.yaml_file import YamlFile
+from scenes.truth.truth import NOT_IN_THE_WAY, Contact, contact
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene
@@ -40,7 +40,7 @@ class Encounter:
 
 
 def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) -> Encounter:
-    """The scene, walk, phone and target of a YAML file (see `scenes.schema` for its fields).
+    """The scene, walk, phone and target of a YAML file (see `scenes.files.schema` for its fields).
 
     Args:
         path: of the file; meshes are looked for beside it.

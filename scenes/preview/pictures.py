@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from obstaclewatch.support.arrays import Floats
-from scenes.approaches import Approach
-from scenes.swept import Body
+from scenes.streets.approaches import Approach
+from scenes.truth.swept import Body
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats, Strings
-from scenes.by_ground import corner_points
-from scenes.nearest import facing, nearest_points
-from scenes.swept import Body, Slab
+from scenes.truth.ground_corner import corner_points
+from scenes.truth.nearest import facing, nearest_points
+from scenes.truth.swept import Body, Slab
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Pose, Walk
 from simulator.scene.scene import Obstacle, Scene

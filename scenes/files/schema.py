@@ -1,8 +1,7 @@
 """Scenes as YAML files: what may stand in one, and how it becomes a `Scene`.
 
 A file names a scene, its air, its ground and its obstacles, and may hold a walk, a phone and a target (see
-`scenes.encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL,
-glTF, ...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
+`encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL, glTF, ...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
 
     name: back-yard
     air: {temperature_c: 12, relative_humidity: 0.7}
@@ -26,13 +25,13 @@ import numpy as np
 import trimesh
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from scenes.fields import Number, Plan, Positive, Strict
-from scenes.kinds import KINDS, Kind
+from scenes.files.field_types import Number, Plan, Positive, Strict
+from scenes.files.obstacle_kinds import KINDS, Kind
+from scenes.files.walk_schema import PhoneSpec, WalkSpec
+from scenes.files.yaml_file import YamlFile
 from scenes.obstacles import ground
-from scenes.placing import placed
-from scenes.solids import shifted
-from scenes.walk_schema import PhoneSpec, WalkSpec
-from scenes.yaml_file import YamlFile
+from scenes.obstacles.solids import shifted
+from scenes.streets.placing import placed
 from simulator.scene.air import Air
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle, Scene

@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Floats
-from scenes.nearest import spheres
+from scenes.truth.nearest import spheres
 
 
 def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Floats:

@@ -16,9 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints, Strings
-from scenes.approaches import DATA_COLLECTION, Approach, make_approach
-from scenes.preview import COLORS
-from scenes.truth import ground_truth
+from scenes.preview.pictures import COLORS
+from scenes.streets.approaches import DATA_COLLECTION, Approach, make_approach
+from scenes.truth.truth import ground_truth
 
 PAPER_DISTANCES_M = {"listens\nto 7 m": 7.0, "judges\nfrom 5 m": 5.0, "alerts\nwithin 3 m": 3.0}
 """Sections 3.5, 3.6 and 3.2."""

@@ -4,7 +4,7 @@ Both the corners of a route and the stops of a pace are rounded by the same bell
 constant rate to another changes over a window, and all derivatives up to the third stay continuous in time, so that
 delays can be followed inside a beep.
 
-The paper's participants walk straight at obstacles (section 4.1), and so do all approaches of `scenes.approaches`, the
+The paper's participants walk straight at obstacles (section 4.1), and so do all approaches of `streets.approaches`, the
 phone held vertically; routes, stops and the horizontal holding are for scenes of one's own and for what-if suites.
 """
 
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from obstaclewatch.support.arrays import Floats
-from scenes.walks import Gait, Holding, check_holding, grip
+from scenes.walks.gait_walk import Gait, Holding, check_holding, grip
 from simulator.scene.pose import Pose
 
 SHARPEST_RAD = float(np.deg2rad(150.0))
@@ -208,7 +208,7 @@ class RouteWalk:
         pace: distance walked over time.
         duration_s: length of the walk; `time_to_walk` gives that of the whole route, and it goes straight on after it.
         height_m: mean height of the phone.
-        pitch_rad, roll_rad, holding: see `scenes.walks.grip`.
+        pitch_rad, roll_rad, holding: see `scenes.walks.gait_walk.grip`.
         gait: motion around the mean path; None is the published one at the pace's speed, `Gait()` none at all.
 
     Raises:

@@ -18,8 +18,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats
-from scenes.preview import COLORS, OTHER
-from scenes.solids import merged
+from scenes.obstacles.solids import merged
+from scenes.preview.pictures import COLORS, OTHER
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity

@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from scenes.nearest import nearest_points
+from scenes.truth.nearest import nearest_points
 
 
 def inside(mesh: trimesh.Trimesh, point_m: ArrayLike) -> Flags:

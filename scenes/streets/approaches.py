@@ -20,11 +20,11 @@ from obstaclewatch.support.argument_types import check_seed
 from obstaclewatch.support.arrays import Floats
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person
-from scenes.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
-from scenes.settings import SETTINGS, Setting, ground_of, neighbours
-from scenes.swept import Body
-from scenes.truth import contact, passing_time
-from scenes.walks import Gait, GaitWalk
+from scenes.streets.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
+from scenes.streets.surroundings import SETTINGS, Setting, ground_of, neighbours
+from scenes.truth.swept import Body
+from scenes.truth.truth import contact, passing_time
+from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.scene import Obstacle, Scene
 

@@ -15,9 +15,9 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Floats
-from scenes.overlap import inside, overlap_depth, winding_number
-from scenes.solids import shifted
-from scenes.truth import NOT_IN_THE_WAY, contact
+from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
+from scenes.obstacles.solids import shifted
+from scenes.truth.truth import NOT_IN_THE_WAY, contact
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene, with_area

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import trimesh
 
 from scenes import obstacles
-from scenes.solids import box, cylinder
+from scenes.obstacles.solids import box, cylinder
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 The phone is held as one holds it to read or type at chest height: in portrait, its top edge forwards and lifted by
 about 30 degrees (the paper's "vertical" holding, used in all its experiments), or in landscape, its top edge to the
-left ("horizontal", section 5.1). Curved and interrupted walks are in `scenes.routes`.
+left ("horizontal", section 5.1). Curved and interrupted walks are in `scenes.walks.routes`.
 """
 
 from __future__ import annotations

@@ -10,10 +10,10 @@ from pydantic import Field, field_validator, model_validator
 
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.support.arrays import Floats
-from scenes.fields import NotNegative, Number, Plan, Positive, Strict
+from scenes.files.field_types import NotNegative, Number, Plan, Positive, Strict
 from scenes.obstacles import walker_body
-from scenes.routes import Pace, Route, RouteWalk, Stop, time_to_walk
-from scenes.walks import Gait, GaitWalk, Holding
+from scenes.walks.gait_walk import Gait, GaitWalk, Holding
+from scenes.walks.routes import Pace, Route, RouteWalk, Stop, time_to_walk
 from simulator.phone.phone import Phone
 from simulator.phone.presets import list_phones
 from simulator.phone.transducers import StructureBorne

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from obstaclewatch.support.arrays import Floats
-from scenes.swept import Body, Slab
+from scenes.truth.swept import Body, Slab
 from simulator.scene.scene import Obstacle
 
 

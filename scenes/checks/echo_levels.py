@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from scenes.approaches import target_yaw
 from scenes.obstacles import ground, random_obstacle
-from scenes.placing import distance_along, placed
+from scenes.streets.approaches import target_yaw
+from scenes.streets.placing import distance_along, placed
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.scene.materials import Material

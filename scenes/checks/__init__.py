@@ -1,0 +1,1 @@
+"""Whether a scene is fit to be simulated, and what the generated ones are like."""

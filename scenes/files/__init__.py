@@ -1,0 +1,1 @@
+"""Scene files: their schema, and what becomes of them."""

@@ -1,0 +1,1 @@
+"""Scenes to look at: pictures and a page."""

@@ -1,0 +1,1 @@
+"""The streets of the paper: surroundings, and approaches placed in them."""
