@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.equipment import mean_pitch_rad
+from benchmarks.cells.situations.approaching import approach_situation
 from benchmarks.cells.spec import Cell
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
 from obstaclewatch import BeepDesign
 from scenes import ground_truth
 from simulator import Fidelity

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.suite import Suite, list_suites
+from benchmarks.plan.suite import Suite, list_suites
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

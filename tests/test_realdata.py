@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.real_traces import (
+from benchmarks.studies.real_traces import (
     Trace,
     false_detections,
     learn,
@@ -19,7 +19,15 @@ from benchmarks.real_traces import (
     track_from_hold,
     voted,
 )
-from benchmarks.real_vs_simulated import CASES, excitation, line_db, real_levels, simulated_levels, to_db, to_magnitude
+from benchmarks.studies.real_vs_simulated import (
+    CASES,
+    excitation,
+    line_db,
+    real_levels,
+    simulated_levels,
+    to_db,
+    to_magnitude,
+)
 from obstaclewatch import BeepDesign, Fault, Flag, PaperDetector, PaperSettings, Recording, inspect_recording
 from simulator import Phone
 

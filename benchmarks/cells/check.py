@@ -6,8 +6,8 @@ import inspect
 
 from benchmarks.cells.detectors import check_detector, paper_settings
 from benchmarks.cells.interference import other_beep
+from benchmarks.cells.situations.variation import air_of, changed_phone
 from benchmarks.cells.spec import Cell
-from benchmarks.cells.variation import air_of, changed_phone
 from obstaclewatch import BeepDesign
 from scenes import list_scenes, make_approach
 from scenes.obstacles import CATEGORIES

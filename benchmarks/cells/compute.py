@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.association import Estimates, associate
 from benchmarks.cells.channel import through_channel
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
-from benchmarks.cells.fidelities import fidelity_result
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.loud_echoes import loud_echo_ranges
-from benchmarks.cells.motions import motion_result
-from benchmarks.cells.numerics import numerics_result
 from benchmarks.cells.outcome import distance_before, outcomes
-from benchmarks.cells.own_scene import scene_situation
-from benchmarks.cells.signals import signal_result
-from benchmarks.cells.situation import Situation, rendered
+from benchmarks.cells.probes.fidelities import fidelity_result
+from benchmarks.cells.probes.motions import motion_result
+from benchmarks.cells.probes.numerics import numerics_result
+from benchmarks.cells.probes.signals import signal_result
+from benchmarks.cells.probes.tessellations import tessellation_result
+from benchmarks.cells.situations.approaching import approach_situation
+from benchmarks.cells.situations.own_scene import scene_situation
+from benchmarks.cells.situations.situation import Situation, rendered
+from benchmarks.cells.situations.standing import standing_situation
+from benchmarks.cells.situations.variation import varied
 from benchmarks.cells.spec import Cell
-from benchmarks.cells.standing import standing_situation
-from benchmarks.cells.tessellations import tessellation_result
-from benchmarks.cells.variation import varied
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.cells.detectors import build_detector, paper_settings
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situations.situation import Situation
 from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.direct_sound import measured_direct_delay_s

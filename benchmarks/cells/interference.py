@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situations.situation import Situation
 from benchmarks.cells.spec import Interferer
 from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situations.situation import Situation
 from obstaclewatch.support.arrays import Floats
 from simulator import Fidelity, Pose, trace_paths
 from simulator.paths import Paths

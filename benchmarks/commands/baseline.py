@@ -8,7 +8,7 @@ import click
 
 from benchmarks.gates.baseline import load_baseline, save_baseline, updated
 from benchmarks.gates.config import gates_path, load_gates
-from benchmarks.results import load_run
+from benchmarks.runs.results import load_run
 
 
 @click.group()

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from benchmarks.gates.comparison import Comparison, compare_runs, comparison_lines
-from benchmarks.results import load_run
+from benchmarks.runs.results import load_run
 
 
 @click.command()

@@ -8,8 +8,8 @@ import click
 
 from benchmarks.figures import draw_figures
 from benchmarks.figures.measured import detectors_of
-from benchmarks.results import load_run
-from benchmarks.store import write_atomically
+from benchmarks.runs.results import load_run
+from benchmarks.runs.store import write_atomically
 
 
 @click.command()
@@ -30,7 +30,7 @@ def figures(run_folder: Path, names: tuple[str, ...], detector: str | None, othe
     for path in draw_figures(run, list(names) or None):
         click.echo(path)
     if detector is not None:
-        from benchmarks.figures.paper_claims import claim_rows, claims_markdown
+        from benchmarks.figures.paper.paper_claims import claim_rows, claims_markdown
 
         target = run.folder / "claims.md"
         write_atomically(target, claims_markdown(claim_rows([run, *further], detector), detector))

@@ -12,7 +12,7 @@ from benchmarks.gates.config import Gates, gates_path, load_gates
 from benchmarks.gates.judge import is_complete, judge
 from benchmarks.gates.output import table_lines, write_gate_files
 from benchmarks.gates.verdict import UNMEASURED, exit_code
-from benchmarks.results import load_run
+from benchmarks.runs.results import load_run
 
 
 @click.command()

@@ -15,7 +15,7 @@ def ls(what: str) -> None:
 
 def _names(what: str) -> list[str]:
     if what == "suites":
-        from benchmarks.suite import list_suites
+        from benchmarks.plan.suite import list_suites
 
         return list_suites()
     if what == "scenes":

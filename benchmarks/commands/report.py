@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
-from benchmarks.replays.choice import MOST_WALKS, chosen_walks
-from benchmarks.replays.shown import replays_of
-from benchmarks.report import write_report
-from benchmarks.results import RunData, load_run
+from benchmarks.report.replays.choice import MOST_WALKS, chosen_walks
+from benchmarks.report.replays.shown import replays_of
+from benchmarks.report.report import write_report
+from benchmarks.runs.results import RunData, load_run
 
 
 @click.command()

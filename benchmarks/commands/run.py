@@ -11,19 +11,19 @@ import yaml
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.commands.report import report_with_walks
-from benchmarks.executors import EXECUTORS, choose_executor
 from benchmarks.figures import draw_figures
-from benchmarks.figures.variants import variants
-from benchmarks.label_filter import label_filter
-from benchmarks.manifest import manifest
-from benchmarks.plan import plan_cells, plan_digest, thinned
-from benchmarks.replays.choice import MOST_WALKS
-from benchmarks.results import load_run, write_results_csv
-from benchmarks.runner import Tally, run_cells
-from benchmarks.scores import summary
-from benchmarks.store import cell_path, point_to, read_cell, to_json, write_atomically
-from benchmarks.suite import Suite, load_suite
-from benchmarks.verdict import verdict_lines
+from benchmarks.figures.bench.variants import variants
+from benchmarks.plan.cells import plan_cells, plan_digest, thinned
+from benchmarks.plan.label_filter import label_filter
+from benchmarks.plan.suite import Suite, load_suite
+from benchmarks.report.lines import verdict_lines
+from benchmarks.report.replays.choice import MOST_WALKS
+from benchmarks.runs.executors import EXECUTORS, choose_executor
+from benchmarks.runs.manifest import manifest
+from benchmarks.runs.results import load_run, write_results_csv
+from benchmarks.runs.runner import Tally, run_cells
+from benchmarks.runs.store import cell_path, point_to, read_cell, to_json, write_atomically
+from benchmarks.scoring.scores import summary
 
 INCOMPLETE, NOTHING_MEASURED = 3, 4
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from benchmarks.results import RunData, load_run
+from benchmarks.runs.results import RunData, load_run
 
 INCOMPLETE = 3
 

@@ -8,8 +8,8 @@ import click
 import yaml
 
 from benchmarks.gates.config import Gates, gates_path, list_gates, load_gates
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
 
 
 @click.command()

@@ -6,34 +6,40 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmarks.figures.alerts import alert_distances, alert_rate_by_miss, det, roc
-from benchmarks.figures.bins import errors_by_bin, missing_by_bin
-from benchmarks.figures.budget import calibration, losses, range_budget
-from benchmarks.figures.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
-from benchmarks.figures.claims import claims_table
+from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss, det, roc
+from benchmarks.figures.bench.bins import errors_by_bin, missing_by_bin
+from benchmarks.figures.bench.budget import calibration, losses, range_budget
+from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
+from benchmarks.figures.bench.extremes import detector_extremes, simulator_extremes
+from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
+from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
+from benchmarks.figures.bench.variants import (
+    of_one_variant,
+    rates_by_band,
+    rates_by_holding,
+    rates_by_interference,
+    sweep_curves,
+)
 from benchmarks.figures.data import BarFigure, CurveFigure
-from benchmarks.figures.diagrams import (
+from benchmarks.figures.paper.claims import claims_table
+from benchmarks.figures.paper.diagrams import (
     bearing_drawing,
     collision_drawing,
     flow_drawing,
     sensing_drawing,
     street_drawings,
 )
-from benchmarks.figures.energies import energy_figure, energy_table
-from benchmarks.figures.errors import (
+from benchmarks.figures.paper.energies import energy_figure, energy_table
+from benchmarks.figures.paper.errors import (
     DISTANCE_FIGURES,
     bearing_errors,
     bearing_errors_by_bin,
     radius_errors,
     radius_errors_of_all,
 )
-from benchmarks.figures.extremes import detector_extremes, simulator_extremes
-from benchmarks.figures.false_alerts import false_alert_rates
-from benchmarks.figures.fidelities import fidelity_pareto, fidelity_table, tolerance_table
-from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
-from benchmarks.figures.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
-from benchmarks.figures.sensitivity import alert_tornado, error_tornado, sides
-from benchmarks.figures.signals import (
+from benchmarks.figures.paper.false_alerts import false_alert_rates
+from benchmarks.figures.paper.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
+from benchmarks.figures.paper.signals import (
     body_at_obstacle,
     body_at_phone,
     one_envelope,
@@ -41,15 +47,9 @@ from benchmarks.figures.signals import (
     several_envelopes,
     walking_envelopes,
 )
-from benchmarks.figures.sizes import crest_against_distance, crest_shapes, radius_correlation
-from benchmarks.figures.variants import (
-    of_one_variant,
-    rates_by_band,
-    rates_by_holding,
-    rates_by_interference,
-    sweep_curves,
-)
-from benchmarks.results import RunData
+from benchmarks.figures.paper.sizes import crest_against_distance, crest_shapes, radius_correlation
+from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
+from benchmarks.runs.results import RunData
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -154,7 +154,7 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
     Raises:
         ValueError: an unknown name; the message lists those there are.
     """
-    from benchmarks.figures.style import write_figure
+    from benchmarks.figures.draw.style import write_figure
 
     written = []
     for name in shown_figures(run) if names is None else _known(names):
@@ -167,11 +167,11 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
 def picture(figure: Figure) -> Canvas:
     """The figure drawn."""
     # matplotlib stays unimported until something is drawn, so that listing the names is quick
-    from benchmarks.figures.bars import draw_bars
-    from benchmarks.figures.curves import draw_curves
-    from benchmarks.figures.drawing import draw_drawing, draw_table
-    from benchmarks.figures.lines import draw_plots
-    from benchmarks.figures.style import house_style
+    from benchmarks.figures.draw.bars import draw_bars
+    from benchmarks.figures.draw.curves import draw_curves
+    from benchmarks.figures.draw.lines import draw_plots
+    from benchmarks.figures.draw.shapes import draw_drawing, draw_table
+    from benchmarks.figures.draw.style import house_style
 
     with house_style():
         if isinstance(figure, BarFigure):

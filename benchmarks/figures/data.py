@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from benchmarks.paper_values import PaperValue
+from benchmarks.scoring.paper_values import PaperValue
 from obstaclewatch.support.arrays import Floats
 
 Row = dict[str, str | int | float]

@@ -9,10 +9,14 @@ import numpy as np
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, Curve, distribution_steps
-from benchmarks.paper_values import PaperValue
-from benchmarks.results import RunData
-from benchmarks.scores import Table, absolute_errors, quantile_with_interval
-from benchmarks.statistics import Rate
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.paper_values import PaperValue
+from benchmarks.scoring.scores import (
+    Table,
+    absolute_errors,
+    quantile_with_interval,
+)
+from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
@@ -142,3 +146,12 @@ def extreme(groups: dict[str, Rate], pick: Callable[..., str] = min) -> str:
     """Name of the group with the least (or greatest) rate; empty if none has data."""
     measured = [name for name, found in groups.items() if found.n]
     return pick(measured, key=lambda name: groups[name].value) if measured else ""
+
+
+TP = "TP: collisions alerted in time"
+
+TN = "TN: others without an alert"
+
+INTERVALS = "Whiskers: 95 % Wilson intervals; counts below the bars."
+
+TOP = 112.0

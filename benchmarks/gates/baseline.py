@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
-from benchmarks.results import RunData
-from benchmarks.store import write_atomically
+from benchmarks.runs.results import RunData
+from benchmarks.runs.store import write_atomically
 
 
 class IncompatibleBaselineError(ValueError):

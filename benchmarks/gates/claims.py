@@ -7,9 +7,9 @@ import numpy as np
 from benchmarks.gates.config import Gates, MedianClaim, RateClaim
 from benchmarks.gates.quantities import QUANTITIES, per_walk_of, rows_where, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
-from benchmarks.results import RunData
-from benchmarks.scores import approach_table
-from benchmarks.statistics import lower_bound, needed_of, upper_quantile_bound
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.scores import approach_table
+from benchmarks.scoring.statistics import lower_bound, needed_of, upper_quantile_bound
 
 GROUP = "claim"
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.gates.paired import Change, Shift, change_of, shift_of
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
 
 Walk = tuple[str, int]
 """Label and seed, which tell a walk."""

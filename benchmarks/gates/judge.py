@@ -8,7 +8,7 @@ from benchmarks.gates.config import Gates
 from benchmarks.gates.physics import judge_physics
 from benchmarks.gates.regression import judge_regression
 from benchmarks.gates.verdict import Verdict
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
 
 
 def judge(run: RunData, gates: Gates, baseline: Baseline | None, seed: int = 0) -> list[Verdict]:

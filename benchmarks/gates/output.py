@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.gates.verdict import State, Verdict
-from benchmarks.store import to_json, write_atomically
+from benchmarks.runs.store import to_json, write_atomically
 
 MARKS = {State.PASSED: "green", State.FAILED: "RED", State.UNMEASURED: "NOTHING MEASURED"}
 

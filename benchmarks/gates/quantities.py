@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.results import RunData
-from benchmarks.scores import Table, approach_table, beep_table, chosen
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
 from obstaclewatch.support.arrays import Floats
 
 Worse = Literal["up", "either"]

@@ -8,10 +8,10 @@ import numpy as np
 
 from benchmarks.gates.baseline import Baseline, RunBaseline, baseline_walks, run_key
 from benchmarks.gates.config import Gates, Regression
-from benchmarks.gates.paired import change_of, shift_of
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk
 from benchmarks.gates.verdict import Verdict
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.paired import change_of, shift_of
 
 GROUP = "regression"
 

@@ -1,7 +1,8 @@
 """Scenes as YAML files: what may stand in one, and how it becomes a `Scene`.
 
 A file names a scene, its air, its ground and its obstacles, and may hold a walk, a phone and a target (see
-`encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL, glTF, ...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
+`encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL, glTF,
+...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
 
     name: back-yard
     air: {temperature_c: 12, relative_humidity: 0.7}

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from benchmarks.cells.spec import Cell
-from benchmarks.executors.work import Work
+from benchmarks.runs.executors.work import Work
 
 
 def fake_plan(count: int) -> list[Cell]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
 
 from .synthetic_run import MANIFEST, standing, walk
 

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.cells.fingerprint import source_fingerprint
-from benchmarks.executors.work import done_by
-from benchmarks.plan import plan_digest
-from benchmarks.results import load_run
-from benchmarks.runner import run_cells
-from benchmarks.store import to_json, write_atomically
+from benchmarks.plan.cells import plan_digest
+from benchmarks.runs.executors.work import done_by
+from benchmarks.runs.results import load_run
+from benchmarks.runs.runner import run_cells
+from benchmarks.runs.store import to_json, write_atomically
 from tests.benchmarks.fake_cells import fake_manifest, fake_plan, fake_work
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from benchmarks.executors import choose_executor
-from benchmarks.runner import run_cells
+from benchmarks.runs.executors import choose_executor
+from benchmarks.runs.runner import run_cells
 from tests.benchmarks.fake_cells import fake_plan, fake_work
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.cells.spec import Cell
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector")
 RANGE_ERROR_M, RANGE2_ERROR_M = 0.004, 0.012

@@ -11,9 +11,9 @@ import pytest
 from benchmarks.cells.compute import simulated_part
 from benchmarks.cells.spec import Cell
 from benchmarks.figures import FIGURES, draw_figures
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
-from benchmarks.sweep import at_point
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.plan.sweep import at_point
 
 from .synthetic_run import made_up_run, walk
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchmarks import paper_values
 from benchmarks.cli import cli
-from benchmarks.figures.claims_measured import Measurement, exact_rate, more_often
-from benchmarks.figures.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
+from benchmarks.figures.paper.claims_measured import Measurement, exact_rate, more_often
+from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
+from benchmarks.scoring import paper_values
 
 from .gated_runs import run_of
 from .synthetic_run import made_up_run, walk

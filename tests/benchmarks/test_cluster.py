@@ -15,9 +15,9 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.executors import choose_executor
-from benchmarks.executors.cluster import dask_cluster
-from benchmarks.runner import run_cells
+from benchmarks.runs.executors import choose_executor
+from benchmarks.runs.executors.cluster import dask_cluster
+from benchmarks.runs.runner import run_cells
 
 from .fake_cells import fake_plan, fake_work
 
@@ -90,7 +90,7 @@ def test_two_workers_one_killed_midway_change_nothing(tmp_path, cluster):
 
 
 def test_a_scheduler_that_is_not_there_is_one_clear_error(monkeypatch):
-    monkeypatch.setattr("benchmarks.executors.cluster.CONNECT_S", 1)
+    monkeypatch.setattr("benchmarks.runs.executors.cluster.CONNECT_S", 1)
     with pytest.raises(ValueError, match=r"scheduler must be where a Dask scheduler answers, got 'tcp://127.0.0.1:9'"):
         list(dask_cluster(fake_work, fake_plan(1), "tcp://127.0.0.1:9", 1))
 
@@ -100,7 +100,9 @@ def test_the_paper_suite_is_the_same_on_a_cluster(tmp_path, cluster, monkeypatch
     common = ["run", "paper", "--tier", "smoke", "--limit", "12", "--walks", "0"]
     here = [*common, "-j", "2", "-o", str(tmp_path / "here")]
     assert CliRunner().invoke(cli, here, catch_exceptions=False).exit_code == 0
-    monkeypatch.setattr("benchmarks.executors.cluster.dask_cluster", partial(_killing_first, cluster, dask_cluster))
+    monkeypatch.setattr(
+        "benchmarks.runs.executors.cluster.dask_cluster", partial(_killing_first, cluster, dask_cluster)
+    )
     there = [*common, "--executor", "dask", "--scheduler", cluster.address, "-o", str(tmp_path / "there")]
     assert CliRunner().invoke(cli, there, catch_exceptions=False).exit_code == 0
     assert cluster.workers[0].poll() is not None

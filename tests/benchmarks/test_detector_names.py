@@ -11,11 +11,11 @@ import pytest
 from benchmarks.cells.compute import compute
 from benchmarks.cells.detectors import build_detector, detector_class, detector_label, parse_detector, source_digest
 from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.situations.standing import standing_situation
+from benchmarks.cells.situations.variation import varied
 from benchmarks.cells.spec import Cell, Knowledge
-from benchmarks.cells.standing import standing_situation
-from benchmarks.cells.variation import varied
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings
 from simulator import Phone
 

@@ -13,10 +13,10 @@ from click.testing import CliRunner
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
 from benchmarks.cli import cli, main
-from benchmarks.executors import choose_executor
-from benchmarks.runner import run_cells
-from benchmarks.store import cell_path, read_cell
-from benchmarks.suite import load_suite
+from benchmarks.plan.suite import load_suite
+from benchmarks.runs.executors import choose_executor
+from benchmarks.runs.runner import run_cells
+from benchmarks.runs.store import cell_path, read_cell
 
 CATEGORIES = ("wall", "dustbin", "car", "sign", "pedestrian")
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.errata_table import HEADER, errata_rows, markdown
-from benchmarks.results import RunData
-from benchmarks.suite import load_suite
+from benchmarks.plan.suite import load_suite
+from benchmarks.runs.results import RunData
+from benchmarks.studies.errata_table import HEADER, errata_rows, markdown
 from obstaclewatch import Errata
 
 

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from benchmarks.figures import FIGURES, draw_figures, picture
 from benchmarks.figures.data import MOST_POINTS, BarFigure, distribution_steps
 from benchmarks.figures.measured import against_paper, significant
-from benchmarks.paper_values import PaperValue
-from benchmarks.statistics import wilson
-from benchmarks.suite import list_suites, load_suite
+from benchmarks.plan.suite import list_suites, load_suite
+from benchmarks.scoring.paper_values import PaperValue
+from benchmarks.scoring.statistics import wilson
 
 from .synthetic_run import DETECTORS, made_up_run, standing, walk
 

@@ -18,14 +18,14 @@ from benchmarks.gates.claims import judge_claims
 from benchmarks.gates.config import Gates, gates_path, list_gates, load_gates
 from benchmarks.gates.judge import judge
 from benchmarks.gates.output import junit_xml, markdown
-from benchmarks.gates.paired import change_of, shift_of
 from benchmarks.gates.physics import CHECKS, judge_physics
 from benchmarks.gates.physics.measured import Measured
 from benchmarks.gates.quantities import per_walk
 from benchmarks.gates.verdict import State, Verdict, exit_code
-from benchmarks.results import RunData
-from benchmarks.statistics import lower_bound, needed_of, upper_quantile_bound
-from benchmarks.store import cell_path, to_json, write_cell
+from benchmarks.runs.results import RunData
+from benchmarks.runs.store import cell_path, to_json, write_cell
+from benchmarks.scoring.paired import change_of, shift_of
+from benchmarks.scoring.statistics import lower_bound, needed_of, upper_quantile_bound
 from simulator import Air
 
 from .gated_runs import (

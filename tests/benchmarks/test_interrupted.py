@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.runner import run_cells
+from benchmarks.runs.runner import run_cells
 
 from .fake_cells import fake_plan, fake_work
 

@@ -8,13 +8,13 @@ import trimesh
 from scipy.optimize import minimize
 
 from benchmarks.cells.loud_echoes import loud_echo_ranges, mean_pose, one_way_m
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situations.situation import Situation
+from benchmarks.cells.situations.standing import standing_situation
 from benchmarks.cells.spec import Cell
-from benchmarks.cells.standing import standing_situation
 from benchmarks.figures import FIGURES
-from benchmarks.report_verdict import verdict_rows
-from benchmarks.scores import beep_table, nearest_echo, summary
-from benchmarks.verdict import verdict_lines
+from benchmarks.report.lines import verdict_lines
+from benchmarks.report.verdict import verdict_rows
+from benchmarks.scoring.scores import beep_table, nearest_echo, summary
 from scenes import ground_truth
 from scenes.obstacles import ground
 from scenes.truth.nearest import nearest_points

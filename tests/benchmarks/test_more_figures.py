@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
-from benchmarks.energy import EnergyModel, charge_range_mah
 from benchmarks.figures import FIGURES, draw_figures, picture
+from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.plots import DrawingFigure, PlotFigure, TableFigure
-from benchmarks.figures.variants import variants
-from benchmarks.results import RunData
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 
 from .synthetic_run import DETECTORS, made_up_run, record, standing, walk
 

@@ -7,10 +7,10 @@ import pytest
 import yaml
 
 from benchmarks.cells.compute import compute
-from benchmarks.cells.own_scene import scene_situation
+from benchmarks.cells.situations.own_scene import scene_situation
 from benchmarks.cells.spec import counts_as
-from benchmarks.plan import plan_cells
-from benchmarks.suite import Suite, load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import Suite, load_suite
 from scenes.obstacles.solids import box
 
 YARD = """

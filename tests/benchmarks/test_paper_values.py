@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import paper_values as paper
+from benchmarks.scoring import paper_values as paper
 
 PAPER = Path(__file__).parents[3] / "shared" / "paper" / "obstaclewatch_paper.txt"
 

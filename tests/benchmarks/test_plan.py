@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.cells.spec import Cell
-from benchmarks.plan import cell_seed, is_collision, plan_cells, plan_digest
-from benchmarks.suite import list_suites, load_suite
+from benchmarks.plan.cells import cell_seed, is_collision, plan_cells, plan_digest
+from benchmarks.plan.suite import list_suites, load_suite
 from scenes import DATA_COLLECTION
 
 

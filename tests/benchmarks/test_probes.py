@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.cells import compute as computing
-from benchmarks.cells import situation
 from benchmarks.cells.compute import compute, simulated_part
-from benchmarks.cells.numerics import CHECKS
+from benchmarks.cells.probes.numerics import CHECKS
+from benchmarks.cells.situations import situation
 from benchmarks.cells.spec import Cell
-from benchmarks.plan import plan_cells
-from benchmarks.store import to_json
-from benchmarks.suite import load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.runs.store import to_json
 
 
 def probe(kind: str, name: str, **parameters) -> dict:

@@ -13,12 +13,12 @@ import trimesh
 
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
-from benchmarks.replays.choice import ChosenWalk, chosen_walks
-from benchmarks.replays.outline import PlanFrame, Window, outline, simplified
-from benchmarks.replays.replay import replay
-from benchmarks.replays.shown import replays_of
-from benchmarks.report import write_report
-from benchmarks.suite import load_suite
+from benchmarks.plan.suite import load_suite
+from benchmarks.report.replays.choice import ChosenWalk, chosen_walks
+from benchmarks.report.replays.outline import PlanFrame, Window, outline, simplified
+from benchmarks.report.replays.replay import replay
+from benchmarks.report.replays.shown import replays_of
+from benchmarks.report.report import write_report
 from simulator import Material, Obstacle
 
 from ..scenes.browser import QUIET, browser, screenshot
@@ -148,7 +148,7 @@ def test_what_is_kept_is_not_computed_again_unless_damaged(tmp_path, stored, mon
     walks = [ChosenWalk(stored[0], "a wall")]
     first = replays_of(tmp_path, walks)
     (kept,) = (tmp_path / "replays").glob("*.json")
-    monkeypatch.setattr("benchmarks.replays.replay.replay", lambda cell: pytest.fail("it was computed again"))
+    monkeypatch.setattr("benchmarks.report.replays.replay.replay", lambda cell: pytest.fail("it was computed again"))
     assert replays_of(tmp_path, walks) == first
     assert first[0]["faithful"] is True
     kept.write_text(kept.read_text(encoding="utf-8").replace('"window"', '"windou"'), encoding="utf-8")

@@ -11,13 +11,13 @@ from dataclasses import replace
 import matplotlib.image
 import pytest
 
-from benchmarks.manifest import manifest
-from benchmarks.plan import plan_cells
-from benchmarks.report import write_report
-from benchmarks.report_cases import rerun_command, worst_cases
-from benchmarks.report_provenance import cost_lines, environment_lines, reproduction_command
-from benchmarks.report_verdict import verdict_rows
-from benchmarks.suite import load_suite
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.report.cases import rerun_command, worst_cases
+from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
+from benchmarks.report.report import write_report
+from benchmarks.report.verdict import verdict_rows
+from benchmarks.runs.manifest import manifest
 
 from .synthetic_run import DETECTORS, MANIFEST, made_up_run, standing, walk
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cells.fingerprint import source_fingerprint
-from benchmarks.executors import WorkersLost, choose_executor, serial
-from benchmarks.label_filter import label_filter
-from benchmarks.results import load_run
-from benchmarks.runner import run_cells
-from benchmarks.store import cell_path, only_one_process, read_cell, to_json
+from benchmarks.plan.label_filter import label_filter
+from benchmarks.runs.executors import WorkersLost, choose_executor, serial
+from benchmarks.runs.results import load_run
+from benchmarks.runs.runner import run_cells
+from benchmarks.runs.store import cell_path, only_one_process, read_cell, to_json
 
 from .fake_cells import fake_manifest, fake_plan, fake_work
 
@@ -126,7 +126,7 @@ def test_a_cell_that_always_kills_its_worker_is_missing_and_the_rest_is_done(tmp
 
 
 def test_workers_of_another_version_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("benchmarks.runner.source_fingerprint", lambda: "0" * 64)
+    monkeypatch.setattr("benchmarks.runs.runner.source_fingerprint", lambda: "0" * 64)
     with pytest.raises(ValueError, match="workers must have the plan's source 000000000000"):
         run_cells(tmp_path, fake_plan(2), work=fake_work())
     assert not list(tmp_path.rglob("*.json"))
@@ -143,7 +143,7 @@ def test_a_full_disk_is_one_error_and_loses_nothing_done(tmp_path, monkeypatch):
 
     replace = os.replace
     with monkeypatch.context() as patch:
-        patch.setattr("benchmarks.store.os.replace", almost_full)
+        patch.setattr("benchmarks.runs.store.os.replace", almost_full)
         with pytest.raises(OSError, match="No space left on device"):
             run_cells(tmp_path, cells, work=fake_work())
     assert len(contents(tmp_path)) == 3

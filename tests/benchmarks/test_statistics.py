@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multinomial
 
-from benchmarks.statistics import lower_bound, mcnemar, paired_interval, quantile_with_interval, wilson
+from benchmarks.scoring.statistics import lower_bound, mcnemar, paired_interval, quantile_with_interval, wilson
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0.0, 1.0))

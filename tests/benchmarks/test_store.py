@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.store import cell_path, point_to, read_cell, to_json, write_atomically, write_cell
+from benchmarks.runs.store import cell_path, point_to, read_cell, to_json, write_atomically, write_cell
 
 
 def test_a_cell_comes_back_as_written(tmp_path: Path) -> None:
@@ -64,7 +64,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeyp
     def refuse(*_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr("benchmarks.store.os.replace", refuse)
+    monkeypatch.setattr("benchmarks.runs.store.os.replace", refuse)
     with pytest.raises(OSError, match="disk full"):
         write_atomically(path, "new")
     assert path.read_text(encoding="utf-8") == "old"

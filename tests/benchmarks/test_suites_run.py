@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from benchmarks.cli import cli
 from benchmarks.figures import FIGURES
-from benchmarks.suite import list_suites, load_suite
+from benchmarks.plan.suite import list_suites, load_suite
 
 QUICK = "extremes"
 """Run by default; all others are left to the slow tests."""

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.cells.spec import Cell
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
-from benchmarks.sweep import Sweep, at_point
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.plan.sweep import Sweep, at_point
 
 
 def cell(**changes: Any) -> Cell:

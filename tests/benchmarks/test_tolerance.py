@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from benchmarks.cells.fidelities import POINTS, compared, fidelity_result
-from benchmarks.plan import plan_cells
-from benchmarks.suite import load_suite
+from benchmarks.cells.probes.fidelities import POINTS, compared, fidelity_result
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 
 TOLERANCES = {name: POINTS[name]["tolerance_db"] for name in POINTS if name.startswith("auto")}

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.cells.approaching import approach_situation
 from benchmarks.cells.channel import through_channel
 from benchmarks.cells.interference import with_interferer
-from benchmarks.cells.situation import Situation
+from benchmarks.cells.situations.approaching import approach_situation
+from benchmarks.cells.situations.situation import Situation
+from benchmarks.cells.situations.standing import standing_situation
+from benchmarks.cells.situations.variation import changed_phone, changed_walk, varied
 from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange, SceneChange, WalkChange
-from benchmarks.cells.standing import standing_situation
-from benchmarks.cells.variation import changed_phone, changed_walk, varied
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
 from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
 from scenes.obstacles import ground, wall

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.figures.variants import variants
-from benchmarks.results import RunData
-from benchmarks.scores import summary
-from benchmarks.verdict import verdict_lines
+from benchmarks.figures.bench.variants import variants
+from benchmarks.report.lines import verdict_lines
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.scores import summary
 
 from .synthetic_run import made_up_run, standing, walk
 

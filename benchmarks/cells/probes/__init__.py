@@ -1,0 +1,1 @@
+"""Cells without a walk: fidelity, motion, tessellation, numerics, signals."""

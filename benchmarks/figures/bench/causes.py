@@ -1,0 +1,179 @@
+"""What is measured when a cause of error is taken away: the points of a sweep against its first, walk by walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.cells.spec import counts_as
+from benchmarks.figures.bench.budget import heard_enough
+from benchmarks.figures.bench.variants import variants
+from benchmarks.figures.measured import quantile_over_walks, strata
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.paired import change_of
+from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
+from benchmarks.scoring.statistics import paired_interval, wilson
+from obstaclewatch.support.arrays import Flags, Floats, Strings
+
+Outcomes = dict[str, bool]
+"""By walk."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What one detector made of the walks at one point of a sweep.
+
+    Attributes:
+        walks, beeps: see `benchmarks.scoring.scores`; `walk` in both names the walk alike at every point.
+    """
+
+    walks: Table
+    beeps: Table
+
+    def of(self, column: str, value: str) -> Heard:
+        """The walks whose column has that value; all for an empty column."""
+        if not column:
+            return self
+        return Heard(*(chosen(table, table[column] == value) for table in (self.walks, self.beeps)))
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A rate with a cause taken away, against the same walks as they are; in percent.
+
+    Attributes:
+        before, value: the rate as it is and now; NaN without walks.
+        low, high: the rate as it is and the paired 95 % interval of the change; of the first point Wilson's own.
+        gained, lost, n: walks that are counted now and were not, the other way round, and all that both have.
+        p: exact two-sided McNemar.
+    """
+
+    before: float
+    value: float
+    low: float
+    high: float
+    gained: int
+    lost: int
+    n: int
+    p: float
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Absolute errors over all beeps with an estimate: median, its 95 % interval over whole walks, upper quantile."""
+
+    median: float
+    low: float
+    high: float
+    upper: float
+
+
+Count = Callable[[Heard], Outcomes]
+
+
+def points_heard(run: RunData, detector: str) -> dict[str, Heard]:
+    """By point of the sweep, the first of which everything is held against; empty for a run without a sweep."""
+    parts = variants(run)
+    walked = {name: part for name, part in parts.items() if any(counts_as(c["cell"], "approach") for c in part.cells)}
+    return {name: _heard(part, detector) for name, part in walked.items()} if len(walked) > 1 else {}
+
+
+def groups(run: RunData) -> list[tuple[str, str, str]]:
+    """(title, column, value) of all walks, of every category and of every scene."""
+    by_column = [(value, column, value) for column in ("category", "scene") for value in strata(run, column)]
+    return [("all walks", "", ""), *by_column]
+
+
+def in_time(heard: Heard) -> Outcomes:
+    """Whether a collision is alerted with the margin that the run asks for."""
+    return _outcomes(heard.walks, heard.walks["true_alert"], heard.walks["collides"])
+
+
+def before_contact(heard: Heard) -> Outcomes:
+    """Whether a collision is alerted before contact, however late: what no margin would leave."""
+    return _outcomes(heard.walks, heard.walks["alert_distance_m"] >= 0.0, heard.walks["collides"])
+
+
+def in_peace(heard: Heard) -> Outcomes:
+    """Whether a walk without a collision raises no alert."""
+    return _outcomes(heard.walks, ~heard.walks["alert"], ~heard.walks["collides"])
+
+
+def false_alerts(heard: Heard) -> Outcomes:
+    """Whether a walk raises a false alert; over all walks."""
+    walks = heard.walks
+    return _outcomes(walks, walks["alert"] & ~walks["collides"], np.ones(len(walks["walk"]), dtype=bool))
+
+
+def found(heard: Heard) -> Outcomes:
+    """Whether a collision's target is heard in enough beeps; see `benchmarks.figures.bench.budget`."""
+    return _outcomes(heard.walks, heard_enough(heard.walks, heard.beeps), heard.walks["collides"])
+
+
+def effect(count: Count, first: Heard, now: Heard) -> Effect:
+    """A rate at a point of the sweep against the sweep's first point."""
+    before, after = count(first), count(now)
+    shared = before.keys() & after.keys()
+    change = change_of(before, after)
+    base = wilson(sum(before[walk] for walk in shared), len(shared))
+    value = 100.0 * base.value
+    if first is now:
+        return Effect(value, value, 100.0 * base.low, 100.0 * base.high, 0, 0, base.n, 1.0)
+    low, high = paired_interval(change.gained, change.lost, change.n)
+    shifted = 100.0 * (base.k + change.gained - change.lost) / base.n if base.n else np.nan
+    low, high = (float(np.clip(value + 100.0 * end, 0.0, 100.0)) for end in (low, high))
+    return Effect(value, shifted, low, high, change.gained, change.lost, change.n, change.p)
+
+
+def bearing_deg(heard: Heard) -> Floats:
+    """(beeps,) absolute errors of the bearing, degrees; NaN without an estimate."""
+    return np.rad2deg(np.abs(heard.beeps["bearing_rad"] - heard.beeps["true_bearing_rad"]))
+
+
+def range_cm(heard: Heard) -> Floats:
+    """(beeps,) absolute errors of the range, cm; NaN without an estimate."""
+    return 100.0 * np.abs(heard.beeps["range_m"] - heard.beeps["true_range_m"])
+
+
+def spread(errors: Floats, heard: Heard, upper: float) -> Spread:
+    """Median and upper quantile of the errors of a point's beeps."""
+    median, low, high, _ = quantile_over_walks(errors, 0.5, heard.beeps["walk"])
+    finite = errors[np.isfinite(errors)]
+    return Spread(median, low, high, float(np.quantile(finite, upper)) if len(finite) else np.nan)
+
+
+def medians_of_shared_beeps(first: Heard, now: Heard) -> tuple[float, float]:
+    """Median errors of the bearing, degrees, as it is and now, over the beeps that both have an estimate for.
+
+    What is heard only now is often what is hard to judge, so medians over all beeps do not compare by themselves.
+    """
+    before, after = (_by_beep(heard) for heard in (first, now))
+    shared = before.keys() & after.keys()
+    if not shared:
+        return np.nan, np.nan
+    old, new = (float(np.median([errors[beep] for beep in shared])) for errors in (before, after))
+    return old, new
+
+
+def _heard(part: RunData, detector: str) -> Heard:
+    """Tables with the walks' own names: labels hold the point of the sweep too."""
+    names = {c["label"]: f"{c['cell']['scene']}/{c['cell']['category']}/{c['cell']['index']}" for c in part.cells}
+    walks, beeps = approach_table(part, detector), beep_table(part, detector, "approach")
+    return Heard(*(table | {"walk": _renamed(table["label"], names)} for table in (walks, beeps)))
+
+
+def _renamed(labels: Strings, names: Mapping[str, str]) -> Strings:
+    return np.array([names[label] for label in labels.tolist()], dtype=np.str_)
+
+
+def _outcomes(walks: Table, counted: Flags, among: Flags) -> Outcomes:
+    return dict(zip(walks["walk"][among].tolist(), counted[among].tolist(), strict=True))
+
+
+def _by_beep(heard: Heard) -> dict[tuple[str, int], float]:
+    errors = bearing_deg(heard)
+    known = np.isfinite(errors)
+    beeps = zip(heard.beeps["walk"][known].tolist(), heard.beeps["beep"][known].tolist(), strict=True)
+    return dict(zip(beeps, errors[known].tolist(), strict=True))

@@ -1,0 +1,1 @@
+"""From numbers to pictures: the only rooms that draw."""

@@ -1,0 +1,66 @@
+"""Draw distribution functions of errors, with the paper's printed points among them."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+
+from benchmarks.figures.data import Curve, CurveFigure, Mark
+from benchmarks.figures.draw.page import finish, panel_axes
+from benchmarks.figures.draw.style import MUTED, PAPER_INK, colour
+
+PANEL_WIDTH, LEGEND_WIDTH = 3.3, 2.3
+_ENDS = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+
+
+def draw_curves(figure: CurveFigure) -> Canvas:
+    """The whole figure, its legend beside the axes where it hides nothing."""
+    canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], wspace=0.08)
+    for curve in figure.curves:
+        _draw_curve(ax, curve)
+    for mark in figure.marks:
+        _draw_mark(ax, mark)
+    ax.set_xlim(0.0, axis_end(figure))
+    ax.set_ylim(0.0, 103.0)
+    ax.set_yticks([0, 20, 40, 50, 60, 80, 90, 100])
+    ax.grid(axis="x")
+    ax.set_xlabel(figure.x_label)
+    ax.set_ylabel("share of the estimates, %")
+    if figure.empty:
+        ax.text(0.5, 0.5, "no data", transform=ax.transAxes, ha="center", color=MUTED, fontsize=14)
+    beside.set_axis_off()
+    handles, labels = ax.get_legend_handles_labels()
+    beside.legend(handles, labels, loc="center left", borderaxespad=0.0, labelspacing=1.0, handlelength=1.8)
+    return finish(canvas, figure.title, figure.note)
+
+
+def axis_end(figure: CurveFigure) -> float:
+    """A round number past the 95th percentile of every curve but diagnostics and past the paper's points."""
+    reach = [mark.paper.display * 1.1 for mark in figure.marks]
+    for curve in (curve for curve in figure.curves if curve.n and not curve.diagnostic):
+        reach.append(float(curve.value[np.searchsorted(curve.share, 0.95).clip(max=len(curve.value) - 1)]))
+    longest = max(reach, default=1.0)
+    scale = 10.0 ** np.floor(np.log10(longest))
+    return float(_ENDS[np.searchsorted(_ENDS, longest / scale)] * scale)
+
+
+def _draw_curve(ax: Axes, curve: Curve) -> None:
+    if curve.diagnostic:  # room beside the axes is for what is held against the paper
+        label = "" if curve.dashed else curve.label.replace(" against ", "\nagainst ")
+    elif curve.n == 0:
+        label = f"{curve.label}: no data"
+    else:
+        label = "\n".join([curve.label, *curve.summary.split("; ")])
+    x, y = np.concatenate([[0.0], curve.value]), np.concatenate([[0.0], 100.0 * curve.share])
+    solid, dashed = ("-", (0, (4, 1.6))) if not curve.diagnostic else ((0, (1, 1.2)), (0, (4, 1.6, 1, 1.6)))
+    ax.plot(
+        x, y, drawstyle="steps-post", color=colour(curve.key), linewidth=1.0 if curve.diagnostic else 1.7,
+        linestyle=dashed if curve.dashed else solid, label=label or None,
+    )  # fmt: skip
+
+
+def _draw_mark(ax: Axes, mark: Mark) -> None:
+    x, y = mark.paper.display, 100.0 * mark.share
+    ax.plot(x, y, "D", color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6, zorder=5,
+            label=f"paper, {mark.label}: {mark.paper.text}")  # fmt: skip

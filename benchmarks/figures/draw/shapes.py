@@ -1,0 +1,117 @@
+"""Draw shapes on a common scale, and tables."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+from matplotlib.patches import FancyBboxPatch, Polygon
+
+from benchmarks.figures.draw.page import finish, panel_axes
+from benchmarks.figures.draw.style import HAIR, INK, MUTED, PAPER_INK, lighter
+from benchmarks.figures.plots import Drawing, DrawingFigure, Shape, TableFigure
+
+_ROLES = {
+    "thing": "#8a7a5c",
+    "phone": "#1d2430",
+    "person": "#6a7280",
+    "sound": "#2c5f8a",
+    "walk": "#1f8a70",
+    "axis": "#6a7280",
+    "angle": "#7a5195",
+    "hit": PAPER_INK,
+    "safe": "#1f8a70",
+    "text": INK,
+}
+BOX = (0.86, 0.62)
+ROW_IN, CHARACTERS_PER_INCH = 0.2, 15.0
+
+
+def draw_drawing(figure: DrawingFigure) -> Canvas:
+    """The whole figure."""
+    panels = figure.panels or (Drawing("no data", (), axes=False),)
+    canvas, axes = panel_axes([panel.width_in for panel in panels], 0.22, figure.height_in)
+    for ax, panel in zip(axes, panels, strict=True):
+        _draw_panel(ax, panel)
+    return finish(canvas, figure.title, figure.note)
+
+
+def draw_table(figure: TableFigure) -> Canvas:
+    """A table as a picture: heads, a rule, rows; long text wraps."""
+    total = sum(figure.widths)
+    wrapped = [[_wrapped(text, width) for text, width in zip(row, figure.widths, strict=True)] for row in figure.cells]
+    lines = [max(text.count("\n") + 1 for text in row) for row in wrapped]
+    height = ROW_IN * (1.5 + sum(lines) + 0.35 * len(lines)) if lines else ROW_IN * 2
+    canvas, (ax,) = panel_axes([total], 0.0, height)
+    ax.set_axis_off()
+    ax.set(xlim=(0.0, total), ylim=(height, 0.0))
+    left = np.concatenate([[0.0], np.cumsum(figure.widths)[:-1]])
+    for x, head in zip(left, figure.columns, strict=True):
+        ax.text(x, 0.6 * ROW_IN, head, fontweight="bold", va="center", fontsize=8.5)
+    here = 1.3 * ROW_IN
+    ax.plot([0.0, total], [here, here], color=MUTED, linewidth=0.8)
+    for row, count in zip(wrapped, lines, strict=True):
+        for x, text in zip(left, row, strict=True):
+            ax.text(x, here + 0.22 * ROW_IN, text, va="top", fontsize=8.0, linespacing=1.25)
+        here += ROW_IN * (count + 0.35)
+        ax.plot([0.0, total], [here, here], color=HAIR, linewidth=0.6)
+    return finish(canvas, figure.title, figure.note, extra_left=-0.5)
+
+
+def _wrapped(text: str, width_in: float) -> str:
+    return "\n".join(textwrap.wrap(text, max(4, int(width_in * CHARACTERS_PER_INCH)))) or " "
+
+
+def _draw_panel(ax: Axes, panel: Drawing) -> None:
+    if panel.axes:
+        ax.set_aspect("equal", adjustable="box")
+    for shape in panel.shapes:
+        _draw_shape(ax, shape)
+    ax.set(xlim=panel.x_range, ylim=panel.y_range)
+    if panel.axes:
+        ax.set(xlabel="m", ylabel="m")
+        ax.grid(True, axis="both")
+    else:
+        ax.set_axis_off()
+    if panel.title:
+        ax.set_title(panel.title)
+
+
+def _draw_shape(ax: Axes, shape: Shape) -> None:
+    shade, (x, y) = _ROLES[shape.role], shape.points[0]
+    if shape.kind == "polygon":
+        ax.add_patch(Polygon(shape.points, facecolor=lighter(shade, 0.6), edgecolor=shade, linewidth=0.8))
+    elif shape.kind == "line":
+        dashes = (0, (3, 2)) if shape.role in ("axis", "walk") else "-"
+        ax.plot(shape.points[:, 0], shape.points[:, 1], color=shade, linewidth=1.2, linestyle=dashes)
+    elif shape.kind == "arrow":
+        for start, end in zip(shape.points[:-1], shape.points[1:], strict=True):
+            ax.annotate(
+                "",
+                end,
+                start,
+                arrowprops={"arrowstyle": "-|>", "color": shade, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0},
+            )
+    elif shape.kind == "dot":
+        ax.plot(x, y, "o", color=shade, markersize=4.5)
+    elif shape.kind == "box":
+        width, height = BOX
+        ax.add_patch(
+            FancyBboxPatch(
+                (x - width / 2, y - height / 2),
+                width,
+                height,
+                boxstyle="round,pad=0,rounding_size=.06",
+                facecolor=lighter(shade, 0.88),
+                edgecolor=shade,
+                linewidth=1.0,
+            )
+        )
+    if shape.kind == "box":
+        ax.text(x, y, shape.text, ha="center", va="center", fontsize=7.5, color=INK)
+    elif shape.kind == "text":
+        ax.text(x, y, shape.text, ha="center", va="center", fontsize=8.0, color=INK)
+    elif shape.text:
+        ax.annotate(shape.text, (x, y), (4, 4), textcoords="offset points", fontsize=8.0, color=shade)

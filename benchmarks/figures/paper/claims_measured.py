@@ -1,0 +1,297 @@
+"""How each claim of the paper is measured in a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from benchmarks.figures.bench.sensitivity import side_calls
+from benchmarks.figures.bench.variants import band_name, variants
+from benchmarks.figures.measured import quantile_over_walks, significant
+from benchmarks.figures.paper.energies import PERIOD_S, cpu_per_beep_s
+from benchmarks.figures.paper.errors import NARROW_M
+from benchmarks.figures.paper.signals import signals_of
+from benchmarks.figures.paper.sizes import radius_medians
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.energy import EnergyModel, charge_range_mah
+from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
+from obstaclewatch.support.arrays import Flags, Floats
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A number with its interval, in SI or as a fraction; n is 0 where nothing was measured.
+
+    Attributes:
+        count: how many observations, in words.
+        unit: "1" (a fraction), "m", "rad", "mAh" or "" (a plain number).
+        p_value: of the test that decides a claim of an order; None for numbers.
+        text: words instead of the number, for a claim of an order.
+    """
+
+    value: float
+    low: float
+    high: float
+    n: int
+    count: str
+    unit: str
+    p_value: float | None = None
+    text: str = ""
+
+    def shown(self, value: float) -> str:
+        """A value in the unit people read."""
+        scale, unit = {
+            "1": (100.0, " %"),
+            "m": (100.0, " cm"),
+            "rad": (180.0 / np.pi, "°"),
+            "mAh": (1.0, " mAh"),
+            "": (1.0, ""),
+        }[self.unit]
+        digits = f"{scale * value:.1f}" if self.unit == "1" else significant(scale * value)
+        return f"{digits}{unit}"
+
+
+Measure = Callable[[RunData, str], Measurement]
+FEW = 7
+"""Up to so many things all orders are tried."""
+NO_MEASUREMENT = Measurement(np.nan, np.nan, np.nan, 0, "0", "1")
+
+
+def tp(run: RunData, detector: str) -> Measurement:
+    """Collisions alerted in time."""
+    table = _walks(run, detector)
+    return exact_rate(table["true_alert"][table["collides"]])
+
+
+def tn(run: RunData, detector: str) -> Measurement:
+    """Other walks left in peace."""
+    table = _walks(run, detector)
+    return exact_rate(~table["alert"][~table["collides"]])
+
+
+def accuracy(run: RunData, detector: str) -> Measurement:
+    """Walks judged rightly, of all."""
+    return exact_rate(_right(_walks(run, detector)))
+
+
+def accuracy_in(range_m: float) -> Measure:
+    """Accuracy over the walks that begin within a range or come within it: all that the paper evaluates."""
+
+    def measure(run: RunData, detector: str) -> Measurement:
+        table, beeps = _walks(run, detector), beep_table(_first(run), detector, "approach")
+        near = np.unique(beeps["label"][beeps["true_range_m"] <= range_m])
+        return exact_rate(_right(chosen(table, np.isin(table["label"], near))))
+
+    return measure
+
+
+def by_scene(measure: Measure, scene: str) -> Measure:
+    """The measure in one scene."""
+
+    def within(run: RunData, detector: str) -> Measurement:
+        return measure(_cells(run, lambda cell: cell["scene"] == scene), detector)
+
+    return within
+
+
+def in_band(measure: Measure, band: str) -> Measure:
+    """The measure with one band of the beep, of a run that sweeps bands."""
+
+    def within(run: RunData, detector: str) -> Measurement:
+        part = _bands(run).get(band)
+        return NO_MEASUREMENT if part is None else measure(part, detector)
+
+    return within
+
+
+def false_alerts(run: RunData, detector: str) -> Measurement:
+    """Alerts on walks without a collision, over all walks."""
+    table = _walks(run, detector)
+    return exact_rate(table["alert"] & ~table["collides"])
+
+
+def error_of(column: str, quantile: float, standing_m: float | None = None) -> Measure:
+    """Quantile of an absolute error: standing at a distance, or walking and standing together.
+
+    Radii are those of targets up to a metre wide, as in the paper's Figure 11.
+    """
+    unit = {"range_m": "m", "range2_m": "m", "radius_m": "m", "bearing_rad": "rad"}[column]
+
+    def measure(run: RunData, detector: str) -> Measurement:
+        kinds = ("standing",) if standing_m is not None else ("approach", "standing")
+        errors, labels, total = [], [], 0
+        for kind in kinds:
+            table = beep_table(_first(run), detector, kind)
+            if standing_m is not None:
+                table = chosen(table, table["standing_range_m"] == standing_m)
+            if column == "radius_m":
+                table = chosen(table, table["true_radius_m"] <= NARROW_M)
+            errors.append(np.abs(table[column] - table[f"true_{column}"]))
+            labels.append(table["label"])
+            total += len(table["label"])
+        value, low, high, count = quantile_over_walks(np.concatenate(errors), quantile, np.concatenate(labels))
+        return Measurement(value, low, high, count, f"{count} of {total} beeps", unit)
+
+    return measure
+
+
+def charge(run: RunData, detector: str) -> Measurement:
+    """The modelled charge of 30 minutes; its interval is that of the model's stated constants."""
+    cpu = cpu_per_beep_s(_first(run), detector) if run.manifest.get("suite") == "energy" else np.zeros(0)
+    if len(cpu) == 0:
+        return NO_MEASUREMENT
+    middle = float(np.median(cpu))
+    low, high = charge_range_mah(middle, PERIOD_S)
+    return Measurement(EnergyModel().charge_mah(middle, PERIOD_S), low, high, len(cpu), f"{len(cpu)} walks", "mAh")
+
+
+def radius_correlation(run: RunData, detector: str) -> Measurement:
+    """Pearson's correlation of estimated and true radius with Fisher's interval."""
+    pairs = [radius_medians(_first(run), detector, kind) for kind in ("standing", "approach")]
+    true, found = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
+    if len(true) < 4 or np.ptp(true) == 0.0 or np.ptp(found) == 0.0:
+        return NO_MEASUREMENT
+    result = stats.pearsonr(true, found)
+    ends = result.confidence_interval(0.95)
+    return Measurement(float(result.statistic), float(ends.low), float(ends.high), len(true), f"{len(true)} things", "")
+
+
+def band_gain(run: RunData, detector: str) -> Measurement:
+    """True positives with 16-23 kHz against 18-23 kHz."""
+    bands = _bands(run)
+    if not {"16-23 kHz", "18-23 kHz"} <= set(bands):
+        return NO_MEASUREMENT
+    tables = [_walks(bands[name], detector) for name in ("16-23 kHz", "18-23 kHz")]
+    return more_often(*(table["true_alert"][table["collides"]] for table in tables))
+
+
+def size_gain(run: RunData, detector: str) -> Measurement:
+    """Accuracy before walls against accuracy before people."""
+    table = _walks(run, detector)
+    return more_often(*(_right(chosen(table, table["category"] == name)) for name in ("wall", "pedestrian")))
+
+
+def phone_gain(run: RunData, detector: str) -> Measurement:
+    """Accuracy with the S8+ against the S5 in the supermarket, where both walk."""
+    table = _walks(_cells(run, lambda cell: cell["scene"] == "supermarket"), detector)
+    return more_often(*(_right(chosen(table, table["phone"] == name)) for name in ("galaxy-s8-plus", "galaxy-s5")))
+
+
+def crest_nearer(run: RunData, _detector: str) -> Measurement:
+    """Rank correlation of crest width and distance over all walks up to things; the sign is turned."""
+    pairs = [
+        (np.array(s["true_m"], dtype=float), np.array(s["crest_samples"], dtype=float))
+        for s in signals_of(run, "approach")
+    ]
+    if not pairs:
+        return NO_MEASUREMENT
+    distance, width = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
+    return _ranked(-distance, width, "beeps")
+
+
+def crest_wider(run: RunData, _detector: str) -> Measurement:
+    """Rank correlation of crest width and radius over things at one distance."""
+    found = signals_of(run, "crests")
+    if not found:
+        return NO_MEASUREMENT
+    signal = found[0]
+    return _ranked(
+        np.array(signal["true_radius_m"], dtype=float), np.array(signal["crest_samples"], dtype=float), "things"
+    )
+
+
+def side_known(run: RunData, detector: str) -> Measurement:
+    """Beeps beyond 5 degrees whose side is called rightly when held horizontally, against a coin."""
+    parts = [part for name, part in variants(run).items() if "horizontal" in name]
+    if not parts:
+        return NO_MEASUREMENT
+    bearing, right = side_calls(parts[0], detector)
+    found = exact_rate(right[bearing >= 5.0])
+    if found.n == 0:
+        return NO_MEASUREMENT
+    test = stats.binomtest(int(right[bearing >= 5.0].sum()), found.n, 0.5)
+    words = f"{found.shown(found.value)} of sides right"
+    return Measurement(found.value - 0.5, np.nan, np.nan, found.n, f"{found.n} beeps", "1", float(test.pvalue), words)
+
+
+def other_band(run: RunData, detector: str) -> Measurement:
+    """Accuracy with a second phone at 1 m in another band against one in the same band."""
+    parts = variants(run)
+    names = ("other half at 1 m", "same band at 1 m")
+    if not set(names) <= set(parts):
+        return NO_MEASUREMENT
+    return more_often(*(_right(approach_table(parts[name], detector)) for name in names))
+
+
+def exact_rate(outcome: Flags) -> Measurement:
+    """Share of true entries with Clopper and Pearson's interval."""
+    k, n = int(np.sum(outcome)), len(outcome)
+    if n == 0:
+        return NO_MEASUREMENT
+    ends = stats.binomtest(k, n).proportion_ci(0.95, method="exact")
+    return Measurement(k / n, float(ends.low), float(ends.high), n, f"{k}/{n}", "1")
+
+
+def more_often(first: Flags, second: Flags) -> Measurement:
+    """Difference of two shares, decided by Fisher's exact test."""
+    if len(first) == 0 or len(second) == 0:
+        return NO_MEASUREMENT
+    counts = [[int(part.sum()), int((~part).sum())] for part in (first, second)]
+    p = float(stats.fisher_exact(counts).pvalue)
+    words = f"{100 * first.mean():.1f} against {100 * second.mean():.1f} %"
+    number = len(first) + len(second)
+    return Measurement(
+        float(first.mean() - second.mean()), np.nan, np.nan, number, f"{len(first)} and {len(second)}", "1", p, words
+    )
+
+
+def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
+    kept = np.isfinite(x) & np.isfinite(y)
+    if kept.sum() < 3 or np.ptp(y[kept]) == 0.0:
+        return NO_MEASUREMENT
+    result = stats.spearmanr(x[kept], y[kept])
+    count, p = int(kept.sum()), float(result.pvalue)
+    if count <= FEW:
+        # scipy's p is asymptotic: 0 for any perfect order, which 4 things reach by chance 1 time in 12
+        p = float(stats.permutation_test(
+            (x[kept],), lambda a: stats.spearmanr(a, y[kept]).statistic, permutation_type="pairings",
+            n_resamples=np.inf, vectorized=False,
+        ).pvalue)  # fmt: skip
+    return Measurement(
+        float(result.statistic),
+        np.nan,
+        np.nan,
+        count,
+        f"{count} {of}",
+        "",
+        p,
+        f"rank correlation {result.statistic:.2f}",
+    )
+
+
+def _right(table: Table) -> Flags:
+    return np.where(table["collides"], table["true_alert"], ~table["alert"])
+
+
+def _walks(run: RunData, detector: str) -> Table:
+    return approach_table(_first(run), detector)
+
+
+def _first(run: RunData) -> RunData:
+    """The run, or the first point of its sweep."""
+    return next(iter(variants(run).values()), run)
+
+
+def _cells(run: RunData, keep: Callable[[dict], bool]) -> RunData:
+    kept = [k for k, record in enumerate(run.cells) if keep(record["cell"])]
+    costs = tuple(run.costs[k] for k in kept) if run.costs else ()
+    return replace(run, cells=tuple(run.cells[k] for k in kept), costs=costs)
+
+
+def _bands(run: RunData) -> dict[str, RunData]:
+    """The parts of a run that sweeps the band, by band."""
+    parts = [part for part in variants(run).values() if "beep.start_hz" in (part.cells[0]["cell"].get("variant") or {})]
+    return {band_name(part.cells[0]["cell"]): part for part in parts}

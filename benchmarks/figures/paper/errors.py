@@ -1,0 +1,187 @@
+"""Errors of distance, bearing and radius (Figures 21 to 25)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from benchmarks.figures.data import Bar, BarFigure, BarPanel, Curve, CurveFigure, Mark
+from benchmarks.figures.measured import (
+    NO_DATA,
+    error_curve,
+    judged_detectors,
+    part,
+    quantile_over_walks,
+    significant,
+)
+from benchmarks.runs.results import RunData
+from benchmarks.scoring import paper_values
+from benchmarks.scoring.scores import Table, absolute_errors, beep_table, chosen
+from obstaclewatch.support.arrays import Flags
+
+NARROW_M = 0.5
+"""Greatest true radius of what the paper's Figure 11 measures: people, signs, dustbins."""
+
+BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
+INTERVALS = "In brackets: 95 % bootstrap intervals over whole walks."
+BEARING_MARKS = (Mark("median", 0.5, paper_values.BEARING_MEDIAN), Mark("P80", 0.8, paper_values.BEARING_P80))
+RADIUS_MARKS = (Mark("median", 0.5, paper_values.RADIUS_MEDIAN), Mark("P80", 0.8, paper_values.RADIUS_P80))
+
+
+def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
+    """Figures 21 to 23: a standing phone, Distance1 to the top and Distance2 to the bottom microphone.
+
+    Beside the errors, against the target's nearest point, those against its nearest loud echo, of runs that tell them.
+    """
+    curves: list[Curve] = []
+    for detector in judged_detectors(run):
+        table = part(beep_table(run, detector, "standing"), "standing_range_m", range_m)
+        curves += [
+            error_curve(table, f"{column}_m", f"true_{column}_m", "m", f"{detector}, {label}", detector, 0.9, dashed)
+            for column, label, dashed in DISTANCES
+        ]
+        against = [
+            replace(
+                error_curve(
+                    table, f"{column}_m", f"echo_{column}_m", "m", f"{detector}, {label} against what echoes",
+                    detector, 0.9, dashed,
+                ),
+                diagnostic=True,
+            )
+            for column, label, dashed in DISTANCES
+        ]  # fmt: skip
+        curves += [curve for curve in against if curve.n]
+    remark = DIAGNOSTIC if any(curve.diagnostic for curve in curves) else ""
+    return CurveFigure(
+        name=name,
+        title=f"Fig. {name[3:]} · Distance error of a standing phone, {range_m:g} m",
+        x_label="absolute error of the distance, cm",
+        unit="cm",
+        curves=tuple(curves),
+        marks=(marks := _distance_marks(range_m)),
+        reading=_curves_sentence(curves, marks),
+        note=f"{INTERVALS} Only echoes within the association gate count as estimates of the target.{remark}",
+    )
+
+
+def bearing_errors(run: RunData) -> CurveFigure:
+    """Figure 24: walking and standing, where the target is associated by its range."""
+    curves = _state_curves(run, "bearing_rad", "rad")
+    return CurveFigure(
+        name="fig24",
+        title="Fig. 24 · Bearing error",
+        x_label="absolute error of the bearing, °",
+        unit="°",
+        curves=curves,
+        marks=BEARING_MARKS,
+        reading=_curves_sentence(curves, BEARING_MARKS),
+        note=f"{INTERVALS} Standing targets are straight ahead, where the estimate clamps at 0.",
+    )
+
+
+def radius_errors(run: RunData) -> CurveFigure:
+    """Figure 25, over targets up to `NARROW_M` in radius, as in the paper's Figure 11: people, signs, dustbins."""
+    curves = _state_curves(run, "radius_m", "m", lambda table: table["true_radius_m"] <= NARROW_M)
+    return _radius_figure("fig25", f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide", curves)
+
+
+def radius_errors_of_all(run: RunData) -> CurveFigure:
+    """Figure 25 over every target; the radius of a wall or a car is half its breadth, metres."""
+    return _radius_figure("fig25_all", "Fig. 25 · Radius error, all targets", _state_curves(run, "radius_m", "m"))
+
+
+def bearing_errors_by_bin(run: RunData) -> BarFigure:
+    """Figure 24, cut by the true bearing: near 0 the cosine clamps, and a pooled median hides the rest."""
+    panels = []
+    for detector in judged_detectors(run):
+        table = beep_table(run, detector, "approach")
+        panels.append(BarPanel(detector, tuple(_bin_bars(table))))
+    sentences = [_bins_sentence(panel) for panel in panels]
+    return BarFigure(
+        name="fig24_bins",
+        title="Fig. 24, cut by true bearing · Bearing error while walking",
+        y_label="absolute error, °",
+        unit="°",
+        panels=tuple(panels),
+        reading=" ".join(sentences),
+        note="Whiskers: 95 % bootstrap intervals over whole walks; beeps counted below the bars. "
+        "The paper pools all bearings: median 4°, P80 8°.",
+    )
+
+
+DISTANCES = (("range", "Distance1", False), ("range2", "Distance2", True))
+"""Columns, what the paper calls them, and whether they are dashed."""
+DIAGNOSTIC = (
+    " Thin and dotted (Distance2: dots and dashes), a diagnostic: the same estimates against whichever of the target's "
+    "loud echoes is nearest, by the simulator's paths."
+)
+
+DISTANCE_FIGURES = {
+    name: partial(distance_errors, range_m=range_m, name=name)
+    for name, range_m in (("fig21", 1.5), ("fig22", 3.0), ("fig23", 5.0))
+}
+
+
+def _radius_figure(name: str, title: str, curves: tuple[Curve, ...]) -> CurveFigure:
+    return CurveFigure(
+        name=name,
+        title=title,
+        x_label="absolute error of the radius, cm",
+        unit="cm",
+        curves=curves,
+        marks=RADIUS_MARKS,
+        reading=_curves_sentence(curves, RADIUS_MARKS),
+        note=f"{INTERVALS} The true radius is half the target's breadth across the walk.",
+    )
+
+
+def _distance_marks(range_m: float) -> tuple[Mark, ...]:
+    """The paper prints the median of Distance1 at 1.5 and 5 m, and the 90th percentiles "across distances"."""
+    median = paper_values.DISTANCE1_MEDIAN.get(range_m)
+    middle = () if median is None else (Mark("Distance1 median", 0.5, median),)
+    upper = (("Distance1 P90", paper_values.DISTANCE1_P90), ("Distance2 P90", paper_values.DISTANCE2_P90))
+    return (*middle, *(Mark(label, 0.9, value) for label, value in upper))
+
+
+def _state_curves(
+    run: RunData, column: str, unit: str, keep: Callable[[Table], Flags] | None = None
+) -> tuple[Curve, ...]:
+    """One curve a detector and state, walking solid and standing dashed; `keep` chooses rows."""
+    curves = []
+    for detector in judged_detectors(run):
+        for kind, state in (("approach", "walking"), ("standing", "standing")):
+            table = beep_table(run, detector, kind)
+            table = table if keep is None else chosen(table, keep(table))
+            label = f"{detector}, {state}"
+            curves.append(error_curve(table, column, f"true_{column}", unit, label, detector, 0.8, kind == "standing"))
+    return tuple(curves)
+
+
+def _curves_sentence(curves: Sequence[Curve], marks: Sequence[Mark]) -> str:
+    said = [f"{curve.label}: {curve.summary.replace('; ', ', ')}" for curve in curves if curve.n]
+    paper = ", ".join(f"{mark.label} {mark.paper.text}" for mark in marks)
+    return f"{'; '.join(said) if said else NO_DATA.capitalize()}. The paper: {paper}."
+
+
+def _bin_bars(table: Table) -> list[Bar]:
+    bearing = np.rad2deg(table["true_bearing_rad"])
+    errors = np.rad2deg(absolute_errors(table, "bearing_rad", "true_bearing_rad"))
+    bars = []
+    for low, high in pairwise(BEARING_BINS_DEG):
+        inside = (bearing >= low) & (bearing < high)
+        for label, quantile in (("median", 0.5), ("P80", 0.8)):
+            value, least, most, count = quantile_over_walks(errors[inside], quantile, table["label"][inside])
+            bars.append(Bar(f"{low:g}–{high:g}°", label, value, least, most, f"{count}", count))
+    return bars
+
+
+def _bins_sentence(panel: BarPanel) -> str:
+    upper = [bar for bar in panel.bars if bar.series == "P80" and bar.n]
+    if not upper:
+        return f"{panel.title}: {NO_DATA}."
+    said = ", ".join(f"{significant(bar.value)}° at {bar.group}" for bar in upper)
+    return f"{panel.title}: 80 % of the errors are within {said}."

@@ -1,0 +1,147 @@
+"""True positives and true negatives: overall, by scene, by category, by phone (Figures 16, 17, 19 and 20)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from benchmarks.cells.spec import counts_as
+from benchmarks.figures.data import Bar, BarFigure, BarPanel
+from benchmarks.figures.measured import (
+    BASELINE,
+    INTERVALS,
+    NO_DATA,
+    TN,
+    TOP,
+    TP,
+    extreme,
+    judged_detectors,
+    part,
+    rate_against,
+    rate_bar,
+    rate_text,
+    strata,
+    walking_detectors,
+)
+from benchmarks.runs.results import RunData
+from benchmarks.scoring import paper_values
+from benchmarks.scoring.paper_values import RatePair
+from benchmarks.scoring.scores import Table, approach_table, true_negative_rate, true_positive_rate
+from benchmarks.scoring.statistics import Rate
+
+NO_PAPER = "The paper shows this figure as bars without numbers, so none are drawn."
+SUBJECT = "collisions alerted, others left in peace"
+
+
+def overall_rates(run: RunData) -> BarFigure:
+    """Figure 16: every detector over all walks."""
+    names = walking_detectors(run) or ["PaperDetector"]
+    tables = {name: approach_table(run, name) for name in names}
+    bars = [bar for name in names for bar in _pair(name, tables[name], _overall_paper(name))]
+    mean = paper_values.case_weighted_mean()
+    return BarFigure(
+        name="fig16",
+        title=f"Fig. 16 · All walks: {SUBJECT}",
+        y_label="share of walks, %",
+        unit="%",
+        panels=(BarPanel("", tuple(bars)),),
+        reading=" ".join(_sentence(name, tables[name], _overall_paper(name)) for name in names),
+        note=f'{INTERVALS} The paper prints "over 93 %" and "over 92 %"; the case-weighted mean of its own scenes is '
+        f"{mean.true_positive.display:.1f} and {mean.true_negative.display:.1f} %.",
+        top=TOP,
+    )
+
+
+def rates_by_scene(run: RunData) -> BarFigure:
+    """Figure 17: by scene."""
+    groups = strata(run, "scene") or list(paper_values.BY_SCENE)
+    note = f"{INTERVALS} The paper's walks, detector settings and share of collisions are not ours."
+    return _by(
+        run,
+        "fig17",
+        "scene",
+        groups,
+        "Fig. 17 · By scene: collisions alerted, others left in peace",
+        paper_values.BY_SCENE,
+        note,
+    )
+
+
+def rates_by_category(run: RunData) -> BarFigure:
+    """Figure 19: by category of obstacle, over both scenes."""
+    groups = strata(run, "category") or list(paper_values.CASES["supermarket"])
+    return _by(
+        run,
+        "fig19",
+        "category",
+        groups,
+        f"Fig. 19 · By kind of obstacle: {SUBJECT}",
+        {},
+        f"{INTERVALS} {NO_PAPER}",
+    )
+
+
+def rates_by_phone(run: RunData) -> BarFigure:
+    """Figure 20: by phone. Phones see different scenes, which the note says."""
+    groups = strata(run, "phone") or [row.phone for row in paper_values.ENERGY]
+    where = [f"{phone} in {' and '.join(_scenes_of(run, phone))}" for phone in groups if _scenes_of(run, phone)]
+    apart = f"Phones walk in different scenes ({'; '.join(where)}), as in the paper. " if where else ""
+    note = f"{INTERVALS} {apart}{NO_PAPER}"
+    return _by(run, "fig20", "phone", groups, f"Fig. 20 · By phone: {SUBJECT}", {}, note)
+
+
+def _by(
+    run: RunData, name: str, column: str, groups: list[str], title: str, paper: Mapping[str, RatePair], note: str
+) -> BarFigure:
+    detectors = [name for name in judged_detectors(run) if name in (walking_detectors(run) or [name])]
+    tables = {detector: approach_table(run, detector) for detector in detectors}
+    panels = []
+    for detector in detectors:
+        known = {} if detector == BASELINE else paper
+        bars = [b for g in groups for b in _pair(g, part(tables[detector], column, g), known.get(g))]
+        panels.append(BarPanel(detector, tuple(bars)))
+    readings = [_group_sentence(d, column, groups, tables[d], paper) for d in detectors]
+    return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(readings), note, TOP)
+
+
+def _pair(group: str, table: Table, paper: RatePair | None) -> list[Bar]:
+    return [
+        rate_bar(group, TP, true_positive_rate(table), None if paper is None else paper.true_positive),
+        rate_bar(group, TN, true_negative_rate(table), None if paper is None else paper.true_negative),
+    ]
+
+
+def _overall_paper(detector: str) -> RatePair | None:
+    return None if detector == BASELINE else paper_values.OVERALL
+
+
+def _scenes_of(run: RunData, phone: str) -> list[str]:
+    cells = (record["cell"] for record in run.cells)
+    return sorted({cell["scene"] for cell in cells if counts_as(cell, "approach") and cell["phone"] == phone})
+
+
+def _sentence(detector: str, table: Table, paper: RatePair | None) -> str:
+    tp, tn = true_positive_rate(table), true_negative_rate(table)
+    clauses = [rate_text(tp), rate_text(tn)]
+    if paper is not None:
+        clauses[0] += f", {rate_against(tp, paper.true_positive)}"
+        clauses[1] += f", {rate_against(tn, paper.true_negative)}"
+    return f"{detector} alerts in time on {clauses[0]}; of the other walks it leaves in peace {clauses[1]}."
+
+
+def _group_sentence(detector: str, column: str, groups: list[str], table: Table, paper: Mapping[str, RatePair]) -> str:
+    tables = {group: part(table, column, group) for group in groups}
+    if paper and detector != BASELINE:
+        return " ".join(_sentence(f"{detector} in {g}", tables[g], paper.get(g)) for g in groups)
+    tp = {group: true_positive_rate(t) for group, t in tables.items()}
+    tn = {group: true_negative_rate(t) for group, t in tables.items()}
+    return f"{detector}: {_span('TP', column, tp)}; {_span('TN', column, tn)}."
+
+
+def _span(label: str, column: str, groups: dict[str, Rate]) -> str:
+    least, most = extreme(groups, min), extreme(groups, max)
+    if not least:
+        return f"{label} {NO_DATA}"
+    if groups[least].value == groups[most].value:
+        return f"{label} is {100.0 * groups[least].value:.1f} % for every {column}"
+    low, high = rate_text(groups[least]), rate_text(groups[most])
+    return f"{label} is lowest for {least}, {low}, and highest for {most}, {high}"

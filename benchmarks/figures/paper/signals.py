@@ -1,0 +1,188 @@
+"""Responses, envelopes, echograms and the walker's body (Figures 3 to 6, 8 and 9)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.figures.plots import Guide, Image, Line, Panel, PlotFigure
+from benchmarks.runs.results import RunData
+
+DEEPEST_DB = -60.0
+
+
+def signals_of(run: RunData, name: str) -> list[dict[str, Any]]:
+    """The stored signals of a name, in the order of the plan."""
+    return [r["result"]["signal"] for r in run.ok if r["cell"]["kind"] == "signal" and r["cell"]["category"] == name]
+
+
+def responses(run: RunData) -> PlotFigure:
+    """Figure 3: speaker to microphone, for every phone."""
+    cells = [r for r in run.ok if r["cell"]["kind"] == "signal" and r["cell"]["category"] == "response"]
+    panels: list[Panel] = []
+    said = []
+    for record in cells:
+        signal, phone = record["result"]["signal"], record["cell"]["phone"]
+        frequency = np.array(signal["frequency_hz"]) / 1e3
+        lines = tuple(
+            Line(f"mic{k}", str(k - 1), frequency, np.array(signal[f"mic{k}_db"]), "line" if k == 1 else "dashed")
+            for k in (1, 2)
+        )
+        said.append(f"{phone} at 23 kHz: {np.interp(23.0, frequency, lines[0].y):.0f} dB at mic1")
+        guides = (Guide("x", 18.0, ""), Guide("x", 23.0, ""))
+        panels.append(
+            Panel(
+                phone,
+                "frequency, kHz",
+                "" if panels else "level, dB",
+                lines,
+                guides,
+                y_range=(-55.0, 10.0),
+                width_in=2.6,
+            )
+        )
+    return PlotFigure(
+        "fig3",
+        "Fig. 3 · Frequency response, speaker to microphone",
+        tuple(panels) or (_nothing(),),
+        f"{'; '.join(said)}. The paper's phones decay quickly after 22 to 23 kHz." if said else "No data.",
+        "Dotted: 18 and 23 kHz. 0 dB is the mean power over 18-22 kHz. The S5's is measured (see "
+        "simulator/phone/presets.py), the others are assumed.",
+    )
+
+
+def one_envelope(run: RunData) -> PlotFigure:
+    """Figure 4: the envelope before one obstacle."""
+    return _envelope_figure(run, 0, "fig4", "Fig. 4 · Envelope of microphone 1 before one obstacle, standing")
+
+
+def several_envelopes(run: RunData) -> PlotFigure:
+    """Figure 6: the envelope before several obstacles."""
+    return _envelope_figure(run, 1, "fig6", "Fig. 6 · Envelope of microphone 1 before several obstacles, standing")
+
+
+def walking_envelopes(run: RunData) -> PlotFigure:
+    """Figure 5: envelopes one after another while walking up to things."""
+    panels: list[Panel] = []
+    for signal in signals_of(run, "approach")[:2]:
+        time, range_m = np.array(signal["time_s"]), np.array(signal["range_m"])
+        step = 4
+        values = np.array(signal["level_db"], dtype=float).T
+        kept = range_m <= 6.0
+        count = int(kept.sum()) // step * step
+        coarse = values[kept][:count].reshape(-1, step, len(time)).max(axis=1)
+        edges = np.append(range_m[kept][:count:step], range_m[kept][count - 1])
+        period = time[1] - time[0]
+        image = Image(np.append(time, time[-1] + period), edges, coarse, "dB re direct sound", -75.0, -25.0)
+        dots = [(t, r) for t, row in zip(time, signal["candidate_m"], strict=True) for r in row if r <= 6.0]
+        true = np.array(signal["true_m"])
+        lines = (
+            Line("the thing's true distance", "on image too", time + 0.5 * period, true, "dashed"),
+            Line(
+                "candidates of the paper's detector",
+                "on image",
+                np.array([t for t, _ in dots]) + 0.5 * period,
+                np.array([r for _, r in dots]),
+                "points",
+            ),
+        )
+        panels.append(
+            Panel(signal["category"], "time, s", "" if panels else "range, m", lines, image=image, y_range=(0.3, 6.0))
+        )
+    ahead = 100 * signals_of(run, "approach")[0]["read_ahead_m"] if panels else 0.0
+    return PlotFigure(
+        "fig5",
+        "Fig. 5 · Walking up to an obstacle at 1.2 m/s",
+        tuple(panels) or (_nothing(),),
+        f"The obstacle's echo comes nearer while ground and body stay; the chirp reads a walker's range {ahead:.0f} cm "
+        "short."
+        if panels
+        else "No data.",
+        "Envelope of microphone 1, beep after beep; the highest of four samples is shown.",
+    )
+
+
+def body_at_obstacle(run: RunData) -> PlotFigure:
+    """Figure 8: at microphone 2 the obstacle's echo (D2) is followed by the one by way of the body (D3)."""
+    return _body_figure(run, "fig8", "Fig. 8 · The walker's body behind the obstacle's echo, microphone 2", True)
+
+
+def body_at_phone(run: RunData) -> PlotFigure:
+    """Figure 9: the direct sound at microphone 2 and the body's echo after it."""
+    return _body_figure(run, "fig9", "Fig. 9 · Direct sound and the walker's body, microphone 2", False)
+
+
+def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFigure:
+    found = signals_of(run, "envelope")[which : which + 1]
+    panels, said = [], "No data."
+    for signal in found:
+        axis, level = np.array(signal["range_m"]), np.array(signal["level_db"])
+        candidates = np.array(signal["candidate_m"], dtype=float)
+        heights = np.interp(candidates, axis, level)
+        lines = (
+            Line("envelope", "0", axis, level),
+            Line("threshold (OS-CFAR)", "1", axis, np.array(signal["threshold_db"]), "dashed"),
+            Line("the paper's threshold, 3 x average", "3", axis[[0, -1]], np.full(2, signal["average_db"]), "dotted"),
+            Line("candidates", "ink", candidates, heights, "ring"),
+        )
+        truths = zip(signal["things"], signal["true_m"], strict=True)
+        guides = tuple(Guide("x", r, name) for name, r in truths)
+        panels.append(
+            Panel("", "range, m", "level, dB", lines, guides, x_range=(0.3, 7.0), width_in=6.0, y_range=(-50.0, 3.0))
+        )
+        near = [float(np.abs(candidates - r).min()) if len(candidates) else np.inf for r in signal["true_m"]]
+        hits = sum(miss < 0.1 for miss in near)
+        said = f"{hits} of {len(near)} things have a candidate within 10 cm, among {len(candidates)} candidates."
+    return PlotFigure(
+        name,
+        title,
+        tuple(panels) or (_nothing(),),
+        said,
+        "One beep. Thin lines up: where the things truly are. Unmarked peaks are ground, its corners with "
+        "things, and the walker's body.",
+    )
+
+
+def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
+    panels, said = [], "No data."
+    for signal in signals_of(run, "body")[:1]:
+        axis = np.array(signal["path_m"])
+        curves = (
+            Line("with the walker's body", "0", axis, np.array(signal["with_db"])),
+            Line("without", "1", axis, np.array(signal["without_db"]), "dashed"),
+        )
+        obstacle, detour = signal["obstacle_m"], signal["detour_m"]
+        if far:
+            guides = (Guide("x", obstacle, "D2: the wall"), Guide("x", obstacle + detour, "D3: by way of the body"))
+            ends = (obstacle - 0.6, obstacle + detour + 0.6)
+            said = f"The body's detour is {100 * detour:.0f} cm of path, {detour / 0.125:.1f} pulse widths."
+        else:
+            guides = (Guide("x", signal["direct_m"], "direct sound"), Guide("x", signal["body_m"], "the body"))
+            ends = (-0.1, 1.6)
+            said = f"The body's echo follows the direct sound by {100 * detour:.0f} cm of path."
+        inside = (axis >= ends[0]) & (axis <= ends[1])
+        top = max(float(line.y[inside].max()) for line in curves)
+        panels.append(
+            Panel(
+                "",
+                "path, m",
+                "level, dB re direct sound",
+                curves,
+                guides,
+                x_range=ends,
+                y_range=(top - 60.0, top + 4.0),
+                width_in=5.6,
+            )
+        )
+    return PlotFigure(
+        name,
+        title,
+        tuple(panels) or (_nothing(),),
+        said,
+        "A standing phone, a wall straight ahead; path from the speaker to microphone 2.",
+    )
+
+
+def _nothing() -> Panel:
+    return Panel("", "", "", ())

@@ -1,0 +1,207 @@
+"""From a suite and a tier to the list of its cells."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from benchmarks.cells.check import check_cell, check_place
+from benchmarks.cells.detectors import parse_detector, source_digest
+from benchmarks.cells.situations.own_scene import scene_digest
+from benchmarks.cells.spec import Cell
+from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
+from benchmarks.plan.sweep import at_point
+from scenes import load_encounter
+
+
+def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
+    """The cells of a tier, in a fixed order.
+
+    A smaller tier holds the first walks of every stratum (scene x category, or category x distance), so its cells
+    are also cells of the larger tiers and every stratum is present. Collision and non-collision walks, and the
+    phones, alternate within a stratum. A sweep plans each of them at all of its points, one after the other. With
+    `limit`, the cells kept are taken evenly over the whole list.
+
+    Raises:
+        ValueError: an unknown tier, a limit below 1, a plan without a cell or with one twice, or a cell that could not
+            run.
+    """
+    chosen = suite.tier(tier)
+    cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
+    cells += [cell for own in suite.scenes for cell in _own_walks(suite, own, chosen.size)]
+    if suite.standing is not None:
+        cells += _standing(suite, suite.standing, chosen.size)
+    cells += list(_probes(suite))
+    points = [{}] if suite.sweep is None else suite.sweep.visited()
+    cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
+    if not cells:
+        raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
+    _tell_apart(cells)
+    cells = thinned(cells, limit)
+    _check(cells)
+    return cells
+
+
+def plan_digest(cells: Sequence[Cell], fingerprint: str) -> str:
+    """SHA-256 over the cells of a plan, hexadecimal."""
+    return hashlib.sha256("\n".join(cell.digest(fingerprint) for cell in cells).encode()).hexdigest()
+
+
+def cell_seed(suite: Suite, stratum: str, index: int) -> int:
+    """The seed of one walk: its own stream of the suite's seed, apart for the splits dev and test."""
+    key = int.from_bytes(hashlib.sha256(f"{suite.split}/{stratum}".encode()).digest()[:4], "big")
+    return int(np.random.SeedSequence(suite.seed, spawn_key=(key, index)).generate_state(1, np.uint32)[0])
+
+
+def is_collision(index: int, fraction: float) -> bool:
+    """Whether the walk of that number is on a collision course: `fraction` of any run of walks, evenly spread."""
+    return int(np.floor((index + 1) * fraction + 1e-9)) > int(np.floor(index * fraction + 1e-9))
+
+
+def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[Cell]:
+    for category, count in group.counts.items():
+        for index in range(size(count)):
+            yield Cell(
+                kind="approach",
+                scene=group.scene,
+                category=category,
+                index=index,
+                # Every second walk is a collision by default, so the phones change every two.
+                phone=group.phones[(index // 2) % len(group.phones)],
+                seed=cell_seed(suite, f"{group.scene}/{category}", index),
+                collision=is_collision(index, suite.collision_fraction),
+                approach=group.approach,
+                settings=suite.settings,
+                detectors=suite.detectors,
+                scoring=suite.scoring,
+                **_shared(suite),
+            )
+
+
+def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Iterator[Cell]:
+    digest, phones = scene_digest(own.file), own.phones or (None,)
+    for index in range(size(own.count)):
+        phone = phones[index % len(phones)]
+        seed = cell_seed(suite, f"scene/{own.file}", index)
+        met = load_encounter(own.file, seed, phone)
+        yield Cell(
+            kind="scene",
+            scene=met.scene.name,
+            category=met.target.category or "other",
+            index=index,
+            phone=met.phone.geometry.name,
+            seed=seed,
+            collision=False,  # not ours to choose: the ground truth says
+            approach={"file": own.file, "sha256": digest, "phone": phone},
+            settings=suite.settings,
+            detectors=suite.detectors,
+            scoring=suite.scoring,
+            **_shared(suite),
+        )
+
+
+def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> list[Cell]:
+    return [
+        Cell(
+            kind="standing",
+            scene="standing",
+            category=category,
+            index=index,
+            phone=standing.phones[index % len(standing.phones)],
+            seed=cell_seed(suite, f"standing/{category}/{range_m:g}", index),
+            collision=False,
+            range_m=range_m,
+            bearing_rad=bearing_rad,
+            settings=suite.settings | {"reject_static": False},
+            detectors=standing.detectors,
+            scoring=suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
+            **_shared(suite),
+        )
+        for category, count in standing.counts.items()
+        for range_m in standing.range_m
+        for bearing_rad in standing.bearing_rad
+        for index in range(size(count))
+    ]
+
+
+def _probes(suite: Suite) -> Iterator[Cell]:
+    """One cell for every probe, phone and combination of values, numbered within its kind and name."""
+    numbers: Counter[tuple[str, str]] = Counter()
+    for probe, phone, swept in _probe_points(suite):
+        number = numbers[probe.kind, probe.name]
+        numbers[probe.kind, probe.name] += 1
+        yield Cell(
+            kind=probe.kind,
+            scene=probe.kind,
+            category=probe.name,
+            index=number,
+            phone=phone,
+            seed=cell_seed(suite, f"{probe.kind}/{probe.name}", 0),
+            collision=False,
+            probe=probe.parameters | swept,
+            settings=suite.settings,
+            detectors=(),
+            scoring=suite.scoring,
+            **_shared(suite),
+        )
+
+
+def _probe_points(suite: Suite) -> Iterator[tuple[Probe, str, dict[str, Any]]]:
+    for probe in suite.probes:
+        for phone in probe.phones:
+            for chosen in product(*probe.over.values()):
+                yield probe, phone, dict(zip(probe.over, chosen, strict=True))
+
+
+def _shared(suite: Suite) -> dict[str, Any]:
+    """What every cell takes from its suite unchanged."""
+    names = ("scene_change", "walk", "phone_change", "air", "beep", "fidelity", "recording", "interferer", "knowledge")
+    return {name: getattr(suite, name) for name in names}
+
+
+def _with_sources(cell: Cell) -> Cell:
+    """The cell with the digest of every detector that is not obstaclewatch's own, whose source names cells too."""
+    named = [parse_detector(text) for text in cell.detectors]
+    sources = {name.text: source_digest(name) for name in named if name.module}
+    return cell.model_copy(update={"detector_sources": sources}) if sources else cell
+
+
+def _tell_apart(cells: Sequence[Cell]) -> None:
+    """Refuse walks that stand twice under one label: they would be counted twice, or taken for one."""
+    counts = Counter((cell.label, cell.phone, cell.seed) for cell in cells)
+    twice = [label for (label, _, _), count in counts.items() if count > 1]
+    if twice:
+        raise ValueError(
+            f"walks must have labels of their own, but {len(twice)} stand more than once, the first is '{twice[0]}': "
+            "let the points of the sweep differ, or name them; join groups of one scene and category"
+        )
+
+
+def _check(cells: Sequence[Cell]) -> None:
+    """Refuse what could not run before anything runs; cells that differ in their walk alone are looked at once."""
+    seen = set()
+    for cell in {(cell.kind, cell.scene, cell.category): cell for cell in cells}.values():
+        check_place(cell)
+    for cell in cells:
+        alike = cell.model_copy(update={"index": 0, "seed": 0, "collision": False, "category": ""}).model_dump_json()
+        if alike not in seen:
+            seen.add(alike)
+            check_cell(cell)
+
+
+def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
+    """At most so many cells, taken evenly from the first to the last; all without a limit.
+
+    Raises:
+        ValueError: a limit below 1.
+    """
+    if limit is not None and limit < 1:
+        raise ValueError(f"limit must be at least 1, got {limit}")
+    if limit is None or limit >= len(cells):
+        return cells
+    return [cells[k] for k in np.linspace(0, len(cells) - 1, limit).round().astype(int)]

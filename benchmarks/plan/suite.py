@@ -1,0 +1,252 @@
+"""A suite: what is run, on which scenes and phones, and how it is scored. One YAML file a user can copy and change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from benchmarks.cells.detectors import detector_label, parse_detector
+from benchmarks.cells.spec import (
+    BeepSetting,
+    Interferer,
+    Knowledge,
+    PhoneChange,
+    RecordingChange,
+    SceneChange,
+    Scoring,
+    WalkChange,
+    first_error,
+)
+from benchmarks.plan.sweep import Sweep
+
+FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
+"""A run's folder is called so: no path, and nothing that begins with a dot."""
+Count = Annotated[int, Field(ge=0)]
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Group(_Strict):
+    """Walks towards obstacles of one scene: how many for each category, with which phones in turn."""
+
+    scene: str
+    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    counts: dict[str, Count]
+    approach: dict[str, Any] = {}
+
+
+class OwnScene(_Strict):
+    """Walks through a scene file: how many, each with its own seed, and with which phones in turn.
+
+    Attributes:
+        file: a YAML file; a path relative to where the run starts.
+        count: walks; they differ in their noise, and in what the walk of the file leaves open (`vary`).
+        phones: presets; none takes the phone of the file.
+    """
+
+    file: str
+    count: Count
+    phones: tuple[str, ...] = ()
+
+
+class Standing(_Strict):
+    """Standing measurements: how many for each category, distance and bearing, and how near a candidate must be.
+
+    Static peaks are kept there: a standing walker has no others.
+    """
+
+    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    counts: dict[str, Count]
+    range_m: tuple[Annotated[float, Field(gt=0.0)], ...] = (1.5, 3.0, 5.0)
+    bearing_rad: Annotated[tuple[Annotated[float, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
+    detectors: tuple[str, ...] = ("PaperDetector",)
+    gate_m: Annotated[float, Field(gt=0.0)] = 0.2
+
+
+class Probe(_Strict):
+    """Cells that are neither walks nor standing measurements.
+
+    Attributes:
+        kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme, "fidelity"
+            the errors and costs of levels of fidelity, "tessellation" of a body's segments, "motion" of following
+            motion within a beep.
+        name: which signal or check; see `docs/suites.md`.
+        phones: one cell for each.
+        parameters: plain values that the probe understands.
+        over: lists of values by parameter; every combination is a cell.
+    """
+
+    kind: Literal["signal", "numerics", "fidelity", "tessellation", "motion"]
+    name: str
+    phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
+    parameters: dict[str, Any] = {}
+    over: dict[str, tuple[Any, ...]] = {}
+
+
+class Tier(_Strict):
+    """A stratified subset: this share of each stratum's walks, but not fewer than `at_least` where it has as many."""
+
+    fraction: Fraction
+    at_least: Count = 0
+
+    def size(self, count: int) -> int:
+        """Walks kept of a stratum of `count`."""
+        return min(count, max(self.at_least, round(self.fraction * count)))
+
+
+class Suite(_Strict):
+    """A whole suite, validated.
+
+    Attributes:
+        seed, split: which walks are drawn; what a detector is tuned on ("dev") is never what is reported ("test").
+        collision_fraction: share of the walks that are on a collision course.
+        groups, scenes, standing, probes: what is planned.
+        sweep: the points at which all of it is planned.
+        tiers: how much of it.
+        detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
+        scene_change, walk, phone_change, air, beep, fidelity, recording, interferer, knowledge, settings, scoring: see
+            `benchmarks.cells.spec.Cell`.
+        figures: names of the figures that a run draws; none draws all that have data.
+    """
+
+    name: FolderName
+    title: str
+    reproduces: str = ""
+    seed: Annotated[int, Field(ge=0)]
+    split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
+    collision_fraction: Fraction = 0.5
+    groups: tuple[Group, ...] = ()
+    scenes: tuple[OwnScene, ...] = ()
+    standing: Standing | None = None
+    probes: tuple[Probe, ...] = ()
+    sweep: Sweep | None = None
+    tiers: dict[str, Tier]
+    detectors: Annotated[tuple[str, ...], Field(min_length=1)]
+    scene_change: SceneChange = SceneChange()
+    walk: WalkChange = WalkChange()
+    phone_change: PhoneChange = PhoneChange()
+    air: dict[str, Any] = {}
+    beep: BeepSetting = BeepSetting()
+    fidelity: dict[str, Any] = {}
+    recording: RecordingChange = RecordingChange()
+    interferer: Interferer | None = None
+    knowledge: Knowledge = Knowledge()
+    settings: dict[str, Any] = {}
+    scoring: Scoring = Scoring()
+    figures: tuple[str, ...] = ()
+
+    @field_validator("detectors")
+    @classmethod
+    def _told_apart(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        parsed = [parse_detector(name) for name in names]
+        unknown = [name.text for name in parsed if not name.module and not name.cls.endswith("Detector")]
+        if unknown:
+            raise ValueError(
+                f"detectors must be class names of obstaclewatch that end in 'Detector', or package.module:Class, "
+                f"got {unknown}"
+            )
+        labels = [detector_label(name) for name in names]
+        if len(set(labels)) < len(labels):
+            raise ValueError(f"detectors must have different names, module apart, got {labels}")
+        return names
+
+    @field_validator("figures")
+    @classmethod
+    def _known_figures(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        from benchmarks.figures import FIGURES  # slow to import, and most suites that are read name some
+
+        unknown = [name for name in names if name not in FIGURES]
+        if unknown:
+            raise ValueError(f"figures must be among those of `obstaclewatch ls figures`, got {unknown}")
+        return names
+
+    @model_validator(mode="after")
+    def _something_to_do(self) -> Suite:
+        if not (self.groups or self.scenes or self.standing or self.probes):
+            raise ValueError("a suite must have groups, scenes, standing measurements or probes")
+        return self
+
+    def tier(self, name: str) -> Tier:
+        """The tier of that name.
+
+        Raises:
+            ValueError: there is none; the message lists those there are.
+        """
+        if name not in self.tiers:
+            raise ValueError(f"tier must be one of {sorted(self.tiers)}, got {name!r}")
+        return self.tiers[name]
+
+
+def list_suites() -> list[str]:
+    """Names of the suites that come with the package."""
+    folder = resources.files("benchmarks") / "suites"
+    return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+
+
+def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None = None) -> Suite:
+    """A suite by name, or from a YAML file, with `--set`-like settings applied.
+
+    Args:
+        name_or_path: one of `list_suites()`, or a path that ends in .yaml or .yml.
+        settings: "dotted.key=value" each; the value is read as YAML.
+        seed: replaces the suite's seed.
+
+    Raises:
+        ValueError: an unknown name, a missing file, text that is not YAML, or a value that breaks the schema.
+    """
+    data = _read(name_or_path)
+    for setting in settings:
+        _apply(data, setting)
+    if seed is not None:
+        data["seed"] = seed
+    try:
+        return Suite.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(f"suite '{name_or_path}': {first_error(error)}") from error
+
+
+def _read(name_or_path: str) -> dict[str, Any]:
+    if name_or_path.endswith((".yaml", ".yml")):
+        path = Path(name_or_path)
+        if not path.is_file():
+            raise ValueError(f"suite file must exist, got '{name_or_path}'")
+        text = path.read_text(encoding="utf-8")
+    elif name_or_path in list_suites():
+        text = (resources.files("benchmarks") / "suites" / f"{name_or_path}.yaml").read_text(encoding="utf-8")
+    else:
+        raise ValueError(f"suite must be one of {list_suites()} or a .yaml file, got '{name_or_path}'")
+    return _mapping(text, name_or_path)
+
+
+def _mapping(text: str, source: str) -> dict[str, Any]:
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"suite '{source}' must be YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(data, dict):
+        raise ValueError(f"suite '{source}' must be a YAML mapping, got {type(data).__name__}")
+    return data
+
+
+def _apply(data: dict[str, Any], setting: str) -> None:
+    key, found, value = setting.partition("=")
+    if not found or not key:
+        raise ValueError(f"a setting must read dotted.key=value, got '{setting}'")
+    *parents, last = key.split(".")
+    node: Any = data
+    for parent in parents:
+        node = node.setdefault(parent, {})
+        if not isinstance(node, dict):
+            raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
+    try:
+        node[last] = yaml.safe_load(value)
+    except yaml.YAMLError as error:
+        raise ValueError(f"setting '{key}' must be YAML, got '{value}': {' '.join(str(error).split())}") from error

@@ -1,0 +1,111 @@
+"""The report of a run: one HTML file that needs no network, and a short Markdown summary."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from benchmarks.figures import FIGURES, picture, shown_figures
+from benchmarks.figures.bench.variants import first_point
+from benchmarks.figures.measured import detectors_of, rules_text
+from benchmarks.figures.plots import Figure
+from benchmarks.report.cases import failures, strata_table, worst_cases
+from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
+from benchmarks.report.verdict import headline, verdict_rows
+from benchmarks.runs.results import RunData
+from benchmarks.runs.store import write_atomically
+from scenes.preview.page import KINDS
+from scenes.preview.pictures import COLORS
+
+WIDE_IN = 8.0
+"""Figures wider than this, inches, stand alone in a row."""
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure as the report shows it; `image` is a data URI, `wide` asks for the whole width of the page."""
+
+    name: str
+    title: str
+    reading: str
+    image: str
+    wide: bool
+
+
+def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
+    """Write report.html and report.md into the run's folder.
+
+    Args:
+        run: what was measured.
+        walks: to play in the page; see `benchmarks.report.replays.shown`.
+
+    Returns:
+        The path of report.html.
+    """
+    context = report_context(run, walks)
+    templates = Environment(
+        loader=PackageLoader("benchmarks"), autoescape=lambda name: str(name).endswith(".html.j2"),
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    write_atomically(run.folder / "report.md", templates.get_template("report.md.j2").render(context))
+    path = run.folder / "report.html"
+    write_atomically(path, templates.get_template("report.html.j2").render(context))
+    return path
+
+
+def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
+    """Everything that the templates show, as text."""
+    judged, remark = first_point(run)  # pooled points of a sweep would be no measurement of anything
+    names, rows = detectors_of(run), verdict_rows(judged)
+    drawn = [FIGURES[name](run) for name in shown_figures(run)]
+    planned = len(run.manifest.get("plan") or run.cells)
+    return {
+        "title": run.manifest.get("title") or run.manifest.get("suite") or "Run",
+        "suite": run.manifest.get("suite") or "unknown",
+        "tier": run.manifest.get("tier") or "unknown",
+        "detectors": names,
+        "headline": [*headline(rows, names), *([remark] if remark else [])],
+        "rows": rows,
+        "rules": rules_text(run),
+        "counts": {"planned": planned, "ok": len(run.ok), "failed": len(run.cells) - len(run.ok),
+                   "missing": planned - len(run.cells)},
+        "figures": [_embedded(figure) for figure in drawn if not figure.empty],
+        "empty_figures": [figure.title for figure in drawn if figure.empty],
+        "strata": strata_table(judged),
+        "worst": worst_cases(judged),
+        "failures": failures(run),
+        "shown_walks": walks,
+        "walk_numbers": _numbers(walks),
+        "replays_json": _in_script(walks),
+        "kinds": KINDS,
+        "colors": COLORS,
+        "cost": cost_lines(run),
+        "environment": environment_lines(run.manifest),
+        "command": reproduction_command(run.manifest),
+    }  # fmt: skip
+
+
+def _numbers(walks: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """Where the player finds a walk, by its label."""
+    playable = [walk["label"] for walk in walks if "error" not in walk]
+    return {label: number for number, label in enumerate(playable)}
+
+
+def _in_script(value: Any) -> str:
+    """JSON that may stand in a script element: nothing in it ends the element or begins a comment."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _embedded(figure: Figure) -> ReportFigure:
+    from benchmarks.figures.draw.style import picture_bytes
+
+    canvas = picture(figure)
+    encoded = base64.b64encode(picture_bytes(canvas, "svg")).decode("ascii")
+    wide = bool(canvas.get_size_inches()[0] > WIDE_IN)
+    return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}", wide)

@@ -1,0 +1,1 @@
+"""Runs on disk: computing cells, storing them, reading them back."""

@@ -1,0 +1,99 @@
+"""A run on disk, read back: manifest and cells, and the tables made of them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.runs.store import cell_path, cost_path, read_cell, read_cost, write_atomically
+
+
+@dataclass(frozen=True)
+class RunData:
+    """One run.
+
+    Attributes:
+        folder: where it lies.
+        manifest: how it came about; see `benchmarks.runs.manifest`.
+        cells: the records of its cells in the order of the plan; see `benchmarks.runs.runner`.
+        costs: what each cost, in the same order; empty where unknown.
+    """
+
+    folder: Path
+    manifest: dict[str, Any]
+    cells: tuple[dict[str, Any], ...]
+    costs: tuple[dict[str, Any], ...] = ()
+
+    @property
+    def ok(self) -> tuple[dict[str, Any], ...]:
+        """The cells that did not fail."""
+        return tuple(cell for cell in self.cells if cell["status"] == "ok")
+
+
+def load_run(folder: str | Path) -> RunData:
+    """Read a run's manifest and every cell that its plan names and that is there whole.
+
+    Raises:
+        ValueError: the folder holds no run, or its manifest is damaged.
+    """
+    folder = Path(folder)
+    path = folder / "manifest.json"
+    if not path.is_file():
+        raise ValueError(f"a run folder must hold manifest.json, got '{folder}'")
+    manifest = _manifest(path)
+    cells, costs = [], []
+    for digest in manifest["plan"]:
+        record = read_cell(cell_path(folder, digest), digest)
+        if record is None:
+            continue
+        cells.append(record)
+        costs.append(read_cost(cost_path(folder, digest)))
+    return RunData(folder, manifest, tuple(cells), tuple(costs))
+
+
+NEEDED: dict[str, type] = {
+    "argv": list, "suite": str, "tier": str, "split": str, "seed": int, "plan": list,
+}  # fmt: skip
+"""What every manifest holds: see `benchmarks.runs.manifest`."""
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"'{path}' must be JSON: {error}") from error
+    held = found if isinstance(found, dict) else {}
+    wrong = [name for name, kind in NEEDED.items() if not isinstance(held.get(name), kind)]
+    if wrong:
+        raise ValueError(f"'{path}' must be the manifest of a run, but lacks {', '.join(wrong)}")
+    return held
+
+
+COLUMNS = (
+    "label", "kind", "scene", "category", "index", "phone", "seed", "range_m", "status", "detector", "collides",
+    "line_collides", "contact_time_s", "miss_distance_m", "clearance_m", "radius_m", "duration_s", "alert",
+    "alert_time_s", "alert_range_m", "alert_distance_m", "alert_lead_s", "outcome", "outcome_paper_alert",
+    "outcome_line",
+)  # fmt: skip
+
+
+def write_results_csv(run: RunData) -> Path:
+    """results.csv: one row per cell and detector, empty where there is no number."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    for record in run.cells:
+        result = record["result"] or {"truth": {}, "detectors": {"": {}}}
+        for name, entry in result["detectors"].items():
+            writer.writerow(record["cell"] | result["truth"] | entry | _identity(record) | {"detector": name})
+    path = run.folder / "results.csv"
+    write_atomically(path, text.getvalue())
+    return path
+
+
+def _identity(record: dict[str, Any]) -> dict[str, Any]:
+    return {"label": record["label"], "status": record["status"]}

@@ -1,0 +1,122 @@
+"""A plan's cells, each computed once: what is on disk is kept, what is missing or failed is computed."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.spec import Cell
+from benchmarks.runs.executors import Executor, Task, WorkersLost, serial
+from benchmarks.runs.executors.work import Done, Work, done_by
+from benchmarks.runs.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How a run's cells stand.
+
+    Attributes:
+        ok, failed, missing: digests of cells, in the order of the plan. Missing are those whose workers died, or that
+            were not begun because an earlier one failed.
+    """
+
+    ok: tuple[str, ...]
+    failed: tuple[str, ...]
+    missing: tuple[str, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every cell is there and none failed."""
+        return not self.failed and not self.missing
+
+
+def run_cells(
+    run: Path,
+    cells: Sequence[Cell],
+    executor: Executor = serial,
+    *,
+    retries: int = 1,
+    keep_going: bool = True,
+    progress: bool = True,
+    work: Work | None = None,
+) -> Tally:
+    """Compute what is missing, and store each cell as soon as it is done.
+
+    Args:
+        run: the run's folder.
+        cells: the plan.
+        executor: where they are computed; the records do not depend on it.
+        retries: how often cells that failed, or whose worker died, are tried again.
+        keep_going: go on with the other cells after one has failed.
+        progress: show a bar where the output is a terminal.
+        work: what is done with a cell; `benchmarks.cells.compute.compute` by default.
+
+    Raises:
+        ValueError: negative retries; another process works on the same run; a worker has another source.
+        OSError: a file cannot be written; the cells done so far stay.
+    """
+    if retries < 0:
+        raise ValueError(f"retries must be at least 0, got {retries}")
+    version = source_fingerprint()
+    task = partial(done_by, version=version, work=_compute if work is None else work)
+    digests = [cell.digest(version) for cell in cells]
+    with only_one_process(run):
+        state = {digest: _stored_status(run, digest) for digest in digests}
+        planned = dict(zip(digests, cells, strict=True))
+        with tqdm(total=len(planned), unit="cell", disable=not (progress and sys.stderr.isatty())) as bar:
+            bar.update(sum(status == "ok" for status in state.values()))
+            for _ in range(retries + 1):
+                todo = {digest: cell for digest, cell in planned.items() if state[digest] != "ok"}
+                for done in _computed(todo, executor, task):
+                    _store(run, done)
+                    state[done.digest] = "ok" if done.ok else "failed"
+                    bar.update(int(done.ok))
+                    if not (done.ok or keep_going):
+                        return _tally(state)
+    return _tally(state)
+
+
+def _computed(todo: dict[str, Cell], executor: Executor, task: Task) -> Iterator[Done]:
+    """Every cell once. After workers died the rest goes again, as long as each time something gets done."""
+    left = dict(todo)
+    while left:
+        before = len(left)
+        try:
+            for done in executor(task, list(left.values())):
+                del left[done.digest]
+                yield done
+        except WorkersLost as error:
+            tqdm.write(f"{error}; {len(left)} cells are left", file=sys.stderr)
+            if len(left) == before:
+                return
+
+
+def _tally(state: dict[str, str | None]) -> Tally:
+    return Tally(
+        *(tuple(digest for digest, found in state.items() if found == kind) for kind in ("ok", "failed", None))
+    )
+
+
+def _compute(cell: Cell) -> dict[str, Any]:
+    """The bench's work, imported where it is done."""
+    from benchmarks.cells.compute import compute
+
+    return compute(cell)
+
+
+def _store(run: Path, done: Done) -> None:
+    if done.cost is not None:
+        write_cost(cost_path(run, done.digest), done.cost)
+    write_cell(cell_path(run, done.digest), done.record)
+
+
+def _stored_status(run: Path, digest: str) -> str | None:
+    record = read_cell(cell_path(run, digest), digest)
+    return None if record is None else str(record["status"])

@@ -1,0 +1,1 @@
+"""Rates, intervals and tests, and the numbers that the paper prints."""

@@ -1,0 +1,90 @@
+"""Two measurements of the same walks: what was lost, and whether a summary has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.scoring.statistics import BOOTSTRAP, mcnemar
+from obstaclewatch.support.arrays import Floats
+
+Summary = Callable[..., Any]
+"""`np.median` or `np.mean`."""
+BATCH_VALUES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Change:
+    """Right and wrong on the same walks.
+
+    Attributes:
+        lost: right before and wrong now; gained: the other way round.
+        n: walks.
+        p: exact two-sided McNemar.
+    """
+
+    lost: int
+    gained: int
+    n: int
+    p: float
+
+    @property
+    def loss_points(self) -> float:
+        """Loss of the rate in percentage points; negative is a gain."""
+        return 100.0 * (self.lost - self.gained) / self.n
+
+
+def change_of(before: Mapping[str, bool], now: Mapping[str, bool]) -> Change:
+    """Compare the walks that both know."""
+    shared = before.keys() & now.keys()
+    lost = sum(before[label] and not now[label] for label in shared)
+    gained = sum(now[label] and not before[label] for label in shared)
+    return Change(lost, gained, len(shared), mcnemar(lost, gained))
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How a summary of paired differences (now - before) lies.
+
+    Attributes:
+        value: the summary; NaN without a pair.
+        low, high: its bootstrap interval, each bound one-sided at the confidence asked for.
+        n: pairs with both values; before, now: how many values each side had.
+    """
+
+    value: float
+    low: float
+    high: float
+    n: int
+    before: int
+    now: int
+
+
+def shift_of(
+    before: Mapping[str, float],
+    now: Mapping[str, float],
+    summary: Summary,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> Shift:
+    """Bootstrap the summary of the paired differences over walks (Efron and Tibshirani 1993, percentile interval)."""
+    labels = sorted(before.keys() & now.keys())
+    pairs = np.array([(before[label], now[label]) for label in labels], dtype=np.float64).reshape(-1, 2)
+    had, has = (int(np.isfinite(pairs[:, k]).sum()) for k in (0, 1))
+    difference = pairs[:, 1] - pairs[:, 0]
+    difference = difference[np.isfinite(difference)]
+    if len(difference) == 0:
+        return Shift(np.nan, np.nan, np.nan, 0, had, has)
+    low, high = np.quantile(_draws(difference, summary, seed), [1.0 - confidence, confidence])
+    return Shift(float(summary(difference)), float(low), float(high), len(difference), had, has)
+
+
+def _draws(values: Floats, summary: Summary, seed: int) -> Floats:
+    """(BOOTSTRAP,) the summary of resamples, as many at a time as fit in some megabytes."""
+    rng, n = np.random.default_rng(seed), len(values)
+    batch = max(1, BATCH_VALUES // n)
+    counts = [min(batch, BOOTSTRAP - first) for first in range(0, BOOTSTRAP, batch)]
+    return np.concatenate([summary(values[rng.integers(n, size=(count, n))], axis=-1) for count in counts])

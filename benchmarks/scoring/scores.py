@@ -1,0 +1,197 @@
+"""From a run's cells to tables and rates: pure functions over columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from benchmarks.cells.spec import counts_as
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.statistics import Rate, quantile_with_interval, wilson
+from obstaclewatch.support.arrays import Flags, Floats
+
+Table = dict[str, NDArray[Any]]
+
+_CELL = ("scene", "category", "phone", "index", "seed")
+_TRUTH = ("collides", "line_collides", "miss_distance_m", "duration_s", "contact_time_s")
+_ALERT = ("alert", "alert_distance_m", "alert_range_m", "alert_lead_s", "alert_time_s")
+_WORDS = ("label", *_CELL[:3])
+_FLAGS = ("collides", "line_collides", "alert", "true_alert", "within_alert", "low")
+
+
+def approach_table(run: RunData, detector: str) -> Table:
+    """One row per walk that did not fail.
+
+    Columns: label, scene, category, phone, index, seed, collides, line_collides, miss_distance_m, duration_s,
+    contact_time_s, alert, alert_distance_m (walked from alert to contact), alert_range_m, alert_lead_s,
+    true_alert (at least the margin before contact) and within_alert (the paper's rule: within 3 m of contact).
+    """
+    rows = []
+    for record in run.ok:
+        if not counts_as(record["cell"], "approach") or detector not in record["result"]["detectors"]:
+            continue
+        entry, truth = record["result"]["detectors"][detector], record["result"]["truth"]
+        rows.append(
+            {"label": record["label"]}
+            | {name: record["cell"][name] for name in _CELL}
+            | {name: truth[name] for name in _TRUTH}
+            | {name: entry[name] for name in _ALERT}
+            | {"true_alert": entry["outcome"] == "TP", "within_alert": entry["outcome_paper_alert"] == "TP"}
+        )
+    names = ("label", *_CELL, *_TRUTH, *_ALERT, "true_alert", "within_alert")
+    return {name: _column(name, [row[name] for row in rows]) for name in names}
+
+
+def beep_table(run: RunData, detector: str, kind: str) -> Table:
+    """One row per beep and target of all cells of a kind ("approach" or "standing").
+
+    Columns: label, scene, category, phone, standing_range_m, and those of `benchmarks.cells.compute`; NaN is no
+    estimate. Of standing measurements also echo_range_m and echo_range2_m, a diagnostic and no truth: which of the
+    target's loud echoes is nearest to range_m and to range2_m; NaN without one, as in runs that do not tell them.
+    """
+    columns: dict[str, list[Any]] = {}
+    for record in run.ok:
+        cell = record["cell"]
+        if not counts_as(cell, kind) or detector not in record["result"]["detectors"]:
+            continue
+        for beeps in record["result"]["detectors"][detector]["beeps"]:
+            count = len(beeps["beep"])
+            shared = {name: cell[name] for name in _CELL[:3]}
+            shared |= {"label": record["label"], "standing_range_m": cell["range_m"]}
+            for name, value in shared.items():
+                columns.setdefault(name, []).extend([value] * count)
+            for name, values in (beeps | _nearest_echoes(record["result"], beeps, kind)).items():
+                columns.setdefault(name, []).extend(values)
+    if not columns:
+        echoes = ECHOES if kind == "standing" else {}
+        columns = {name: [] for name in ("label", *_CELL[:3], "standing_range_m", *BEEP_COLUMNS, *echoes)}
+    return {name: _column(name, values) for name, values in columns.items()}
+
+
+BEEP_COLUMNS = (
+    "beep", "time_s", "true_range_m", "true_range2_m", "low", "true_bearing_rad", "true_radius_m",
+    "true_signed_bearing_rad", "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m",
+    "bearing_std_rad", "radius_std_m", "flags", "candidates",
+)  # fmt: skip
+ECHOES = {"echo_range_m": "range_m", "echo_range2_m": "range2_m"}
+"""Columns of the nearest loud echo at microphone 0 and 1, and of the estimates that they are nearest to."""
+
+
+def nearest_echo(estimate_m: ArrayLike, echoes_m: ArrayLike) -> Floats:
+    """(T,) which of (E,) echoes is nearest to each of (T,) estimates; NaN without an estimate or an echo."""
+    estimate, echoes = np.asarray(estimate_m, dtype=np.float64), np.asarray(echoes_m, dtype=np.float64)
+    if echoes.size == 0:
+        return np.full(estimate.shape, np.nan)
+    nearest = echoes[np.argmin(np.abs(echoes - estimate[:, None]), axis=1)]
+    return np.where(np.isnan(estimate), np.nan, nearest)
+
+
+def rate(successes: ArrayLike) -> Rate:
+    """Share of true entries with its Wilson 95 % interval."""
+    outcome = np.asarray(successes, dtype=bool)
+    return wilson(int(outcome.sum()), len(outcome))
+
+
+def true_positive_rate(table: Table) -> Rate:
+    """Collisions that raise an alert in time, over all collisions (paper section 4.1)."""
+    return rate(table["true_alert"][table["collides"]])
+
+
+def true_negative_rate(table: Table) -> Rate:
+    """Walks without a collision that raise no alert, over all of them (paper section 4.1)."""
+    return rate(~table["alert"][~table["collides"]])
+
+
+def false_alerts_over_all(table: Table) -> Rate:
+    """Alerts on walks without a collision, over all walks: the paper's Figure 26 counts so."""
+    return rate(table["alert"] & ~table["collides"])
+
+
+def by(table: Table, column: str) -> dict[Any, Table]:
+    """The table cut by the values of a column, in sorted order."""
+    return {value: chosen(table, table[column] == value) for value in np.unique(table[column])}
+
+
+def chosen(table: Table, mask: Flags) -> Table:
+    """The rows of a mask."""
+    return {name: values[mask] for name, values in table.items()}
+
+
+def absolute_errors(table: Table, estimate: str, truth: str) -> Floats:
+    """(n,) |estimate - truth|, NaN without an estimate."""
+    return np.abs(table[estimate] - table[truth])
+
+
+def summary(run: RunData, points: Mapping[str, RunData]) -> dict[str, Any]:
+    """The verdict of a run, per detector: rates with intervals, and median errors while walking and standing.
+
+    Args:
+        run: all of it.
+        points: its parts by the point of the sweep; see `benchmarks.figures.bench.variants.variants`.
+
+    Returns:
+        "cells", "failed", and "detectors"; of a sweep, whose points are the same walks over again and must not be
+        pooled, "points" with the detectors of each instead.
+    """
+    counts = {"cells": len(run.cells), "failed": len(run.cells) - len(run.ok)}
+    if len(points) < 2:
+        return counts | {"detectors": _verdicts(run)}
+    return counts | {"points": {name: _verdicts(part) for name, part in points.items()}}
+
+
+def _verdicts(run: RunData) -> dict[str, Any]:
+    detectors = sorted({name for record in run.ok for name in record["result"]["detectors"]})
+    return {name: _verdict(run, name) for name in detectors}
+
+
+def _verdict(run: RunData, detector: str) -> dict[str, Any]:
+    walks, beeps = approach_table(run, detector), beep_table(run, detector, "approach")
+    still = beep_table(run, detector, "standing")
+    return {
+        "tp": _rate_entry(true_positive_rate(walks)),
+        "tn": _rate_entry(true_negative_rate(walks)),
+        "false_alerts_over_all": _rate_entry(false_alerts_over_all(walks)),
+        "walking": _errors(beeps),
+        "standing": _errors(still),
+        "standing_against_echoes": _errors(still, {name: (name, echo) for echo, name in ECHOES.items()}),
+    }
+
+
+_TRUE = {name: (name, f"true_{name}") for name in ("range_m", "range2_m", "bearing_rad", "radius_m")}
+
+
+def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = _TRUE) -> dict[str, Any]:
+    """Median absolute errors by name, of pairs of estimate and what it is held against."""
+    entries = {}
+    for name, (estimate, truth) in pairs.items():
+        value, low, high, count = quantile_with_interval(absolute_errors(table, estimate, truth), 0.5, table["label"])
+        entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(table[truth])}
+    return entries
+
+
+def _nearest_echoes(result: Mapping[str, Any], beeps: Mapping[str, Any], kind: str) -> dict[str, list[float]]:
+    """The columns `ECHOES` of a cell's beeps; none of walks."""
+    if kind != "standing":
+        return {}
+    told = result.get("loud_echoes_m", [[], []])
+    return {
+        name: nearest_echo(beeps[estimate], echoes).tolist()
+        for (name, estimate), echoes in zip(ECHOES.items(), told, strict=True)
+    }
+
+
+def _rate_entry(found: Rate) -> dict[str, Any]:
+    return {"k": found.k, "n": found.n, "value": found.value, "low": found.low, "high": found.high}
+
+
+def _column(name: str, values: list[Any]) -> NDArray[Any]:
+    if name in _WORDS:
+        return np.array(values, dtype=np.str_)
+    if name in _FLAGS:
+        return np.array(values, dtype=bool)
+    if name in ("index", "seed", "beep", "candidates"):
+        return np.array(values, dtype=np.int64)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

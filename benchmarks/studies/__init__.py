@@ -1,0 +1,1 @@
+"""Measurements beside the suites: cost of a beep, real traces, errata."""
