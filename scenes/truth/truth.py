@@ -3,8 +3,8 @@
 Nothing here has heard of paths or echoes, so that an error of the tracer cannot mark its own work.
 
 Against dense sampling of 10,000 random walks past obstacles of all categories, a third of them moving
-(tests/scenes/test_against_brute_force.py): no verdict differs but for the 39 walks within 1 mm of contact; ranges agree
-to 5 um, gaps to 0.33 mm, instants of contact to 1.4 ms.
+(tests/scenes/truth/test_against_brute_force.py): no verdict differs but for the 39 walks within 1 mm of contact; ranges
+agree to 5 um, gaps to 0.33 mm, instants of contact to 1.4 ms.
 """
 
 from __future__ import annotations

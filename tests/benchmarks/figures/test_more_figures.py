@@ -1,0 +1,295 @@
+"""Figures beyond bars and distribution functions: what they show is what was counted by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.cells.compute import compute
+from benchmarks.cells.spec import Cell
+from benchmarks.figures import FIGURES, draw_figures, picture
+from benchmarks.figures.bench.variants import variants
+from benchmarks.figures.plots import DrawingFigure, PlotFigure, TableFigure
+from benchmarks.runs.results import RunData
+from benchmarks.scoring.energy import EnergyModel, charge_range_mah
+from tests.benchmarks.synthetic_run import DETECTORS, made_up_run, record, standing, walk
+
+
+def probe_record(kind: str, name: str, **parameters) -> dict:
+    cell = Cell(
+        kind=kind, scene=kind, category=name, index=0, phone="galaxy-s8-plus", seed=7, collision=False,
+        probe=parameters, detectors=(),
+    )  # fmt: skip
+    return {**record(cell, {}, {}), "result": compute(cell)}
+
+
+def at_variant(stored: dict, variant: dict) -> dict:
+    return {**stored, "cell": {**stored["cell"], "variant": variant}}
+
+
+def line_of(figure: PlotFigure, label: str, panel: int = 0):
+    return next(line for line in figure.panels[panel].lines if line.label == label)
+
+
+def test_a_run_is_cut_by_the_points_of_its_sweep(tmp_path):
+    cells = [at_variant(walk(index=k), v) for k in range(3) for v in ({}, {"air.temperature_c": 40.0})]
+    run = made_up_run(tmp_path, cells)
+    parts = variants(run)
+    assert list(parts) == ["as it is", "air.temperature_c=40"]
+    assert [len(part.cells) for part in parts.values()] == [3, 3]
+    assert [len(part.costs) for part in parts.values()] == [3, 3]
+
+
+def test_other_figures_show_one_point_of_a_sweep_and_say_so(tmp_path):
+    hot = {"air.temperature_c": 40.0}
+    cells = [at_variant(walk(index=0), {}), at_variant(walk(index=0, alert_distance_m=None), hot)]
+    figure = FIGURES["fig16"](made_up_run(tmp_path, cells))
+    assert figure.panels[0].bars[0].count == "1/1"
+    assert "'as it is' alone" in figure.note
+
+
+def test_bands_stand_beside_the_paper_s(tmp_path):
+    cells = []
+    for start, hits in ((16_000.0, 2), (18_000.0, 1)):
+        for k in range(4):
+            stored = at_variant(walk(index=k, alert_distance_m=2.0 if k < hits else None), {"beep.start_hz": start})
+            stored["cell"]["beep"] = {**stored["cell"]["beep"], "start_hz": start}
+            cells.append(stored)
+    bars = FIGURES["fig18"](made_up_run(tmp_path, cells)).panels[0].bars
+    counts = {(bar.group, bar.series[:2]): (bar.count, bar.paper.display if bar.paper else None) for bar in bars}
+    assert counts["16-23 kHz", "TP"] == ("2/4", 94.3)
+    assert counts["18-23 kHz", "TP"] == ("1/4", 93.7)
+    assert FIGURES["fig18"](made_up_run(tmp_path)).empty  # a run that sweeps nothing says nothing of bands
+
+
+def test_tornado_shows_the_change_from_the_suite_as_it_is(tmp_path):
+    cells = [at_variant(walk(index=k), {}) for k in range(4)]
+    cells += [at_variant(walk(index=k, alert_distance_m=None), {"recording.identical": True}) for k in range(4)]
+    figure = FIGURES["tornado_alerts"](made_up_run(tmp_path, cells))
+    assert figure.panels[0].ticks == ("equal channels: yes",)
+    assert line_of(figure, "PaperDetector, lower or only value").x.tolist() == [-100.0]
+    errors = FIGURES["tornado"](made_up_run(tmp_path, cells))
+    assert line_of(errors, "PaperDetector, lower or only value").x.tolist() == [0.0]  # the errors made up are the same
+
+
+def test_alerts_by_miss_distance_and_before_contact(tmp_path):
+    run = made_up_run(tmp_path)  # 3 of 4 collisions in time, one 0.2 m before; misses of 0.8 and 0.9 m, one alerted
+    by_miss = line_of(FIGURES["miss_distance"](run), "PaperDetector")
+    assert by_miss.y.tolist() == [100.0, 50.0]
+    early = line_of(FIGURES["alert_distance"](run), "PaperDetector")
+    at = {distance: early.y[np.argmin(np.abs(early.x - distance))] for distance in (0.0, 1.0, 1.6, 2.5)}
+    assert at == {0.0: 100.0, 1.0: 75.0, 1.6: 50.0, 2.5: 25.0}
+    told = next(line for line in FIGURES["alert_distance"](run).panels[0].lines if line.style == "points")
+    assert told.y.tolist() == [100.0, 75.0, 50.0, 25.0]  # with 0, 1, 2 and the paper's 3 m left
+    np.testing.assert_allclose([told.low[1], told.high[1]], [30.06, 95.44], atol=0.01)  # Wilson, 3 of 4
+    assert "25.0 % with 3 m or more left, of 4 collisions" in FIGURES["alert_distance"](run).reading
+
+
+def test_fates_of_collisions_add_up(tmp_path):
+    figure = FIGURES["losses"](made_up_run(tmp_path))
+    shares = {line.label: line.x[0] for line in figure.panels[0].lines}
+    assert shares == {"in time": 75.0, "too late": 25.0, "heard, not judged a collision": 0.0, "not heard": 0.0}
+    unheard = FIGURES["losses"](made_up_run(tmp_path, [walk(alert_distance_m=None)]))  # three beeps of four are few
+    assert {line.label: line.x[0] for line in unheard.panels[0].lines}["not heard"] == 100.0
+
+
+def test_calibration_of_claims_equal_to_the_errors(tmp_path):
+    """Every made-up error is exactly one claimed deviation."""
+    figure = FIGURES["calibration"](made_up_run(tmp_path))
+    line = line_of(figure, "PaperDetector, walking")
+    assert line.y[line.x < 0.99].max() == 0.0
+    assert line.y[line.x > 1.01].min() == 100.0
+    assert "100 % within one deviation" in figure.reading or "0 % within one deviation" in figure.reading
+    honest = line_of(figure, "honest (normal)")
+    assert honest.y[np.argmin(np.abs(honest.x - 1.0))] == pytest.approx(68.27, abs=0.01)
+
+
+def test_error_budget_takes_the_reading_ahead_away(tmp_path):
+    """A range read 0.205 s ahead of a walker at 1.3 m/s leaves nothing once that is removed."""
+    stored = walk()
+    beeps = stored["result"]["detectors"]["PaperDetector"]["beeps"][0]
+    time = np.arange(40) * 0.09
+    true = 5.0 - 1.3 * time
+    beeps |= {"beep": list(range(40)), "time_s": time.tolist(), "true_range_m": true.tolist(),
+              "range_m": (true - 0.205 * 1.3).tolist()}  # fmt: skip
+    for name, values in list(beeps.items()):
+        if len(values) != 40:
+            beeps[name] = [values[-1]] * 40
+    figure = FIGURES["error_budget"](made_up_run(tmp_path, [stored]))
+    median = line_of(figure, "median").y
+    assert median[0] == pytest.approx(26.65, abs=0.01)
+    assert median[1] == pytest.approx(0.0, abs=0.01)
+    assert math.isnan(median[2])
+
+
+def test_errors_and_gaps_by_bin(tmp_path):
+    """Ranges of 4.0 (no estimate), 3.5, 3.0 and 2.5 m, each read 0.4 cm short; every second bearing clamped."""
+    run = made_up_run(tmp_path)
+    line = line_of(FIGURES["error_bins"](run), "PaperDetector")
+    np.testing.assert_allclose(line.y, -0.4, atol=1e-9)
+    np.testing.assert_allclose(line.x, [2.75, 3.75])  # middles of what lies in the bins 2.5-3.5 and 3.5-4.5 m
+    gaps = FIGURES["missing_bins"](run)
+    assert line_of(gaps, "PaperDetector").y.tolist() == [0.0, 50.0]  # 2.5 and 3.0 m; 3.5 and 4.0 m
+    clamped = line_of(gaps, "PaperDetector", 1)
+    assert clamped.y.tolist() == [pytest.approx(200.0 / 3.0)]
+
+
+def test_roc_joins_what_differs_in_constants(tmp_path):
+    names = ("PaperDetector", "PaperDetector(walker_half_width_m=1.0)", "TrackingDetector")
+    cells = [walk(index=k, collides=k < 2, detectors=names) for k in range(4)]
+    lines = FIGURES["roc"](made_up_run(tmp_path, cells)).panels[0].lines
+    assert [(line.label, len(line.x)) for line in lines if line.key != "muted"] == [
+        ("PaperDetector", 2), ("", 2), ("TrackingDetector", 1)
+    ]  # fmt: skip
+    assert lines[0].x.tolist() == lines[0].y.tolist() == [100.0, 100.0]
+
+
+def test_energy_is_the_stated_formula():
+    model = EnergyModel(audio_w=0.4, core_w=0.8, slower=4.0, battery_v=4.0)
+    assert model.charge_mah(0.00225, 0.09) == pytest.approx((0.4 + 0.1 * 0.8) * 0.5 / 4.0 * 1000.0)
+    low, high = charge_range_mah(0.001, 0.09)
+    assert low < EnergyModel().charge_mah(0.001, 0.09) < high
+
+
+def test_energy_figures_read_the_costs(tmp_path):
+    run = made_up_run(tmp_path)
+    costs = tuple({"detect_cpu_s": dict.fromkeys(DETECTORS, 0.04), "beeps": 40} if c else {} for c in run.costs)
+    figure = FIGURES["fig27"](replace(run, costs=costs))
+    assert figure.panels[0].lines[0].y.tolist() == [1.0, 1.0]  # ms a beep
+    assert line_of(figure, "the paper, measured", 1).y.tolist() == [64.0, 66.0, 50.0]
+    table = FIGURES["table1"](replace(run, costs=costs))
+    assert len(table.cells) == 6
+    assert "model" in table.note
+
+
+def test_fidelity_draws_error_against_cost(tmp_path):
+    """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose."""
+    stored = standing(3.0)
+    stored["cell"] |= {"kind": "fidelity"}
+    errors = {"draft": [1.0] * 4, "standard": [-0.1] * 4}
+    stored["result"]["fidelity"] = {"reference": {"level_db": [0.0] * 4}} | {
+        name: {"level_db": values, "delay_samples": [0.0] * 4, "correlation": [1.0] * 4}
+        for name, values in errors.items()
+    }
+    run = made_up_run(tmp_path, [stored])
+    run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "draft": 0.2, "standard": 0.4}},))
+    lines = FIGURES["pareto"](run).panels[0].lines
+    assert [(line.label, line.x[0], line.y[0]) for line in lines] == [
+        ("draft", pytest.approx(100.0), pytest.approx(1.0)), ("standard", pytest.approx(200.0), pytest.approx(0.1))
+    ]  # fmt: skip
+    assert len(FIGURES["fidelity"](run).cells) == 3
+    kept = {row[0]: row[-1] for row in FIGURES["tolerance"](run).cells}
+    assert kept["reference"] == "-"
+    assert kept["draft"].startswith("0.0 % (0/1")
+    assert kept["standard"].startswith("100.0 % (1/1")
+
+
+def test_extremes_plot_every_error(tmp_path):
+    cells = [probe_record("numerics", "wall-distance", distance_m=d) for d in (0.01, 1000.0)]
+    figure = FIGURES["extremes"](made_up_run(tmp_path, cells))
+    line = line_of(figure, "delay")
+    assert line.x.tolist() == [0.01, 1000.0]
+    assert (line.y < 1e-14).all()
+    assert "missing" not in figure.reading
+
+
+@pytest.fixture(scope="module")
+def signals(tmp_path_factory) -> RunData:
+    things = [["dustbin", 1.6, 0.35], ["wall", 4.2, 0.0]]
+    cells = [
+        probe_record("signal", "response"),
+        probe_record("signal", "envelope", things=[["wall", 3.0, 0.0]]),
+        probe_record("signal", "envelope", things=things),
+        probe_record("signal", "approach", category="wall", start_m=2.5),
+        probe_record("signal", "body"),
+        probe_record("signal", "crests"),
+    ]
+    return made_up_run(tmp_path_factory.mktemp("signals"), cells)
+
+
+@pytest.mark.parametrize("name", ["fig3", "fig4", "fig5", "fig6", "fig8", "fig9", "fig10", "fig12"])
+def test_signals_are_drawn_from_what_is_stored(signals, name):
+    figure = FIGURES[name](signals)
+    assert not figure.empty
+    assert "No data" not in figure.reading
+    assert any(np.isfinite(line.y).any() for panel in figure.panels for line in panel.lines)
+    assert len(list(figure.rows())) > 10
+
+
+def test_drawings_show_the_bench_s_own_geometry(signals):
+    bearing = FIGURES["fig7"](signals).panels[0]
+    words = " ".join(shape.text for shape in bearing.shapes)
+    d1, length, angle = 0.8, 0.16, math.radians(30.0)
+    d2 = math.sqrt(d1**2 + length**2 + 2.0 * d1 * length * math.cos(angle))  # the law of cosines, by hand
+    assert f"D2 = {100 * d2:.1f} cm" in words
+    assert "L = 16.0 cm" in words
+    flow = " ".join(shape.text for shape in FIGURES["fig2"](signals).panels[0].shapes)
+    for name in ("MatchedFilter", "judge_motion", "walking_angle", "size_from_crest", "on_course", "decide"):
+        assert name in flow
+    first = FIGURES["fig1"](signals).panels[0]
+    assert sum(shape.role == "sound" for shape in first.shapes) >= 3
+    street = FIGURES["fig14"](signals).panels[0]
+    assert sum(shape.kind == "polygon" for shape in street.shapes) > 10
+    assert len(FIGURES["fig13"](signals).panels) == 2
+
+
+def test_drawings_and_tables_repeat_byte_for_byte(signals, tmp_path):
+    names = ["fig5", "fig7", "claims"]
+    first = draw_figures(replace(signals, folder=tmp_path / "a"), names)
+    second = draw_figures(replace(signals, folder=tmp_path / "b"), names)
+    kinds = {type(FIGURES[name](signals)) for name in names}
+    assert kinds == {PlotFigure, DrawingFigure, TableFigure}
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+        assert one.stat().st_size > 0
+
+
+def test_words_stay_on_the_page(signals):
+    """No title, legend or small print is cut off at the picture's edge."""
+    for name in ("fig3", "fig5", "fig12", "claims"):
+        canvas = picture(FIGURES[name](signals))
+        canvas.draw_without_rendering()
+        edge = canvas.bbox.width
+        for text in canvas.texts:
+            assert text.get_window_extent().x1 <= edge + 1.0, (name, text.get_text())
+
+
+def test_det_shows_every_operating_point(tmp_path):
+    """A detector with 1 false alert in 400 walks lay beyond the axis, which ended at 0.6 %."""
+    names = ("PaperDetector", "PaperDetector(votes_needed=3)", "PaperDetector(walker_width=False)")
+    cells = [walk(index=k, collides=k % 2 == 0, alert_distance_m=None, detectors=names) for k in range(400)]
+    figure = FIGURES["det"](made_up_run(tmp_path, cells))
+    (panel,) = figure.panels
+    points = [line for line in panel.lines if line.key != "muted"]
+    assert panel.x_range is not None
+    assert panel.y_range is not None
+    for line in points:
+        assert panel.x_range[0] < line.x.min() <= line.x.max() < panel.x_range[1]
+        assert panel.y_range[0] < line.y.min() <= line.y.max() < panel.y_range[1]
+    assert not [line for line in points if line.style == "line"], "two constants make no curve"
+    assert "PaperDetector's votes_needed: 3; PaperDetector's walker_width: False" in figure.note
+
+
+def test_guides_stand_where_the_run_s_own_rules_are(tmp_path):
+    """They stood at 0.25, 1 and 3 m whatever the suite's scoring."""
+    cells = [walk(index=k) for k in range(4)]
+    rules = {"alert_margin_m": 0.5, "alert_within_m": 2.0, "half_width_m": 0.4}
+    for cell in cells:
+        cell["cell"]["scoring"] |= rules
+    run = made_up_run(tmp_path, cells)
+    assert [guide.at for guide in FIGURES["alert_distance"](run).panels[0].guides] == [0.5, 2.0]
+    assert [guide.at for guide in FIGURES["miss_distance"](run).panels[0].guides] == [0.4]
+    assert "0.5 m of way" in FIGURES["alert_distance"](run).note
+
+
+def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):
+    """Unchanged TN was drawn from -0.05 to 0.05, "change, %", as if that were a scale."""
+    cells = [at_variant(walk(index=k), {}) for k in range(4)]
+    cells += [at_variant(walk(index=k), {"recording.identical": True}) for k in range(4)]
+    figure = FIGURES["tornado_alerts"](made_up_run(tmp_path, cells))
+    assert figure.panels[0].x_label == "change, percentage points"
+    assert figure.panels[0].x_range == (-1.2, 1.2)
+    assert "The same walks (4)" in figure.note

@@ -1,0 +1,221 @@
+"""The report: verdict first, numbers that were counted, commands that work, one file that a browser opens offline."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+from dataclasses import replace
+
+import matplotlib.image
+import pytest
+
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.report.cases import rerun_command, worst_cases
+from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
+from benchmarks.report.report import write_report
+from benchmarks.report.verdict import verdict_rows
+from benchmarks.runs.manifest import manifest
+from tests.benchmarks.synthetic_run import DETECTORS, MANIFEST, made_up_run, standing, walk
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The report of the made-up run, its path and text."""
+    path = write_report(made_up_run(tmp_path_factory.mktemp("run")))
+    return path, path.read_text(encoding="utf-8")
+
+
+def test_verdict_comes_first_with_counts_and_intervals(written):
+    _, html = written
+    assert (
+        "PaperDetector alerts in time on 75.0 % (30.1–95.4 %, 3 of 4) of the collisions".replace(" %", "\u00a0%")
+        in html
+    )
+    sections = re.findall(r'<section id="(\w+)">', html)
+    assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
+    assert "In time: at least 1 m of way before contact" in html
+    assert html.index("PaperDetector alerts in time") < html.index('<section id="verdict">')
+
+
+def test_numbers_are_those_made_up(tmp_path):
+    rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path))}
+    tp = rows["Alerts: TP: collisions alerted in time"]
+    assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
+    assert tp.cells[0].against == "same"
+    assert rows["Alerts: TP by the paper's rule"].cells[0].count == "3 of 4"
+    near = rows["Standing: Distance1, median at 1.5 m"]
+    assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "6 of 8", "0.25 cm")
+    assert near.cells[0].against == "worse"
+    assert near.cells[1] is None
+    assert rows["Walking: distance, median with its sign"].cells[0].text == "-0.40 cm"
+    assert rows["Walking: bearing, median"].cells[0].text == "5.0°"
+    assert rows["Walking: radius of targets up to 1 m wide, median"].cells[0].against == "better"
+
+
+def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
+    """Pooled over the points of the suite `budget`, 25 walks read as 300."""
+    cells = []
+    for name, distance in (("as it is", 2.0), ("deaf", None)):
+        for k in range(4):
+            stored = walk(index=k, alert_distance_m=distance)
+            variant = {"variant": {"name": name}}
+            cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
+    run = made_up_run(tmp_path, cells)
+    text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    assert "PaperDetector alerts in time on 100.0 % (51.0–100.0 %, 4 of 4) of the collisions" in text
+    assert "Of the sweep, the point &#39;as it is&#39; alone." in text
+    assert "[deaf]" not in text[text.index('<section id="cases">') : text.index('<section id="provenance">')]
+
+
+def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_path):
+    run = made_up_run(tmp_path, [standing(1.5), standing(3.0, 1)])
+    path = write_report(run)
+    html, text = path.read_text(encoding="utf-8"), (run.folder / "report.md").read_text(encoding="utf-8")
+    assert {row.group for row in verdict_rows(run)} == {"Standing"}
+    assert "PaperDetector, standing, has nine of ten errors of Distance1 within 0.40 cm" in text
+    assert "alerts in time" not in html + text
+
+
+def test_a_run_without_walks_and_standing_phones_has_figures_and_no_verdict(tmp_path):
+    run = replace(made_up_run(tmp_path, plan=["a signal"]), cells=[])
+    html = write_report(run).read_text(encoding="utf-8")
+    assert verdict_rows(run) == []
+    assert "see the figures" in html
+    assert 'id="verdict"' not in html
+    assert "#verdict" not in html
+    assert "quantity" not in (run.folder / "report.md").read_text(encoding="utf-8")
+
+
+def test_one_file_without_a_network(written):
+    _, html = written
+    links = re.findall(r'(?:src|href)="([^"]*)"', html)
+    assert links
+    assert all(link.startswith(("data:", "#")) for link in links)
+    assert not re.search(r"https?://|@import|url\(|<script", html)
+
+
+def test_failures_and_gaps_are_said_and_escaped(tmp_path):
+    html = write_report(made_up_run(tmp_path, plan=["x"] * 20)).read_text(encoding="utf-8")
+    assert "of 20 cells, 2 failed and 6 missing" in html
+    assert "ValueError: no &lt;mesh&gt;" in html
+    assert "Made up &amp; counted" in html
+    campus = re.search(r"<tr><td>campus</td>.*?</tr>", html, re.DOTALL)
+    assert campus is not None
+    assert campus.group().count("no data") == 2 * len(DETECTORS)
+
+
+def test_worst_cases_are_ordered_and_counted(tmp_path):
+    cells = [
+        walk(index=0, alert_distance_m=0.4),
+        walk(index=1, alert_distance_m=None),
+        walk(index=2, alert_distance_m=-0.3),
+        walk("campus", "car", index=3, alert_distance_m=None),
+        walk(index=4),
+        walk(index=5, collides=False),
+        walk(index=6, collides=False),
+        walk(index=7, collides=False, alert_distance_m=None),
+    ]
+    missed, false = worst_cases(made_up_run(tmp_path, cells), most=3)
+    assert (missed.total, false.total) == (4, 2)
+    assert [case.what for case in missed.cases] == ["no alert", "no alert", "alert 0.30 m after contact"]
+    assert [case.label for case in false.cases] == ["supermarket/wall/6", "supermarket/wall/5"]
+    assert "passes at 1.00 m" in false.cases[0].what
+
+
+def test_the_command_repeats_the_same_walk(tmp_path):
+    """The command line accepts it, and its plan holds exactly that cell, with the run's settings."""
+    from benchmarks.commands.run import run as command
+
+    label = "supermarket/wall/3"
+    words = shlex.split(rerun_command(made_up_run(tmp_path), label))
+    assert words[:2] == ["obstaclewatch", "run"]
+    given = command.make_context("run", words[2:]).params
+    assert (given["only"], given["tier"], given["seed"]) == (label, "smoke", 2018)
+    suite = load_suite(given["suite"], given["settings"], given["seed"])
+    assert suite.scoring.alert_margin_m == 0.5
+    assert [cell.label for cell in plan_cells(suite, given["tier"])].count(label) == 1
+
+
+def test_a_suite_file_is_named_in_the_command(tmp_path):
+    run = made_up_run(tmp_path, argv=["run", "my suite.yaml", "--split=dev", "-j", "2"])
+    assert rerun_command(run, "a/b/1") == (
+        "obstaclewatch run 'my suite.yaml' --tier smoke --only a/b/1 --seed 2018 --split=dev"
+    )
+
+
+def test_what_the_manifest_lacks_is_unknown(tmp_path):
+    manifest = made_up_run(tmp_path, **dict.fromkeys(MANIFEST)).manifest
+    lines = dict(environment_lines(manifest))
+    assert reproduction_command(manifest) == "unknown"
+    assert lines["git revision"] == "unknown, changes unknown"
+    assert lines["packages"] == "unknown"
+    assert dict(environment_lines({})) == lines
+
+
+def test_a_real_manifest_leaves_nothing_unknown():
+    """The report asked for names of an older manifest (source, cpus, python), and its command was that of no program:
+    the made-up manifest of the tests had a word that `obstaclewatch run` does not store.
+    """
+    suite = load_suite("paper")
+    found = manifest(suite, "smoke", plan_cells(suite, "smoke", limit=1), ["run", "paper", "--tier", "smoke"])
+    known = {name: "1.0" for name in found["versions"]}  # what is not installed is rightly unknown
+    lines = dict(environment_lines(found | {"git_revision": "0123abc", "git_dirty": False, "versions": known}))
+    assert not [name for name, text in lines.items() if "unknown" in text]
+    assert lines["source fingerprint"] == found["source_sha256"]
+    assert reproduction_command(found) == "obstaclewatch run paper --tier smoke"
+
+
+def test_cost_is_summed_over_what_is_known(tmp_path):
+    """12 of 14 cells cost 0.3 s each for 0.9 s of sound, ten beeps; two detectors take 10 ms of it each."""
+    lines = dict(cost_lines(made_up_run(tmp_path)))
+    assert lines["cells with a known cost"] == "12 of 14"
+    assert lines["sound simulated"] == "11 s, 120 beeps"
+    assert lines["computing time"] == "4 s over all processes, 3.00 times real time"
+    assert lines["detection, PaperDetector"] == "1.00 ms a beep"
+    assert cost_lines(made_up_run(tmp_path, [])) == [("cost", "unknown")]
+
+
+@pytest.mark.parametrize("cells", [[], [standing(3.0)]], ids=["nothing", "standing only"])
+def test_a_run_without_walks_has_a_report(tmp_path, cells):
+    html = write_report(made_up_run(tmp_path, cells)).read_text(encoding="utf-8")
+    assert "This run has no walks." in html
+    assert re.search(r"No data in this run for: .*Fig\. 16", html)
+
+
+def test_markdown_summary_has_a_whole_table(written):
+    path, _ = written
+    text = (path.parent / "report.md").read_text(encoding="utf-8")
+    table = [line for line in text.splitlines() if line.startswith("|")]
+    assert len(table) > 10
+    assert {line.count("|") for line in table} == {len(DETECTORS) + 3}
+    assert "3 of 4" in text
+
+
+def test_the_same_run_gives_the_same_bytes(tmp_path, written):
+    again = write_report(made_up_run(tmp_path))
+    assert again.read_bytes() == written[0].read_bytes()
+
+
+def test_a_browser_opens_it_without_a_network(tmp_path, written):
+    """Headless Chromium with every host unreachable draws the page: dark text, blue bars, the paper's red."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no Chromium on this machine")
+    picture = tmp_path / "page.png"
+    quiet = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+    more = "--disable-component-update --disable-sync --window-size=1200,3000"
+    subprocess.run(
+        [browser, "--headless", *quiet.split(), *more.split(), "--host-resolver-rules=MAP * ~NOTFOUND",
+         f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={picture}", written[0].as_uri()],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    pixels = matplotlib.image.imread(picture)[..., :3]
+    assert pixels.shape[:2] == (3000, 1200)
+    dark = (pixels.max(axis=2) < 0.3).mean()
+    assert 0.005 < dark < 0.3
+    red, green, blue = (pixels[..., k] for k in range(3))
+    bars = (abs(red - 0.17) < 0.04) & (abs(green - 0.37) < 0.04) & (abs(blue - 0.54) < 0.04)
+    assert bars.sum() > 2000

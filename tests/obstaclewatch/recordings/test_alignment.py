@@ -1,0 +1,77 @@
+"""Recordings that start anywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from obstaclewatch import BeepDesign, Flag, NoBeepError, PaperDetector, PaperSettings, Recording
+from obstaclewatch.recordings.alignment import BeepFinder
+from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record
+
+PERIOD = BEEP.period_samples
+FINDER = BeepFinder(BEEP, 0.03 / C)
+WALL = Point(3.0, gain=0.3)
+NOISE = 0.05
+THREE_BEEPS = record([WALL, Point(-0.37, gain=2.0)], beeps=3, noise=NOISE)
+
+
+STILL_WHOLE = 0.03 / C * BEEP.sample_rate_hz + 4  # direct sound's delay, and half a sample of the 24 kHz envelope
+
+
+@settings(max_examples=25, deadline=None)
+@given(start=st.integers(0, PERIOD))
+@example(start=20)
+@example(start=21)
+def test_the_first_whole_beep_is_found_wherever_the_recording_starts(start):
+    """To a sample. A beep that lacks no more than the direct sound's delay still counts as whole."""
+    found = FINDER.first_emission(THREE_BEEPS[:, start:])
+    assert abs(found - (PERIOD - start)) <= 1 or (found == 0 and start < STILL_WHOLE)
+
+
+@pytest.mark.parametrize("silence", [1, 5_000, PERIOD - 10, PERIOD, 40_000])
+def test_silence_and_noise_before_the_first_beep(silence):
+    quiet = np.random.default_rng(6).standard_normal((2, silence)) * NOISE * 0.05
+    assert abs(FINDER.first_emission(np.hstack([quiet, THREE_BEEPS])) - silence) <= 1
+    assert abs(FINDER.first_emission(np.hstack([0.0 * quiet, THREE_BEEPS])) - silence) <= 1
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        np.zeros((2, 60_000)),
+        np.random.default_rng(7).standard_normal((2, 400_000)),
+        record([], beeps=4, beep=BeepDesign(start_hz=23_000.0, stop_hz=18_000.0)),
+        record([], beeps=4, beep=BeepDesign(start_hz=12_000.0, stop_hz=17_000.0)),
+        THREE_BEEPS[:, :500],
+    ],
+    ids=["silence", "noise", "falling chirp", "another band", "too short"],
+)
+def test_no_beep_is_an_error(samples):
+    with pytest.raises(NoBeepError, match="no beep found at microphone 0"):
+        FINDER.first_emission(samples)
+    with pytest.raises(NoBeepError):
+        PaperDetector(BEEP, PHONE).run(Recording(samples, BEEP.sample_rate_hz))
+
+
+def test_a_recording_from_mid_beep_gives_the_same_ranges():
+    whole = list(PaperDetector(BEEP, PHONE).stream(Recording(THREE_BEEPS, BEEP.sample_rate_hz)))
+    cut = list(PaperDetector(BEEP, PHONE).stream(Recording(THREE_BEEPS[:, 5_001:], BEEP.sample_rate_hz)))
+    assert len(whole) == 3
+    assert len(cut) == 2
+    assert len(cut[0]) >= 1
+    assert cut[0].time_s == pytest.approx(whole[1].time_s - 5_001 / BEEP.sample_rate_hz, abs=1e-6)
+    assert cut[0].range_m[-1] == pytest.approx(whole[1].range_m[-1], abs=1e-3)
+
+
+def test_dropped_samples_are_survived():
+    """800 samples missing: one beep is lost and said to be, then the beeps are found at their new places."""
+    samples = np.delete(record([WALL], beeps=6), np.arange(40_000, 40_800), axis=1)
+    detector = PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False))
+    detections = list(detector.stream(Recording(samples, BEEP.sample_rate_hz)))
+    lost = [Flag.NO_BEEP in detection.beep_flags for detection in detections]
+    assert lost == [False, False, False, True, False, False]
+    whole = [detections[k].range_m[0] for k in (0, 1, 4, 5)]
+    assert whole == pytest.approx([3.0 - 0.0705] * 4, abs=1e-3)

@@ -1,0 +1,173 @@
+"""The tracking detector on points at exact retarded times: unbiased ranges, alerts that follow the miss distance."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from obstaclewatch import Flag, PaperDetector, PaperSettings, Recording, TrackingDetector
+from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record, recording, true_range
+
+GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
+NOISE = 0.02
+WALK = {"beeps": 34, "noise": NOISE}
+
+
+def _detect(points, **options):
+    return list(TrackingDetector(BEEP, PHONE).stream(recording(points, **options)))
+
+
+def _errors(point, speed):
+    """(K,) range errors of the nearest track against the truth when the beep's centre meets the point."""
+    found = [d for d in _detect([GROUND, point], speed_m_s=speed, **WALK) if len(d)]
+    assert len(found) >= 12
+    hit = [d.time_s + 0.5 * BEEP.duration_s + true_range(point, speed, d.time_s + 0.03) / C for d in found]
+    near = [int(np.argmin(np.abs(d.range_m - true_range(point, speed, t)))) for d, t in zip(found, hit, strict=True)]
+    truth = np.array([true_range(point, speed, t) for t in hit])
+    return np.array([d.range_m[k] for d, k in zip(found, near, strict=True)]) - truth, found
+
+
+@pytest.mark.parametrize("speed", [1.0, 1.3, 1.6])
+def test_range_has_no_range_doppler_bias(speed):
+    """The paper's detector reads 20-33 cm short; the bench asks for a centimetre."""
+    errors, _ = _errors(Point(5.2, gain=0.1), speed)
+    assert abs(np.median(errors)) < 0.01
+    assert np.median(np.abs(errors)) < 0.01
+
+
+def test_steps_that_no_ground_tells_of_are_fitted():
+    """1 cm of surge, 2.6 cm of readings; the Kalman filter's ranges are within 0.9 cm in nine of ten beeps."""
+    errors, _ = _errors(Point(5.2, gain=0.1, bob_m=0.01), 1.3)
+    assert np.percentile(np.abs(errors), 90) < 0.007
+
+
+def test_closing_speed_and_claimed_deviation():
+    errors, found = _errors(Point(5.2, gain=0.1), 1.3)
+    speed = np.array([d.closing_speed_m_s[0] for d in found[3:]])
+    assert speed == pytest.approx(np.full(len(speed), 1.3), abs=0.08)
+    claimed = np.array([d.range_std_m[0] for d in found])
+    assert np.all(np.isfinite(claimed) & (claimed > 0.0))
+    assert np.mean(np.abs(errors) < 3.0 * claimed) > 0.9
+
+
+def test_alert_comes_for_a_collision_in_time_and_not_for_a_miss():
+    """1.8 m aside. At 1.2 m a level phone cannot tell: the ground's corner 1.3 m below has the same cone and range."""
+    speed = 1.3
+    ahead = [d for d in _detect([GROUND, Point(5.0, gain=0.1)], speed_m_s=speed, **WALK) if d.decision.alert]
+    aside = _detect([GROUND, Point(5.0, 1.8, gain=0.1)], speed_m_s=speed, **WALK)
+    assert len(ahead) >= 1
+    left = 5.0 - speed * ahead[0].time_s
+    assert 1.2 < left <= 2.6
+    assert any(len(d) for d in aside)
+    assert not any(d.decision.alert for d in aside)
+
+
+@pytest.mark.parametrize("points", [[], [GROUND], [GROUND, Point(2.0, gain=0.1, carried=True)]])
+def test_nothing_closes_in_and_nothing_alerts(points):
+    found = _detect(points, speed_m_s=1.3, **WALK)
+    assert len(found) == WALK["beeps"]
+    assert not any(d.decision.alert for d in found)
+    assert np.mean([len(d) for d in found]) < 0.1
+
+
+def test_two_obstacles_are_followed_at_once():
+    points = [GROUND, Point(4.0, 0.9, gain=0.1), Point(5.5, gain=0.1)]
+    found = _detect(points, speed_m_s=1.3, beeps=20, noise=NOISE)[10:18]
+    assert all(len(d) >= 2 for d in found)
+    for d in found:
+        t = d.time_s + 0.5 * BEEP.duration_s + 0.015
+        for point in points[1:]:
+            assert np.min(np.abs(d.range_m - true_range(point, 1.3, t))) < 0.04
+
+
+def test_a_missing_beep_leaves_the_track():
+    """Beep 16 is silent: evidence is gathered anew, while the track that there is goes on."""
+    samples = record([GROUND, Point(5.2, gain=0.1)], speed_m_s=1.3, **WALK).astype(np.float32)
+    size = BEEP.period_samples
+    samples[:, 16 * size : 17 * size] = 0.0
+    detector = TrackingDetector(BEEP, PHONE)
+    found = [detector.process(block) for block in np.split(samples, WALK["beeps"], axis=1)]
+    assert Flag.NO_BEEP in found[16].beep_flags
+    for d in found[14:16] + found[18:24]:
+        assert len(d) >= 1
+        hit = d.time_s + 0.5 * BEEP.duration_s + 0.02
+        assert np.abs(d.range_m - true_range(Point(5.2), 1.3, hit)).min() < 0.03
+
+
+def test_streaming_equals_batch_bit_for_bit_and_a_reset_forgets():
+    samples = recording([GROUND, Point(4.0, 0.2, gain=0.06)], beeps=20, speed_m_s=1.3, noise=0.05)
+    detector = TrackingDetector(BEEP, PHONE)
+    streamed = list(detector.stream(samples))
+    assert any(len(d) for d in streamed)
+    repeated = detector.run(samples)
+    assert [repr(d.decision) for d in streamed] == [repr(d) for d in repeated]
+    detector.reset()
+    size = BEEP.period_samples
+    rate = BEEP.sample_rate_hz
+    by_hand = [detector.process(samples.samples[:, k * size : (k + 1) * size], k * size / rate) for k in range(20)]
+    for one, other in zip(streamed, by_hand, strict=True):
+        for column in ("range_m", "range_std_m", "closing_speed_m_s", "bearing_rad"):
+            assert np.array_equal(getattr(one, column), getattr(other, column))
+
+
+def test_identical_channels_leave_the_ranges():
+    samples = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)[[0, 0]].astype(np.float32)
+    found = list(TrackingDetector(BEEP, PHONE).stream(Recording(samples, BEEP.sample_rate_hz)))
+    assert all(Flag.IDENTICAL_CHANNELS in d.beep_flags for d in found)
+    heard = [d for d in found if len(d)]
+    assert len(heard) >= 10
+    assert all(np.isfinite(d.range_m).all() and np.isnan(d.bearing_rad).all() for d in heard)
+
+
+def test_no_beep_and_wrong_blocks():
+    detector = TrackingDetector(BEEP, PHONE)
+    silent = detector.process(np.zeros((2, BEEP.period_samples)))
+    assert Flag.NO_BEEP in silent.beep_flags
+    assert len(silent) == 0
+    with pytest.raises(ValueError, match="two channels"):
+        detector.process(np.zeros((1, BEEP.period_samples)))
+    with pytest.raises(ValueError, match="finite"):
+        detector.process(np.full((2, BEEP.period_samples), np.nan))
+
+
+def test_a_reach_too_short_for_noise_is_refused():
+    """Below half of it numpy said 'negative dimensions', between half and all of it noise was read from no memory."""
+    for far_m in (0.5, 1.2, 1.6):
+        with pytest.raises(ValueError, match=rf"far_m must be 1\.37 m or more beyond near_m .*, got 0\.3 and {far_m}"):
+            TrackingDetector(BEEP, PHONE, PaperSettings(far_m=far_m))
+    TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.7))
+    TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.2, reject_static=False))
+
+
+def test_a_walker_without_width_is_refused():
+    """0 / 0 in the prior made every probability of a collision NaN: no alert, without a word."""
+    with pytest.raises(ValueError, match=r"walker_half_width_m must be positive to judge courses, got 0\.0"):
+        TrackingDetector(BEEP, PHONE, PaperSettings(walker_half_width_m=0.0))
+
+
+def test_one_standing_beep_measures_as_the_paper_does_without_the_carrier():
+    still = replace(PaperSettings(), reject_static=False)
+    block = record([Point(2.0, 0.3)])
+    ours = TrackingDetector(BEEP, PHONE, still, mic_phase_rad=None).process(block)
+    papers = PaperDetector(BEEP, PHONE, still).process(block)
+    assert len(ours) == 1
+    assert np.array_equal(ours.range_m, papers.range_m)
+    assert not ours.decision.alert
+
+
+def test_a_beep_takes_well_under_its_period():
+    samples = recording([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)
+    detector = TrackingDetector(BEEP, PHONE)
+    began = time.process_time()
+    count = len(list(detector.stream(samples)))
+    assert (time.process_time() - began) / count < 0.2 * BEEP.period_s
+
+
+@pytest.mark.parametrize("phase", [float("nan"), float("inf")])
+def test_a_phase_must_be_a_number_or_unknown(phase):
+    with pytest.raises(ValueError, match="mic_phase_rad must be finite or None, got"):
+        TrackingDetector(BEEP, PHONE, mic_phase_rad=phase)
+    TrackingDetector(BEEP, PHONE, mic_phase_rad=None)
