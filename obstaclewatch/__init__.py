@@ -19,6 +19,7 @@ from obstaclewatch.recordings.health import Fault, RecordingHealth, inspect_reco
 from obstaclewatch.recordings.mic_phase import MicPhase, measure_mic_phase
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.sound_speed import assumed_sound_speed
+from obstaclewatch.support.former_places import keep
 from obstaclewatch.tracking.detector import TrackingDetector
 
 __all__ = [
@@ -45,6 +46,20 @@ __all__ = [
     "read_recording",
     "write_recording",
 ]
+
+keep(
+    __name__,
+    {
+        "alignment": "recordings.alignment",
+        "collision": "detection",
+        "detectors": "paper.detectors",
+        "errata": "paper.errata",
+        "matched_filter": "signal.matched_filter",
+        "mic_phase": "recordings.mic_phase",
+        "recording_health": "recordings.health",
+        "settings": "paper.settings",
+    },
+)
 
 
 def __getattr__(name: str) -> Any:

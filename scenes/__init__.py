@@ -1,5 +1,6 @@
 """Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
 
+from obstaclewatch.support.former_places import keep
 from scenes.files.encounter import Encounter, load_encounter
 from scenes.files.layouts import list_scenes, load_scene
 from scenes.obstacles import walker_body
@@ -26,3 +27,13 @@ __all__ = [
     "make_approach",
     "walker_body",
 ]
+
+keep(
+    __name__,
+    {
+        "approaches": "streets.approaches",
+        "encounter": "files.encounter",
+        "layouts": "files.layouts",
+        "routes": "walks.routes",
+    },
+)

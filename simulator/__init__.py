@@ -1,6 +1,7 @@
 """Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
 
 import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
+from obstaclewatch.support.former_places import keep
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.rejections import Rejections, trace_rejected
@@ -29,3 +30,13 @@ __all__ = [
     "trace_paths",
     "trace_rejected",
 ]
+
+keep(
+    __name__,
+    {
+        "air": "scene.air",
+        "fidelity": "scene.fidelity",
+        "materials": "scene.materials",
+        "pose": "scene.pose",
+    },
+)
