@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class BeepSetting(BaseModel):
+class BeepSetting(BaseModel, extra="forbid", frozen=True):
     """Arguments of `obstaclewatch.BeepDesign`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     start_hz: Positive = 18_000.0
     stop_hz: Positive = 23_000.0
@@ -30,7 +28,7 @@ class BeepSetting(BaseModel):
         return self.duration_s + self.gap_s
 
 
-class Knowledge(BaseModel):
+class Knowledge(BaseModel, extra="forbid", frozen=True):
     """What the detector is told of its phone, beside the geometry.
 
     Attributes:
@@ -43,8 +41,6 @@ class Knowledge(BaseModel):
         temperature_error_c: what the weather service adds to the temperature.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     pitch: bool = True
     direct_delay: bool = True
     air: bool = True
@@ -52,7 +48,7 @@ class Knowledge(BaseModel):
     temperature_error_c: Finite = 0.0
 
 
-class Scoring(BaseModel):
+class Scoring(BaseModel, extra="forbid", frozen=True):
     """The rules by which alerts and estimates are judged.
 
     Attributes:
@@ -64,8 +60,6 @@ class Scoring(BaseModel):
         max_range_m: beeps with the target farther than this are left out of the error statistics.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     alert_margin_m: Annotated[float, Field(ge=0.0)] = 1.0
     alert_within_m: Positive = 3.0
     half_width_m: Annotated[float, Field(ge=0.0)] = 0.25
@@ -73,7 +67,7 @@ class Scoring(BaseModel):
     max_range_m: Positive = 7.0
 
 
-class SceneChange(BaseModel):
+class SceneChange(BaseModel, extra="forbid", frozen=True):
     """What is different about a scene that was drawn.
 
     Attributes:
@@ -83,15 +77,13 @@ class SceneChange(BaseModel):
             adds to the echoes of other things stays.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     target_material: str | None = None
     ground_material: str | None = None
     surroundings: bool = True
     ground_echo: bool = True
 
 
-class WalkChange(BaseModel):
+class WalkChange(BaseModel, extra="forbid", frozen=True):
     """What is different about a walk that was drawn.
 
     Attributes:
@@ -102,8 +94,6 @@ class WalkChange(BaseModel):
             instead of how the walk holds it.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     speed_m_s: Positive | None = None
     pitch_rad: Finite | None = None
     roll_rad: Finite | None = None
@@ -111,15 +101,13 @@ class WalkChange(BaseModel):
     holding: Literal["vertical", "horizontal"] | None = None
 
 
-class PhoneChange(BaseModel):
+class PhoneChange(BaseModel, extra="forbid", frozen=True):
     """What is different about a phone; see the fields of the same names of `simulator.Phone`.
 
     Attributes:
         mic_level_db: added to what each microphone hears, not to its noise: a better or a worse microphone.
         body: whether the walker's body stands behind the phone.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     level_spl_db: Finite | None = None
     noise_spl_db: Annotated[float, Field(lt=200.0, allow_inf_nan=False)] | None = None
@@ -128,7 +116,7 @@ class PhoneChange(BaseModel):
     body: bool = True
 
 
-class RecordingChange(BaseModel):
+class RecordingChange(BaseModel, extra="forbid", frozen=True):
     """What happens to the samples between the microphones and the detector, in this order.
 
     Attributes:
@@ -139,8 +127,6 @@ class RecordingChange(BaseModel):
         identical: whether both channels hold microphone 0.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     mic_gain_db: tuple[Finite, Finite] = (0.0, 0.0)
     mic_delay_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
     clock_ppm: Annotated[float, Field(gt=-1e4, lt=1e4)] = 0.0
@@ -148,7 +134,7 @@ class RecordingChange(BaseModel):
     identical: bool = False
 
 
-class Interferer(BaseModel):
+class Interferer(BaseModel, extra="forbid", frozen=True):
     """A second phone nearby that sends beeps of its own; only its direct sound is heard.
 
     Attributes:
@@ -157,8 +143,6 @@ class Interferer(BaseModel):
         start_hz, stop_hz, duration_s, gap_s: its beep; None takes ours.
         delay_s: when its first beep leaves, after ours.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     distance_m: Positive = 3.0
     bearing_rad: Finite = 0.5
@@ -170,7 +154,29 @@ class Interferer(BaseModel):
     delay_s: Annotated[float, Field(ge=0.0)] = 0.0123
 
 
-class Cell(BaseModel):
+class Conditions(BaseModel, extra="forbid", frozen=True):
+    """What a suite asks of all its cells, and what each cell keeps of it.
+
+    Attributes:
+        air: arguments of `simulator.Air`.
+        fidelity: arguments of `simulator.Fidelity`.
+        settings: constants of the detector, arguments of `obstaclewatch.PaperSettings`.
+    """
+
+    scene_change: SceneChange = SceneChange()
+    walk: WalkChange = WalkChange()
+    phone_change: PhoneChange = PhoneChange()
+    air: dict[str, Any] = {}
+    beep: BeepSetting = BeepSetting()
+    fidelity: dict[str, Any] = {}
+    recording: RecordingChange = RecordingChange()
+    interferer: Interferer | None = None
+    knowledge: Knowledge = Knowledge()
+    settings: dict[str, Any] = {}
+    scoring: Scoring = Scoring()
+
+
+class Cell(Conditions, frozen=True):
     """One walk, one standing measurement or one probe, with everything that decides its numbers.
 
     Attributes:
@@ -182,14 +188,10 @@ class Cell(BaseModel):
         phone: name of a preset, or of the phone in a scene file.
         seed: of the walk's own random stream.
         range_m, bearing_rad: place of the target of a standing measurement; range_m is None for all else.
-        air: arguments of `simulator.Air`.
-        settings: constants of the detector, arguments of `obstaclewatch.PaperSettings`.
         probe: parameters of a cell that is neither a walk nor a standing measurement.
         variant: the point of the suite's sweep that this cell is; for labels and figures.
         detector_sources: SHA-256 of the file of each detector that is not obstaclewatch's own.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "tessellation", "motion", "scene"]
     scene: str
@@ -201,18 +203,7 @@ class Cell(BaseModel):
     range_m: float | None = None
     bearing_rad: Finite = 0.0
     approach: dict[str, Any] = {}
-    scene_change: SceneChange = SceneChange()
-    walk: WalkChange = WalkChange()
-    phone_change: PhoneChange = PhoneChange()
-    air: dict[str, Any] = {}
-    beep: BeepSetting = BeepSetting()
-    fidelity: dict[str, Any] = {}
-    recording: RecordingChange = RecordingChange()
-    interferer: Interferer | None = None
-    knowledge: Knowledge = Knowledge()
-    settings: dict[str, Any] = {}
     detectors: tuple[str, ...]
-    scoring: Scoring = Scoring()
     probe: dict[str, Any] = {}
     variant: dict[str, Any] = {}
     detector_sources: dict[str, str] = {}

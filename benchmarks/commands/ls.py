@@ -34,6 +34,6 @@ def _names(what: str) -> list[str]:
         from benchmarks.gates.physics import CHECKS
 
         return list(CHECKS)
-    from benchmarks.figures import FIGURES
+    from benchmarks.plan.figure_names import FIGURE_RULES
 
-    return list(FIGURES)
+    return list(FIGURE_RULES)

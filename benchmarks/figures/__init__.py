@@ -49,6 +49,7 @@ from benchmarks.figures.paper.signals import (
 )
 from benchmarks.figures.paper.sizes import crest_against_distance, crest_shapes, radius_correlation
 from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
+from benchmarks.plan.figure_names import FIGURE_RULES, known_figures
 from benchmarks.runs.results import RunData
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
 
 Builder = Callable[[RunData], Figure]
 
-_OF_ONE_VARIANT: dict[str, Builder] = {
+_BUILDERS: dict[str, Builder] = {
     "fig1": sensing_drawing,
     "fig2": flow_drawing,
     "fig3": responses,
@@ -73,6 +74,7 @@ _OF_ONE_VARIANT: dict[str, Builder] = {
     **street_drawings(),
     "fig16": overall_rates,
     "fig17": rates_by_scene,
+    "fig18": rates_by_band,
     "fig19": rates_by_category,
     "fig20": rates_by_phone,
     **DISTANCE_FIGURES,
@@ -94,9 +96,6 @@ _OF_ONE_VARIANT: dict[str, Builder] = {
     "calibration": calibration,
     "extremes": simulator_extremes,
     "extremes_snr": detector_extremes,
-}
-_OF_A_SWEEP: dict[str, Builder] = {
-    "fig18": rates_by_band,
     "holding": rates_by_holding,
     "sides": sides,
     "interference": rates_by_interference,
@@ -112,18 +111,11 @@ _OF_A_SWEEP: dict[str, Builder] = {
     "cause_table_strata": cause_table_strata,
     "claims": claims_table,
 }
-FIGURES: dict[str, Builder] = {name: of_one_variant(builder) for name, builder in _OF_ONE_VARIANT.items()} | _OF_A_SWEEP
+FIGURES: dict[str, Builder] = {
+    name: _BUILDERS[name] if rule.compares_points else of_one_variant(_BUILDERS[name])
+    for name, rule in FIGURE_RULES.items()
+}
 """Name to the function that computes what the figure shows."""
-
-_NAMED_ONLY = {
-    "fig18", "fig27", "table1", "holding", "sides", "interference", "tornado", "tornado_alerts", "roc", "det",
-    "tolerance", "cause_budget", "cause_strata", "cause_table", "cause_table_strata",
-}  # fmt: skip
-"""Drawn for suites that name them: other runs have data for them, but not of the kind that they are about."""
-_DRAWINGS = ("fig1", "fig2", "fig7", "fig13", *street_drawings())
-_OF_SIGNALS = {"fig3", "fig4", "fig5", "fig6", "fig8", "fig9", "fig10", "fig12", *_DRAWINGS}
-_NEEDED_KIND = dict.fromkeys(_OF_SIGNALS, "signal") | dict.fromkeys(("extremes", "extremes_snr"), "numerics")
-_NEEDED_KIND |= dict.fromkeys(("pareto", "fidelity", "tolerance"), "fidelity")
 
 
 def shown_figures(run: RunData) -> list[str]:
@@ -132,13 +124,12 @@ def shown_figures(run: RunData) -> list[str]:
     Raises:
         ValueError: the suite names a figure that there is not.
     """
-    named = run.manifest.get("figures") or []
+    named = run.manifest.get("figures") or ()
     if named:
-        return _known(named)
-    kinds = {record["cell"]["kind"] for record in run.cells}
-    swept = {"sweep"} if any(record["cell"].get("variant") for record in run.cells) else set()
-    without = _NAMED_ONLY | {name for name, kind in _NEEDED_KIND.items() if kind not in kinds} | ({"sweep"} - swept)
-    return [name for name in FIGURES if name not in without]
+        return list(known_figures(tuple(named)))
+    held = {"", *(record["cell"]["kind"] for record in run.cells)}
+    held |= {"sweep"} if any(record["cell"].get("variant") for record in run.cells) else set()
+    return [name for name, rule in FIGURE_RULES.items() if rule.needs in held and not rule.named_only]
 
 
 def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]:
@@ -157,7 +148,7 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
     from benchmarks.figures.draw.style import write_figure
 
     written = []
-    for name in shown_figures(run) if names is None else _known(names):
+    for name in shown_figures(run) if names is None else known_figures(tuple(names)):
         figure = FIGURES[name](run)
         if names is not None or not figure.empty:
             written += write_figure(run.folder / "figures", figure, picture(figure))
@@ -181,10 +172,3 @@ def picture(figure: Figure) -> Canvas:
         if isinstance(figure, PlotFigure):
             return draw_plots(figure)
         return draw_drawing(figure) if isinstance(figure, DrawingFigure) else draw_table(figure)
-
-
-def _known(names: Sequence[str]) -> list[str]:
-    unknown = [name for name in names if name not in FIGURES]
-    if unknown:
-        raise ValueError(f"figures must be among {list(FIGURES)}, got {unknown}")
-    return list(names)

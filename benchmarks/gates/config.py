@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
+from benchmarks.cells.spec import first_error
 from benchmarks.gates.quantities import QUANTITIES
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -17,11 +17,7 @@ Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Tolerances = dict[str, Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class RateClaim(_Strict):
+class RateClaim(BaseModel, extra="forbid", frozen=True):
     """A rate whose exact one-sided lower bound must reach `at_least`. A point estimate of that value does not pass.
 
     Attributes:
@@ -38,7 +34,7 @@ class RateClaim(_Strict):
     confidence: Share = 0.95
 
 
-class MedianClaim(_Strict):
+class MedianClaim(BaseModel, extra="forbid", frozen=True):
     """A quantity's median over walks whose one-sided upper bootstrap bound must stay below `at_most`.
 
     Attributes:
@@ -62,7 +58,7 @@ class MedianClaim(_Strict):
         return _quantity(name)
 
 
-class Regression(_Strict):
+class Regression(BaseModel, extra="forbid", frozen=True):
     """One detector against the baseline on the same walks.
 
     Attributes:
@@ -86,7 +82,7 @@ class Regression(_Strict):
         return tolerances
 
 
-class Gates(_Strict):
+class Gates(BaseModel, extra="forbid", frozen=True):
     """All gates of a file.
 
     Attributes:
@@ -164,9 +160,7 @@ def load_gates(path: Path) -> Gates:
     try:
         return Gates.model_validate(data)
     except ValidationError as error:
-        first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise ValueError(f"gates file '{path}': {where}: {first['msg']}, got {first['input']!r}") from error
+        raise ValueError(f"gates file '{path}': {first_error(error)}") from error
 
 
 def _quantity(name: str) -> str:

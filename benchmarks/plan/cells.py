@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.cells.check import check_cell, check_place
 from benchmarks.cells.detectors import parse_detector, source_digest
 from benchmarks.cells.situations.own_scene import scene_digest
-from benchmarks.cells.spec import Cell
+from benchmarks.cells.spec import Cell, Conditions
 from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.plan.sweep import at_point
 from scenes import load_encounter
@@ -76,9 +76,7 @@ def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[C
                 seed=cell_seed(suite, f"{group.scene}/{category}", index),
                 collision=is_collision(index, suite.collision_fraction),
                 approach=group.approach,
-                settings=suite.settings,
                 detectors=suite.detectors,
-                scoring=suite.scoring,
                 **_shared(suite),
             )
 
@@ -98,9 +96,7 @@ def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Itera
             seed=seed,
             collision=False,  # not ours to choose: the ground truth says
             approach={"file": own.file, "sha256": digest, "phone": phone},
-            settings=suite.settings,
             detectors=suite.detectors,
-            scoring=suite.scoring,
             **_shared(suite),
         )
 
@@ -117,10 +113,12 @@ def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> l
             collision=False,
             range_m=range_m,
             bearing_rad=bearing_rad,
-            settings=suite.settings | {"reject_static": False},
             detectors=standing.detectors,
-            scoring=suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
-            **_shared(suite),
+            **_shared(suite)
+            | {
+                "settings": suite.settings | {"reject_static": False},
+                "scoring": suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
+            },
         )
         for category, count in standing.counts.items()
         for range_m in standing.range_m
@@ -144,9 +142,7 @@ def _probes(suite: Suite) -> Iterator[Cell]:
             seed=cell_seed(suite, f"{probe.kind}/{probe.name}", 0),
             collision=False,
             probe=probe.parameters | swept,
-            settings=suite.settings,
             detectors=(),
-            scoring=suite.scoring,
             **_shared(suite),
         )
 
@@ -159,9 +155,8 @@ def _probe_points(suite: Suite) -> Iterator[tuple[Probe, str, dict[str, Any]]]:
 
 
 def _shared(suite: Suite) -> dict[str, Any]:
-    """What every cell takes from its suite unchanged."""
-    names = ("scene_change", "walk", "phone_change", "air", "beep", "fidelity", "recording", "interferer", "knowledge")
-    return {name: getattr(suite, name) for name in names}
+    """The conditions that a cell takes from its suite."""
+    return {name: getattr(suite, name) for name in Conditions.model_fields}
 
 
 def _with_sources(cell: Cell) -> Cell:

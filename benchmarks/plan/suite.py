@@ -8,20 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.detectors import detector_label, parse_detector
-from benchmarks.cells.spec import (
-    BeepSetting,
-    Interferer,
-    Knowledge,
-    PhoneChange,
-    RecordingChange,
-    SceneChange,
-    Scoring,
-    WalkChange,
-    first_error,
-)
+from benchmarks.cells.spec import Conditions, first_error
+from benchmarks.plan.figure_names import known_figures
 from benchmarks.plan.sweep import Sweep
 
 FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
@@ -30,11 +21,7 @@ Count = Annotated[int, Field(ge=0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Group(_Strict):
+class Group(BaseModel, extra="forbid", frozen=True):
     """Walks towards obstacles of one scene: how many for each category, with which phones in turn."""
 
     scene: str
@@ -43,7 +30,7 @@ class Group(_Strict):
     approach: dict[str, Any] = {}
 
 
-class OwnScene(_Strict):
+class OwnScene(BaseModel, extra="forbid", frozen=True):
     """Walks through a scene file: how many, each with its own seed, and with which phones in turn.
 
     Attributes:
@@ -57,7 +44,7 @@ class OwnScene(_Strict):
     phones: tuple[str, ...] = ()
 
 
-class Standing(_Strict):
+class Standing(BaseModel, extra="forbid", frozen=True):
     """Standing measurements: how many for each category, distance and bearing, and how near a candidate must be.
 
     Static peaks are kept there: a standing walker has no others.
@@ -71,7 +58,7 @@ class Standing(_Strict):
     gate_m: Annotated[float, Field(gt=0.0)] = 0.2
 
 
-class Probe(_Strict):
+class Probe(BaseModel, extra="forbid", frozen=True):
     """Cells that are neither walks nor standing measurements.
 
     Attributes:
@@ -91,7 +78,7 @@ class Probe(_Strict):
     over: dict[str, tuple[Any, ...]] = {}
 
 
-class Tier(_Strict):
+class Tier(BaseModel, extra="forbid", frozen=True):
     """A stratified subset: this share of each stratum's walks, but not fewer than `at_least` where it has as many."""
 
     fraction: Fraction
@@ -102,8 +89,8 @@ class Tier(_Strict):
         return min(count, max(self.at_least, round(self.fraction * count)))
 
 
-class Suite(_Strict):
-    """A whole suite, validated.
+class Suite(Conditions, frozen=True):
+    """A suite: what is planned, and the conditions that all of its cells share.
 
     Attributes:
         seed, split: which walks are drawn; what a detector is tuned on ("dev") is never what is reported ("test").
@@ -112,8 +99,6 @@ class Suite(_Strict):
         sweep: the points at which all of it is planned.
         tiers: how much of it.
         detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
-        scene_change, walk, phone_change, air, beep, fidelity, recording, interferer, knowledge, settings, scoring: see
-            `benchmarks.cells.spec.Cell`.
         figures: names of the figures that a run draws; none draws all that have data.
     """
 
@@ -130,18 +115,7 @@ class Suite(_Strict):
     sweep: Sweep | None = None
     tiers: dict[str, Tier]
     detectors: Annotated[tuple[str, ...], Field(min_length=1)]
-    scene_change: SceneChange = SceneChange()
-    walk: WalkChange = WalkChange()
-    phone_change: PhoneChange = PhoneChange()
-    air: dict[str, Any] = {}
-    beep: BeepSetting = BeepSetting()
-    fidelity: dict[str, Any] = {}
-    recording: RecordingChange = RecordingChange()
-    interferer: Interferer | None = None
-    knowledge: Knowledge = Knowledge()
-    settings: dict[str, Any] = {}
-    scoring: Scoring = Scoring()
-    figures: tuple[str, ...] = ()
+    figures: Annotated[tuple[str, ...], AfterValidator(known_figures)] = ()
 
     @field_validator("detectors")
     @classmethod
@@ -156,16 +130,6 @@ class Suite(_Strict):
         labels = [detector_label(name) for name in names]
         if len(set(labels)) < len(labels):
             raise ValueError(f"detectors must have different names, module apart, got {labels}")
-        return names
-
-    @field_validator("figures")
-    @classmethod
-    def _known_figures(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        from benchmarks.figures import FIGURES  # slow to import, and most suites that are read name some
-
-        unknown = [name for name in names if name not in FIGURES]
-        if unknown:
-            raise ValueError(f"figures must be among those of `obstaclewatch ls figures`, got {unknown}")
         return names
 
     @model_validator(mode="after")

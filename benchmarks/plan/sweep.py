@@ -11,7 +11,7 @@ from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 from scipy.stats import qmc
 
 from benchmarks.cells.spec import Cell, first_error, variant_text
@@ -49,7 +49,7 @@ _RENAMED = {"noise.level_spl_db": ("phone_change", "noise_spl_db")} | {
 }
 
 
-class Range(BaseModel):
+class Range(BaseModel, extra="forbid", frozen=True):
     """An interval that is sampled.
 
     Attributes:
@@ -57,8 +57,6 @@ class Range(BaseModel):
         count: points of a grid; random and Latin hypercube sweeps ignore it.
         scale: "linear", or "log" for even steps in the logarithm.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     low: Annotated[float, Field(allow_inf_nan=False)]
     high: Annotated[float, Field(allow_inf_nan=False)]
@@ -85,7 +83,7 @@ class Range(BaseModel):
         return [self.at(k / (self.count - 1)) for k in range(self.count)]
 
 
-class Sweep(BaseModel):
+class Sweep(BaseModel, extra="forbid", frozen=True):
     """Which points are visited.
 
     Attributes:
@@ -95,8 +93,6 @@ class Sweep(BaseModel):
         points: for "list"; a point may also have a `name`, by which labels and figures call it.
         samples, seed: of "random" and "latin-hypercube".
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     method: Literal["grid", "one-at-a-time", "list", "random", "latin-hypercube"] = "grid"
     over: dict[str, Range | list[Any]] = {}

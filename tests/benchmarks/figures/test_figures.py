@@ -13,9 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import figures
 from benchmarks.figures import FIGURES, draw_figures, picture
 from benchmarks.figures.data import MOST_POINTS, BarFigure, distribution_steps
 from benchmarks.figures.measured import against_paper, significant
+from benchmarks.plan.figure_names import FIGURE_RULES
 from benchmarks.plan.suite import list_suites, load_suite
 from benchmarks.scoring.paper_values import PaperValue
 from benchmarks.scoring.statistics import wilson
@@ -142,6 +144,11 @@ def test_a_suite_names_its_figures(tmp_path):
     assert {path.stem for path in paths} == {"roc"}  # no costs of energy, so no fig27
     with pytest.raises(ValueError, match="figures must be among"):
         draw_figures(made_up_run(tmp_path, figures=["fig99"]))
+
+
+def test_every_builder_has_a_rule_and_every_rule_a_builder():
+    """A builder that the rules of `benchmarks.plan` forget would never be drawn, and nothing would say so."""
+    assert set(figures._BUILDERS) == set(FIGURE_RULES)
 
 
 @pytest.mark.parametrize("suite", list_suites())
