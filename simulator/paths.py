@@ -41,6 +41,20 @@ class Paths:
         rejected: how many candidates each validity mask turned away, by its name.
         left_out: what was not modelled, a line each.
         choices: what the ways over each obstacle were left to whose rays were doubted, and the estimated errors.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+        >>> wall = trimesh.creation.box(bounds=[[2.0, -2.0, 0.0], [2.1, 2.0, 3.0]])
+        >>> scene = Scene([Obstacle(wall, Material.rigid(), "wall")], Air.lossless(343.0))
+        >>> pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+        >>> paths = trace_paths(scene, Phone.named("ideal"), pose)
+        >>> echo = paths[(paths.kind == "specular") & (paths.mic == 0)]
+        >>> length_m = 343.0 * echo.delay_s
+        >>> print(echo.obstacle[0], length_m.round(3), (length_m * abs(echo.gain)).round(6))
+        wall [3.88] [1.]
+        >>> paths.transfer_function([18e3, 20e3, 22e3]).shape
+        (2, 3)
     """
 
     delay_s: Floats

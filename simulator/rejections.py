@@ -36,6 +36,16 @@ class Rejections:
             these are the crossings with its endless plane, on either side of the two ends; NaN where the unfolded way
             runs along the plane and there is none.
         counts: all that each mask turned away, listed or not.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_rejected
+        >>> wall = trimesh.creation.box(bounds=[[2.0, -2.0, 0.0], [2.1, 2.0, 3.0]])
+        >>> scene = Scene([Obstacle(wall, Material.rigid(), "wall")], Air.lossless(343.0))
+        >>> pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+        >>> rejected = trace_rejected(scene, Phone.named("ideal"), pose)
+        >>> print(rejected[rejected.mic == 0].obstacle[0])
+        wall
     """
 
     mask: Strings
@@ -90,6 +100,16 @@ def trace_rejected(
 
     Raises:
         ValueError: as `trace_paths`, or a limit below 1.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_rejected
+        >>> wall = trimesh.creation.box(bounds=[[2.0, -2.0, 0.0], [2.1, 2.0, 3.0]])
+        >>> scene = Scene([Obstacle(wall, Material.rigid(), "wall")], Air.lossless(343.0))
+        >>> pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+        >>> loudest = trace_rejected(scene, Phone.named("ideal"), pose, limit=5)
+        >>> len(loudest), bool(loudest.level_db[0] >= loudest.level_db[-1])
+        (5, True)
     """
     if not (isinstance(limit, int) and limit >= 1):
         raise ValueError(f"limit must be a whole number from 1 on, got {limit!r}")

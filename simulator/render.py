@@ -70,6 +70,17 @@ def render_walk(
         ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
             band that passes what the tables hold (15-25 kHz), or phone and obstacle that may close in at a tenth of the
             speed of sound or more.
+
+    Example:
+        >>> import trimesh
+        >>> from obstaclewatch import BeepDesign
+        >>> from simulator import Material, Obstacle, Phone, Scene, StraightWalk, render_walk
+        >>> wall = trimesh.creation.box(bounds=[[2.0, -2.0, 0.0], [2.1, 2.0, 3.0]])
+        >>> scene = Scene([Obstacle(wall, Material.named("brick"), "wall")])
+        >>> walk = StraightWalk([0.0, 0.0, 1.3], heading_rad=0.0, speed_m_s=1.3, duration_s=0.1)
+        >>> recording = render_walk(scene, Phone.named("galaxy-s8-plus"), walk, BeepDesign(), seed=1)
+        >>> recording.samples.shape, recording.sample_rate_hz  # one beep of 90 ms at both microphones
+        ((2, 17280), 192000.0)
     """
     fidelity = fidelity or Fidelity()
     check_seed(seed=seed)

@@ -52,6 +52,17 @@ def trace_paths(
 
     Raises:
         ValueError: an argument of another type, the speaker and a microphone coincide, or a time is not finite.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+        >>> wall = trimesh.creation.box(bounds=[[2.0, -2.0, 0.0], [2.1, 2.0, 3.0]])
+        >>> scene = Scene([Obstacle(wall, Material.rigid(), "wall")], Air.lossless(343.0))
+        >>> pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+        >>> paths = trace_paths(scene, Phone.named("ideal"), pose)
+        >>> mirror = paths[paths.kind == "specular"]  # 1.955 m to the wall; 1.925 and 2.075 m back
+        >>> mirror.mic, (mirror.delay_s * 343.0).round(3)
+        (array([0, 1]), array([3.88, 4.03]))
     """
     fidelity = fidelity or Fidelity()
     check_types(scene=(scene, Scene), phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))

@@ -30,6 +30,14 @@ class Phone:
 
     Raises:
         ValueError: a level that is not a number, or infinite but for a silent noise.
+
+    Example:
+        >>> from simulator import Phone
+        >>> phone = Phone.named("galaxy-s8-plus")
+        >>> phone.geometry.mic_separation_m
+        0.16
+        >>> phone.held_by(None).body is None
+        True
     """
 
     geometry: PhoneGeometry

@@ -45,6 +45,12 @@ class Air:
 
     Raises:
         ValueError: what is not a number, or one outside its range.
+
+    Example:
+        >>> from simulator import Air
+        >>> air = Air(temperature_c=20.0, relative_humidity=0.5)
+        >>> print(f"{air.sound_speed_m_s:.2f} m/s, {air.absorption_db_m(20e3):.2f} dB/m at 20 kHz")
+        343.94 m/s, 0.52 dB/m at 20 kHz
     """
 
     temperature_c: float = 20.0

@@ -73,6 +73,13 @@ class Fidelity:
 
     Raises:
         ValueError: what is not a number or out of its range, an unknown level or mechanism.
+
+    Example:
+        >>> from simulator import Fidelity
+        >>> Fidelity(level="auto", tolerance_db=2.0).mechanisms
+        ('specular', 'curved', 'edges', 'kirchhoff')
+        >>> Fidelity(max_order=1, mechanisms=["specular"]).max_order  # explicit arguments override the level
+        1
     """
 
     level: str = "standard"

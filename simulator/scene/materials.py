@@ -35,6 +35,12 @@ class Material:
 
     Raises:
         ValueError: tables that do not fit, a reflection above 1, a negative roughness.
+
+    Example:
+        >>> from simulator import Material
+        >>> brick = Material.named("brick")
+        >>> print(f"{abs(brick.reflection(20e3, cos_incidence=1.0)):.2f}")
+        0.87
     """
 
     name: str

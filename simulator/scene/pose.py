@@ -25,6 +25,12 @@ class Pose:
 
     Raises:
         ValueError: shapes that do not fit, numbers that are not finite.
+
+    Example:
+        >>> from simulator import Pose, held_rotation
+        >>> pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+        >>> pose.to_world([0.0, 0.1, 0.0]).round(3)  # 10 cm up the long edge is 10 cm ahead
+        array([[0.1, 0. , 1.3]])
     """
 
     position_m: Floats
@@ -72,6 +78,14 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
 
     At zero pitch the phone lies level: +y (long edge) along the heading, +x to the right, +z up.
     A positive pitch lifts the top edge; a positive roll, about the long edge, lowers the right-hand side.
+
+    Example:
+        >>> import numpy as np
+        >>> from simulator import held_rotation
+        >>> upright = held_rotation(heading_rad=0.0, pitch_rad=np.pi / 2)
+        >>> upright.apply([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]).round(3) + 0.0  # top edge up, screen to the holder
+        array([[ 0.,  0.,  1.],
+               [-1.,  0.,  0.]])
     """
     angles = np.broadcast_arrays(np.asarray(heading_rad, float) - np.pi / 2, pitch_rad, roll_rad)
     (cz, cx, cy), (sz, sx, sy) = (np.stack([f(0.5 * a) for a in angles]) for f in (np.cos, np.sin))
@@ -85,6 +99,11 @@ class Walk(Protocol):
     """Anything that can say where the phone is at any instant.
 
     Poses must be smooth functions of time over a beep: delays are followed inside it.
+
+    Example:
+        >>> from simulator import StraightWalk, Walk
+        >>> isinstance(StraightWalk([0.0, 0.0, 1.3], 0.0, 1.3, 4.0), Walk)
+        True
     """
 
     @property
@@ -108,6 +127,13 @@ class StraightWalk:
 
     Raises:
         ValueError: a negative or infinite speed or duration, a start or an angle that is not finite.
+
+    Example:
+        >>> from simulator import StraightWalk
+        >>> walk = StraightWalk([0.0, 0.0, 1.3], heading_rad=0.0, speed_m_s=1.5, duration_s=4.0)
+        >>> walk.pose([0.0, 2.0]).position_m
+        array([[0. , 0. , 1.3],
+               [3. , 0. , 1.3]])
     """
 
     start_m: Floats

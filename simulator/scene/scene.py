@@ -38,6 +38,13 @@ class Obstacle:
     Raises:
         ValueError: no trimesh.Trimesh (a file of several parts loads as a trimesh.Scene), no triangles or none with an
             area, NaN vertices, indices out of range, no Material, no name, an unknown surface, a wrong velocity.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Material, Obstacle
+        >>> post = trimesh.creation.cylinder(radius=0.1, height=2.0)
+        >>> Obstacle(post, Material.named("concrete"), "post", velocity_m_s=[-1.0, 0.0, 0.0]).moves
+        True
     """
 
     mesh: trimesh.Trimesh
@@ -78,6 +85,13 @@ class Scene:
 
     Raises:
         ValueError: two obstacles share a name, or something is no obstacle or no air.
+
+    Example:
+        >>> import trimesh
+        >>> from simulator import Air, Material, Obstacle, Scene
+        >>> wall = Obstacle(trimesh.creation.box((0.2, 8.0, 3.0)), Material.named("brick"), "wall", category="wall")
+        >>> Scene([wall], air=Air(temperature_c=5.0)).obstacle("wall").category
+        'wall'
     """
 
     obstacles: Sequence[Obstacle]
