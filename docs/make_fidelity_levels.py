@@ -1,6 +1,6 @@
 """Draw docs/fidelity_levels.png: `python docs/make_fidelity_levels.py`, from the root of the project.
 
-The echo of a person, a car and a sign on the ground, over distance and over the angle they are turned by, at three
+The echo of a person, a car and a sign on the ground, over distance and over the angle they are turned by, at two
 levels of fidelity: where they differ, and by how much.
 """
 
@@ -16,7 +16,7 @@ from scenes.obstacles import ground, random_obstacle
 from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 
-LEVELS = {"draft": ("#d95f02", ":"), "standard": ("#1b9e77", "--"), "reference": ("#333333", "-")}
+LEVELS = {"standard": ("#1b9e77", "--"), "reference": ("#333333", "-")}
 CATEGORIES = ("pedestrian", "car", "sign")
 SEED = 3
 DISTANCES_M = np.linspace(1.0, 6.0, 26)

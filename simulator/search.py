@@ -11,7 +11,6 @@ from simulator.diffraction.apex_chains import Strength, twice_diffracted
 from simulator.diffraction.chain_integrals import integrable, integrated_chains
 from simulator.diffraction.single import diffracted
 from simulator.diffraction.thin_panels import LONGEST, panels_of
-from simulator.field.gains import DIFFRACTION
 from simulator.images.planar import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
@@ -86,7 +85,7 @@ def _chains(
             parts.append(integrated_chains(tracing, panel, seen, longest, *bounds, frequency, speed_m_s, ledger))
         else:
             rest.append(panel)
-    strength = Strength(DIFFRACTION[fidelity.diffraction], frequency, speed_m_s)
+    strength = Strength(frequency, speed_m_s)
     parts.append(twice_diffracted(tracing, rest, min(longest, LONGEST), *bounds, strength, ledger))
     found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
     owner, kept = tracing.world.owner[found.sequence[:, 0]], np.ones(len(found), dtype=bool)

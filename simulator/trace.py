@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
-from simulator.diffraction.btm import edge_terms
 from simulator.field.free_segments import legs_free
-from simulator.field.gains import DIFFRACTION, path_gain
+from simulator.field.gains import path_gain
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
@@ -114,8 +113,7 @@ def traced(
         kept = mask(found)
         _turn_away(ledger, name, found[~kept], sums, tracing, phone, scene)
         found = found[kept]
-    diffraction = DIFFRACTION[fidelity.diffraction]
-    gain = path_gain(tracing, phone, scene.air, found, sums, band.nodes_hz(fidelity.band_points), diffraction)
+    gain = path_gain(tracing, phone, scene.air, found, sums, band.nodes_hz(fidelity.band_points))
     heard = _over_noise(phone, found, gain) | (found.order == 0)
     _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
     found, gain = found[heard], gain[heard]
@@ -131,7 +129,7 @@ def _turn_away(
     """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
 
     def described() -> Turned:
-        gain = path_gain(tracing, phone, scene.air, found, sums, np.array([REFERENCE_HZ]), edge_terms)
+        gain = path_gain(tracing, phone, scene.air, found, sums, np.array([REFERENCE_HZ]))
         return Turned(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
 
     ledger.turn_away(name, len(found), described)

@@ -29,14 +29,13 @@ Ways with a mirror beside are not looked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.diffraction.btm import strength_bound
+from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.chain_paths import (
     Ways,
     candidates_over,
@@ -62,18 +61,16 @@ class Strength:
     """How strongly edges bend sound.
 
     Attributes:
-        diffraction: as `edges.edge_terms`.
         frequency_hz: (K,).
         speed_m_s: of sound.
     """
 
-    diffraction: Callable[[EdgeView, Ints, Floats], Complexes]
     frequency_hz: Floats
     speed_m_s: float
 
     def __call__(self, view: EdgeView, part: Ints) -> Complexes:
         """(R, K) gains of parts (R,) of rigid edges."""
-        return self.diffraction(view, part, 2.0 * np.pi * self.frequency_hz / self.speed_m_s).sum(axis=1)
+        return edge_terms(view, part, 2.0 * np.pi * self.frequency_hz / self.speed_m_s).sum(axis=1)
 
     @property
     def middle_1_m(self) -> float:

@@ -52,11 +52,6 @@ class EdgeView:
         total = self.source_radius_m + self.receiver_radius_m
         return np.hypot(total, self.receiver_height_m - self.source_height_m)
 
-    @property
-    def sine_to_edge(self) -> Floats:
-        """(R,) sine of the angle between the edge and the ray that meets it at the apex."""
-        return (self.source_radius_m + self.receiver_radius_m) / self.apex_path_m
-
     def has(self, part: int) -> Flags:
         """(R,) whether a contribution exists: the ends always do, the apex if it lies on the edge."""
         if part != APEX:

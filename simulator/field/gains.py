@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
@@ -11,7 +9,6 @@ from simulator.curved.stationary import bending_phase
 from simulator.diffraction.btm import FACE_0, FACE_N, edge_terms
 from simulator.diffraction.edge_view import APEX, END, EdgeView
 from simulator.diffraction.single import views_of
-from simulator.diffraction.utd import utd_terms
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
@@ -20,16 +17,10 @@ from simulator.waves.spreading import rays, spreading
 from simulator.world.candidates import Candidates
 from simulator.world.world import Tracing, World
 
-Diffraction = Callable[[EdgeView, Ints, Floats], Complexes]
-
-
-DIFFRACTION: dict[str, Diffraction] = {"btm": edge_terms, "utd": utd_terms}
-
 
 def path_gain(
-    tracing: Tracing, phone: Phone, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats,
-    diffraction: Diffraction,
-) -> Complexes:  # fmt: skip
+    tracing: Tracing, phone: Phone, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats
+) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, whole = found.edge >= 0, found.cell >= 0
@@ -37,7 +28,7 @@ def path_gain(
     mirrors = found[ray]
     amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
     amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
-    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz, diffraction)
+    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
     amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)
@@ -46,19 +37,17 @@ def path_gain(
     )
 
 
-def edge_gain(
-    tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats, diffraction: Diffraction
-) -> Complexes:
+def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
     """(C, K) strength of diffraction, spreading included, of paths that all have an edge.
 
-    `diffraction` is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
+    The integral is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
     the material, at the angle of the mirror path where there is one (Luebbers, IEEE Trans. Antennas Propag. 32 (1984)
     70-76): so the sum stays continuous where a mirror path ends. An approximation elsewhere.
     """
     if len(found) == 0:
         return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
     wedges, view = views_of(tracing, found)
-    terms = diffraction(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    terms = edge_terms(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
     for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
         cosine = _mirror_cosine(view, found.part, first)
         for index in np.unique(wedges.obstacle):

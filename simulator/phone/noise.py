@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import SingleComplexes, Singles
+from obstaclewatch.support.arrays import Singles
 from simulator.phone.phone import Phone
 
 BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
@@ -50,16 +50,3 @@ def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.rando
         block[:] = rng.standard_normal((block.shape[1], 2), dtype=np.float32).T
     samples *= rms
     return samples
-
-
-def noise_envelope(phone: Phone, count: int, envelope_rate_hz: float, rng: np.random.Generator) -> SingleComplexes:
-    """(2, count) complex envelope of the same noise, within half an envelope rate of the carrier it is put on.
-
-    In the band the same statistics as `noise_samples`, for fewer draws: for renderers that work on envelopes,
-    x(t) = Re(envelope e^{j w t}).
-
-    Raises:
-        ValueError: a negative count, or a rate that is not positive.
-    """
-    parts = noise_samples(phone, 2 * count, 2.0 * envelope_rate_hz, rng)
-    return parts.view(np.complex64)

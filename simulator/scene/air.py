@@ -34,7 +34,7 @@ class Air:
 
     ISO 9613-1 claims its absorption to 10 % from -20 to 50 C with 0.05 to 5 % of water vapour, to 20 % outside that
     humidity, and to 50 % down to -73 C. Its formulas are accepted here up to 60 C: beyond 50 C they are extrapolated,
-    and no accuracy is claimed. `absorption_accuracy` says which.
+    and no accuracy is claimed.
 
     Attributes:
         temperature_c: -73 to 60.
@@ -107,16 +107,6 @@ class Air:
         molar_mass = (1.0 - water) * DRY_AIR_KG_MOL + water * WATER_KG_MOL
         heat = (1.0 - water) * DRY_AIR_HEAT + water * WATER_HEAT
         return float(np.sqrt(heat / (heat - 1.0) * GAS_CONSTANT_J_MOL_K * self.temperature_k / molar_mass))
-
-    @property
-    def absorption_accuracy(self) -> float:
-        """Relative accuracy that ISO 9613-1, section 7, claims for the absorption; NaN where it claims none."""
-        water, temperature = self.vapour_fraction, self.temperature_k
-        if temperature > 323.15:
-            return float("nan")
-        if temperature < 253.15 or water < 5e-5:
-            return 0.5
-        return 0.1 if 5e-4 <= water <= 0.05 else 0.2
 
     def absorption_db_m(self, frequency_hz: ArrayLike) -> Floats:
         """Attenuation of a pure tone, dB/m, at any array of frequencies (ISO 9613-1, equation 5).

@@ -15,10 +15,6 @@ from obstaclewatch.support.argument_types import check_numbers, check_types
 MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
-    "draft": {
-        "max_order": 2, "mechanisms": ("specular", "curved", "edges"), "motion_degree": 2, "band_points": 3,
-        "tolerance_db": np.inf, "edge_share_db": -30.0, "diffraction": "utd",
-    },
     "standard": {
         "max_order": 2, "mechanisms": ("specular", "curved", "edges"), "motion_degree": 3, "band_points": 6,
         "tolerance_db": np.inf,
@@ -42,9 +38,8 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "draft" (mirrors, smooth surfaces, loud edges by the uniform theory), "standard" (edges by the exact
-            integral, ends included), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps
-            every obstacle's echo within `tolerance_db` of the reference).
+        level: "standard" (mirrors, smooth surfaces, edges by the exact integral), "reference" (all mechanisms, third
+            order) or "auto" (the cheapest that keeps every obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity never takes it.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
@@ -67,8 +62,6 @@ class Fidelity:
             most on plates of 0.2-0.9 m at any yaw where the echo is above -50 dB re a wall; 0.3 s a pose for a panel
             of 0.3 m, 3 s for one of 0.9 m, and up to 1 and 7 s where four or five edges are heard), or "apexes",
             their stationary points and single ends alone (2.1 dB, 0.03 s).
-        diffraction: "btm", the line integral over the edge with its ends, or "utd", the uniform theory without them
-            (1.3-2 dB off on plates, about half the cost).
         facet_m: longest edge of the facets of Kirchhoff's integral.
 
     Raises:
@@ -93,7 +86,6 @@ class Fidelity:
     edge_share_db: float = _FROM_LEVEL
     edge_order: int = _FROM_LEVEL
     edge_chains: str = _FROM_LEVEL
-    diffraction: str = _FROM_LEVEL
     facet_m: float = _FROM_LEVEL
 
     def __post_init__(self) -> None:
@@ -119,8 +111,6 @@ class Fidelity:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
         if self.edge_chains not in ("integrals", "apexes"):
             raise ValueError(f"edge_chains must be 'integrals' or 'apexes', got {self.edge_chains!r}")
-        if self.diffraction not in ("btm", "utd"):
-            raise ValueError(f"diffraction must be 'btm' or 'utd', got {self.diffraction!r}")
         whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}
         for name, (low, high) in whole.items():
             object.__setattr__(self, name, _whole(name, getattr(self, name), low, high))
@@ -137,7 +127,7 @@ def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
     """Every setting that a level implies."""
     common: dict[str, Any] = {
         "edge_floor_db": -60.0, "edge_share_db": -50.0, "edge_order": 1, "edge_chains": "apexes",
-        "facet_m": 0.013, "diffraction": "btm",
+        "facet_m": 0.013,
     }  # fmt: skip
     chosen = common | dict(LEVELS[level])
     if level == "auto":

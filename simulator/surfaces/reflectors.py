@@ -134,11 +134,6 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     return MeshReading(mesh, closed, patch, smooth_edges, curved & ~rim, rim, sheet_m)
 
 
-def reflectors_of(obstacle: Obstacle, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
-    """Planar patches of one obstacle, and its smooth surface if it has one."""
-    return reflectors_in(read_mesh(obstacle), index)
-
-
 def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
     """Planar patches of a mesh already read, and its smooth surface if it has one."""
     mesh, curved, closed = reading.mesh, reading.curved, reading.closed

@@ -18,7 +18,6 @@ from scenes import make_approach
 from simulator import Fidelity, Paths, Phone, Pose, Scene, trace_paths
 
 POINTS: dict[str, dict[str, Any]] = {
-    "draft": {"level": "draft"},
     "standard": {"level": "standard"},
     "auto 2 dB": {"level": "auto", "tolerance_db": 2.0},
     "auto 0.5 dB": {"level": "auto", "tolerance_db": 0.5},

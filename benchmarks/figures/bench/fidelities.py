@@ -14,7 +14,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.scoring.statistics import wilson
 from obstaclewatch.support.arrays import Floats
 
-LEVELS = ("draft", "standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
+LEVELS = ("standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
 KINDS = ("fidelity", "tessellation", "motion")
 ORDER = [*POINTS, *(segments_named(n) for n in SEGMENTS), *(degree_named(n) for n in DEGREES), "reference"]
 REFERENCES = {"fidelity": "reference", "tessellation": "192 segments", "motion": "degree 6"}

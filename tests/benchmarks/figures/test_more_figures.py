@@ -169,22 +169,23 @@ def test_fidelity_draws_error_against_cost(tmp_path):
     """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose."""
     stored = standing(3.0)
     stored["cell"] |= {"kind": "fidelity"}
-    errors = {"draft": [1.0] * 4, "standard": [-0.1] * 4}
+    errors = {"standard": [1.0] * 4, "auto 0.5 dB": [-0.1] * 4}
     stored["result"]["fidelity"] = {"reference": {"level_db": [0.0] * 4}} | {
         name: {"level_db": values, "delay_samples": [0.0] * 4, "correlation": [1.0] * 4}
         for name, values in errors.items()
     }
     run = made_up_run(tmp_path, [stored])
-    run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "draft": 0.2, "standard": 0.4}},))
+    run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "standard": 0.2, "auto 0.5 dB": 0.4}},))
     lines = FIGURES["pareto"](run).panels[0].lines
     assert [(line.label, line.x[0], line.y[0]) for line in lines] == [
-        ("draft", pytest.approx(100.0), pytest.approx(1.0)), ("standard", pytest.approx(200.0), pytest.approx(0.1))
+        ("standard", pytest.approx(100.0), pytest.approx(1.0)),
+        ("auto 0.5 dB", pytest.approx(200.0), pytest.approx(0.1)),
     ]  # fmt: skip
     assert len(FIGURES["fidelity"](run).cells) == 3
     kept = {row[0]: row[-1] for row in FIGURES["tolerance"](run).cells}
     assert kept["reference"] == "-"
-    assert kept["draft"].startswith("0.0 % (0/1")
-    assert kept["standard"].startswith("100.0 % (1/1")
+    assert kept["standard"].startswith("0.0 % (0/1")
+    assert kept["auto 0.5 dB"].startswith("100.0 % (1/1")
 
 
 def test_extremes_plot_every_error(tmp_path):

@@ -31,7 +31,7 @@ def a_cell(**changed) -> Cell:
     suite = load_suite("paper")
     given = {
         "kind": "approach", "scene": "supermarket", "category": "wall", "index": 2, "phone": "galaxy-s8-plus",
-        "seed": 41, "collision": True, "beep": suite.beep, "fidelity": {"level": "draft", "max_order": 1},
+        "seed": 41, "collision": True, "beep": suite.beep, "fidelity": {"max_order": 1},
         "detectors": ("PaperDetector", "TrackingDetector"), "scoring": suite.scoring,
     }  # fmt: skip
     return Cell(**given | changed)

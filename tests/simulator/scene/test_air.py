@@ -101,13 +101,6 @@ def test_every_climate_is_finite_and_ordered(temperature_c, humidity, pressure_p
     assert air.sound_speed_m_s >= Air(temperature_c, 0.0, pressure_pa).sound_speed_m_s
 
 
-def test_accuracy_follows_the_standard():
-    assert Air().absorption_accuracy == 0.1
-    assert Air(20.0, 0.005).absorption_accuracy == 0.2
-    assert Air(-40.0).absorption_accuracy == 0.5
-    assert math.isnan(Air(60.0).absorption_accuracy)
-
-
 def test_lossless_air_is_exact():
     air = Air.lossless(340.25)
     assert air.sound_speed_m_s == 340.25

@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.surfaces.quadratic_triangles import edge_bulge
-from simulator.surfaces.reflectors import reflectors_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
 from simulator.surfaces.round_bodies import recognised
 from tests.references import meshes
 
 
 def _read(mesh, surface="auto"):
-    return reflectors_of(Obstacle(mesh, Material.rigid(), "body", surface), 0)
+    return reflectors_in(read_mesh(Obstacle(mesh, Material.rigid(), "body", surface)), 0)
 
 
 def _pieces(surface):

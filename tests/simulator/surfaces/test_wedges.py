@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from simulator import Material, Obstacle
-from simulator.surfaces.reflectors import read_mesh, reflectors_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
 from simulator.surfaces.wedges import Wedges, wedges_of
 
 SHEET = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]
@@ -97,7 +97,7 @@ def test_thin_plate_is_a_sheet_with_a_border_on_either_face(thickness):
     np.testing.assert_allclose(wedges.open_angle_rad, 2.0 * np.pi)
     np.testing.assert_allclose(wedges.sheet_m, thickness)
     np.testing.assert_allclose(wedges.inwards[:, 0], 0.0, atol=1e-12)
-    assert len(reflectors_of(plate, 0)[0]) == 2  # the rim is no mirror
+    assert len(reflectors_in(read_mesh(plate), 0)[0]) == 2  # the rim is no mirror
 
 
 def test_plate_thicker_than_a_quarter_wavelength_is_a_box():
