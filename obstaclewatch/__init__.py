@@ -10,7 +10,7 @@ from typing import Any
 import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.detection import Decision, Detection, Flag
-from obstaclewatch.paper.detectors import DistanceOnlyDetector, PaperDetector
+from obstaclewatch.paper.detectors import DistanceOnlyDetector, PaperDetector, PaperStandingDetector
 from obstaclewatch.paper.errata import Errata
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry, Recording
@@ -19,6 +19,7 @@ from obstaclewatch.recordings.health import Fault, RecordingHealth, inspect_reco
 from obstaclewatch.recordings.mic_phase import MicPhase, measure_mic_phase
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.sound_speed import assumed_sound_speed
+from obstaclewatch.standing.detector import StandingDetector
 from obstaclewatch.support.former_places import keep
 from obstaclewatch.tracking.detector import TrackingDetector
 
@@ -36,9 +37,11 @@ __all__ = [
     "NoBeepError",
     "PaperDetector",
     "PaperSettings",
+    "PaperStandingDetector",
     "PhoneGeometry",
     "Recording",
     "RecordingHealth",
+    "StandingDetector",
     "TrackingDetector",
     "assumed_sound_speed",
     "inspect_recording",

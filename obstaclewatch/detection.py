@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntFlag
+from typing import Annotated, Any, NamedTuple, Self, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,29 +32,58 @@ class Flag(IntFlag):
     """The direct sound is not where it should be: nothing was measured."""
 
 
-@dataclass(frozen=True)
-class Detection:
-    """Everything measured from one beep. Arrays run over the candidates, nearest first; at most five by default.
+class Column(NamedTuple):
+    """What a column of candidates holds: its unit, empty for none, and its meaning."""
 
-    NaN stands for "not estimated". Ranges and bearings hold for when the beep's centre meets the obstacle, half the
-    beep's length and range / c after `time_s`; the latter alone is 1.1 cm for a walker at 1.3 m/s, 3 m away. The
-    paper's detectors keep the range-Doppler bias: theirs hold for `range_doppler_s` later still.
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidates:
+    """Estimates of one beep's n candidates, nearest first: the one place that names and explains their columns.
+
+    Each is an (n,) array; NaN stands for "not estimated". `COLUMNS` has the same as a table. Ranges and bearings hold
+    for when the beep's centre meets the obstacle, half the beep's length and range / c after its emission; the latter
+    alone is 1.1 cm for a walker at 1.3 m/s, 3 m away. The paper's detectors keep the range-Doppler bias: theirs hold
+    for `range_doppler_s` later still.
+
+    A claimed range_std_m holds for a walk that goes on: the track of one who stops within 0.4 s goes on for 0.3 s, to
+    17 cm too near at a claim of 2 cm.
+    """
+
+    range_m: Annotated[Floats, Column("m", "D1, from microphone 0 to the obstacle")]
+    range2_m: Annotated[Floats, Column("m", "D2, from microphone 1 to the obstacle")]
+    bearing_rad: Annotated[Floats, Column("rad", "unsigned angle between walking direction and obstacle")]
+    radius_m: Annotated[Floats, Column("m", "half the obstacle's width, from the crest's width or the kind of echo")]
+    level_db: Annotated[Floats, Column("dB", "echo relative to the direct sound, at microphone 0")]
+    snr_db: Annotated[Floats, Column("dB", "2E/N0 at microphone 0: peak power over half the envelope's noise power")]
+    closing_speed_m_s: Annotated[Floats, Column("m/s", "speed of approach, from the ranges of earlier beeps")]
+    range_std_m: Annotated[Floats, Column("m", "claimed standard deviation of range_m, range-Doppler bias apart")]
+    bearing_std_rad: Annotated[Floats, Column("rad", "claimed standard deviation of bearing_rad")]
+    radius_std_m: Annotated[Floats, Column("m", "claimed standard deviation of radius_m; none of a crest's width")]
+
+    def __len__(self) -> int:
+        return len(self.range_m)
+
+    def columns(self) -> dict[str, Floats]:
+        """The estimates by name, in the order of `COLUMNS`."""
+        return {name: getattr(self, name) for name in COLUMNS}
+
+
+COLUMNS: dict[str, Column] = {
+    name: hint.__metadata__[0] for name, hint in get_type_hints(Candidates, include_extras=True).items()
+}
+"""Unit and meaning of every column of `Candidates`, by name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detection(Candidates):
+    """Everything measured from one beep: at most five candidates by default, see `Candidates` for their columns.
 
     Attributes:
         index: number of the beep since the start or the last reset.
         time_s: emission of the beep, s from the start of the recording.
-        range_m: (n,) D1, from microphone 0 to the obstacle.
-        range2_m: (n,) D2, from microphone 1.
-        bearing_rad: (n,) unsigned angle between walking direction and obstacle.
-        radius_m: (n,) half the obstacle's breadth, from its crest's width or from the kind of its echo.
-        level_db: (n,) echo relative to the direct sound, at microphone 0.
-        snr_db: (n,) 2E/N0 after the matched filter, at microphone 0; peak power over half the envelope's noise power.
-        closing_speed_m_s: (n,) speed of approach, from the ranges of earlier beeps.
-        range_std_m: (n,) claimed standard deviation of range_m, without the range-Doppler bias, for a walk that goes
-            on: the track of one who stops within 0.4 s goes on for 0.3 s, to 17 cm too near at a claim of 2 cm.
-        bearing_std_rad: (n,) claimed standard deviation of bearing_rad.
-        radius_std_m: (n,) claimed standard deviation of radius_m; NaN for one from a crest's width, which noise does
-            not tell.
         collides: (n,) votes for a collision.
         flags: (n,) int, a combination of `Flag`.
         beep_flags: remarks on the whole beep.
@@ -62,23 +92,15 @@ class Detection:
 
     index: int
     time_s: float
-    range_m: Floats
-    range2_m: Floats
-    bearing_rad: Floats
-    radius_m: Floats
-    level_db: Floats
-    snr_db: Floats
-    closing_speed_m_s: Floats
-    range_std_m: Floats
-    bearing_std_rad: Floats
-    radius_std_m: Floats
     collides: Flags
     flags: NDArray[np.int_]
     beep_flags: Flag
     decision: Decision
 
-    def __len__(self) -> int:
-        return len(self.range_m)
+    def taken(self, rows: NDArray[np.intp]) -> Self:
+        """The same beep with the candidates of those rows alone."""
+        columns: dict[str, Any] = {name: column[rows] for name, column in self.columns().items()}
+        return replace(self, **columns, collides=self.collides[rows], flags=self.flags[rows])
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from benchmarks.studies.real_vs_simulated import (
     to_db,
     to_magnitude,
 )
-from obstaclewatch import BeepDesign, Fault, Flag, PaperDetector, PaperSettings, Recording, inspect_recording
+from obstaclewatch import BeepDesign, Fault, Flag, PaperSettings, PaperStandingDetector, Recording, inspect_recording
 from simulator import Phone
 
 SHARED = Path(os.environ.get("OBSTACLEWATCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
@@ -120,8 +120,8 @@ def test_raw_audio_is_inspected():
 
 def test_raw_audio_passes_all_stages():
     """Every beep is found and measured by range alone; what stands there echoes beep after beep at the same range."""
-    settings = PaperSettings(far_m=3.8, reject_static=False)
-    detections = list(PaperDetector(RAW_BEEP, Phone.named("galaxy-s5").geometry, settings).stream(raw()))
+    settings = PaperSettings(far_m=3.8)
+    detections = list(PaperStandingDetector(RAW_BEEP, Phone.named("galaxy-s5").geometry, settings).stream(raw()))
     assert len(detections) == 42
     assert all(Flag.IDENTICAL_CHANNELS in found.beep_flags for found in detections)
     assert all(np.isnan(found.bearing_rad).all() and np.isfinite(found.range_m).all() for found in detections)

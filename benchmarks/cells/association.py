@@ -12,52 +12,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from obstaclewatch.detection import COLUMNS
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 
-COLUMNS = (
-    "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m", "bearing_std_rad",
-    "radius_std_m", "flags",
-)  # fmt: skip
+ESTIMATES = tuple(name for name in COLUMNS if name not in ("level_db", "closing_speed_m_s"))
+"""Columns of a detector's candidates that are stored of the target."""
 
 
 class DetectionLike(Protocol):
-    """What is read of one beep's detection: (K,) arrays over its candidates."""
-
-    @property
-    def index(self) -> int:
-        """Number of the beep, from 0."""
+    """What is read of one beep's detection, beside `ESTIMATES`: (K,) arrays over its candidates each."""
 
     @property
     def range_m(self) -> Floats:
         """(K,) range from microphone 0, m."""
-
-    @property
-    def range2_m(self) -> Floats:
-        """(K,) range from microphone 1, m; NaN without one."""
-
-    @property
-    def bearing_rad(self) -> Floats:
-        """(K,) walking angle; NaN without one."""
-
-    @property
-    def radius_m(self) -> Floats:
-        """(K,) radius; NaN without one."""
-
-    @property
-    def snr_db(self) -> Floats:
-        """(K,) peak over noise."""
-
-    @property
-    def range_std_m(self) -> Floats:
-        """(K,) claimed standard deviation of range_m; NaN without a claim."""
-
-    @property
-    def bearing_std_rad(self) -> Floats:
-        """(K,) claimed standard deviation of bearing_rad; NaN without a claim."""
-
-    @property
-    def radius_std_m(self) -> Floats:
-        """(K,) claimed standard deviation of radius_m; NaN without a claim."""
 
     @property
     def flags(self) -> NDArray[np.int_]:
@@ -69,27 +36,17 @@ class Estimates:
     """What a detector said of the target, one row a beep; NaN where it said nothing.
 
     Attributes:
-        range_m, range2_m, bearing_rad, radius_m, snr_db: (T,) of the associated candidate.
-        flags: (T,) remarks on it, a combination of `obstaclewatch.Flag`.
-        range_std_m, bearing_std_rad, radius_std_m: (T,) what the detector claims of its own errors.
+        columns: (T,) each, of the associated candidate: `ESTIMATES`, and its flags.
         candidates: (T,) how many candidates the beep had.
     """
 
-    range_m: Floats
-    range2_m: Floats
-    bearing_rad: Floats
-    radius_m: Floats
-    snr_db: Floats
-    range_std_m: Floats
-    bearing_std_rad: Floats
-    radius_std_m: Floats
-    flags: Floats
+    columns: dict[str, Floats]
     candidates: Ints
 
     @property
     def found(self) -> Flags:
         """(T,) whether a candidate was associated."""
-        return np.isfinite(self.range_m)
+        return np.isfinite(self.columns["range_m"])
 
 
 def nearest_within(range_m: ArrayLike, true_range_m: float, gate_m: float) -> int | None:
@@ -113,10 +70,12 @@ def associate(detections: Sequence[DetectionLike], true_range_m: Floats, gate_m:
         raise ValueError(
             f"true_range_m must have one value per detection, got {len(true_range_m)} for {len(detections)}"
         )
-    table = np.full((len(COLUMNS), len(detections)), np.nan)
+    names = (*ESTIMATES, "flags")
+    columns = {name: np.full(len(detections), np.nan) for name in names}
     for row, (detection, truth) in enumerate(zip(detections, true_range_m, strict=True)):
         chosen = nearest_within(detection.range_m, float(truth), gate_m)
         if chosen is not None:
-            table[:, row] = [float(getattr(detection, name)[chosen]) for name in COLUMNS]
+            for name in names:
+                columns[name][row] = getattr(detection, name)[chosen]
     counts = np.array([np.isfinite(detection.range_m).sum() for detection in detections], dtype=np.int64)
-    return Estimates(**dict(zip(COLUMNS, table, strict=True)), candidates=counts)
+    return Estimates(columns, counts)

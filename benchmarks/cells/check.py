@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from benchmarks.cells.detectors import check_detector, paper_settings
+from benchmarks.cells.detectors import check_detector, paper_settings, standing_form
 from benchmarks.cells.interference import other_beep
 from benchmarks.cells.situations.variation import air_of, changed_phone
 from benchmarks.cells.spec import Cell
@@ -32,7 +32,7 @@ def check_cell(cell: Cell) -> None:
                 Material.named(name)
         settings = paper_settings(cell.settings)
         for name in cell.detectors:
-            check_detector(name, settings)
+            check_detector(standing_form(name) if cell.kind == "standing" else name, settings)
         if cell.kind == "approach":
             _approach(cell)
         _fidelity(cell)

@@ -187,15 +187,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
         "true_bearing_rad": truth.bearing_rad[rows],
         "true_signed_bearing_rad": truth.signed_bearing_rad[rows],
         "true_radius_m": truth.radius_m[rows],
-        "range_m": estimates.range_m,
-        "range2_m": estimates.range2_m,
-        "bearing_rad": estimates.bearing_rad,
-        "radius_m": estimates.radius_m,
-        "snr_db": estimates.snr_db,
-        "range_std_m": estimates.range_std_m,
-        "bearing_std_rad": estimates.bearing_std_rad,
-        "radius_std_m": estimates.radius_std_m,
-        "flags": estimates.flags,
+        **estimates.columns,
         "candidates": estimates.candidates,
     }
     return {name: column[inside].tolist() for name, column in columns.items()}

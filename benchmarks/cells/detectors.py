@@ -91,6 +91,21 @@ def source_digest(name: DetectorName) -> str:
     return hashlib.sha256(Path(inspect.getfile(detector_class(name))).read_bytes()).hexdigest()
 
 
+STANDING = {
+    "PaperDetector": "PaperStandingDetector",
+    "DistanceOnlyDetector": "PaperStandingDetector",
+    "TrackingDetector": "StandingDetector",
+}
+"""What measures for obstaclewatch's detectors while the phone is held still, under the same label."""
+
+
+def standing_form(text: str) -> str:
+    """The detector that measures for a named one while the phone is held still; what is not ours does so itself."""
+    name = parse_detector(text)
+    own = STANDING.get(name.cls, name.cls)
+    return text if name.module else own + name.text.removeprefix(name.cls)
+
+
 def build_detector(
     text: str,
     beep: BeepDesign,

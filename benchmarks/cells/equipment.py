@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.detectors import build_detector, paper_settings
+from benchmarks.cells.detectors import build_detector, paper_settings, standing_form
 from benchmarks.cells.situations.situation import Situation
 from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
@@ -19,7 +19,7 @@ from simulator.scene.pose import Walk
 
 
 def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) -> Any:
-    """A detector of that name for the cell's phone.
+    """A detector of that name for the cell's phone, in its standing form for a phone held still.
 
     Raises:
         ValueError: there is no such detector, or a setting is unknown or out of range.
@@ -30,7 +30,8 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     if pitch is not None:
         pitch += cell.knowledge.pitch_error_rad
     sound_speed = _sound_speed_m_s(cell, setting.scene.air)
-    return build_detector(name, beep, setting.phone.geometry, settings, pitch, sound_speed)
+    built = standing_form(name) if cell.kind == "standing" else name
+    return build_detector(built, beep, setting.phone.geometry, settings, pitch, sound_speed)
 
 
 def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:

@@ -13,6 +13,7 @@ import click
 import numpy as np
 
 import obstaclewatch
+from benchmarks.cells.association import ESTIMATES
 from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, inspect_recording
 from obstaclewatch.recordings.audio import read_blocks
 from obstaclewatch.recordings.live import live_pieces
@@ -23,9 +24,6 @@ PIECE_SAMPLES = 1 << 20
 """Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
 LIVE_RATE_HZ = 48_000.0
 LIVE_LOOK_S = 1.0
-ESTIMATES = (
-    "range_m", "range2_m", "bearing_rad", "radius_m", "range_std_m", "bearing_std_rad", "radius_std_m",
-)  # fmt: skip
 
 
 @click.command()
@@ -164,7 +162,7 @@ def _entry(detection: Detection) -> dict[str, Any]:
     columns = {name: _numbers(getattr(detection, name)) for name in ESTIMATES}
     return {
         "index": detection.index, "time_s": detection.time_s, **columns,
-        "snr_db": _numbers(detection.snr_db), "collides": np.asarray(detection.collides).tolist(),
+        "collides": np.asarray(detection.collides).tolist(),
         "alert": bool(decision.alert), "alert_range_m": _numbers([decision.range_m])[0], "votes": int(decision.votes),
         "flags": [flag.name for flag in obstaclewatch.Flag if flag and flag in detection.beep_flags],
     }  # fmt: skip

@@ -114,11 +114,7 @@ def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> l
             range_m=range_m,
             bearing_rad=bearing_rad,
             detectors=standing.detectors,
-            **_shared(suite)
-            | {
-                "settings": suite.settings | {"reject_static": False},
-                "scoring": suite.scoring.model_copy(update={"gate_m": standing.gate_m}),
-            },
+            **_shared(suite) | {"scoring": suite.scoring.model_copy(update={"gate_m": standing.gate_m})},
         )
         for category, count in standing.counts.items()
         for range_m in standing.range_m

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from benchmarks.cells.association import ESTIMATES
 from benchmarks.cells.spec import counts_as
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.statistics import Rate, quantile_with_interval, wilson
@@ -73,8 +74,7 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
 
 BEEP_COLUMNS = (
     "beep", "time_s", "true_range_m", "true_range2_m", "low", "true_bearing_rad", "true_radius_m",
-    "true_signed_bearing_rad", "range_m", "range2_m", "bearing_rad", "radius_m", "snr_db", "range_std_m",
-    "bearing_std_rad", "radius_std_m", "flags", "candidates",
+    "true_signed_bearing_rad", *ESTIMATES, "flags", "candidates",
 )  # fmt: skip
 ECHOES = {"echo_range_m": "range_m", "echo_range2_m": "range2_m"}
 """Columns of the nearest loud echo at microphone 0 and 1, and of the estimates that they are nearest to."""

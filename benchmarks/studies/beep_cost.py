@@ -17,14 +17,14 @@ from benchmarks.cells.compute import heard
 from benchmarks.cells.equipment import detector_for
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
-from obstaclewatch.paper.detectors import EchoDetector
+from obstaclewatch.recordings.streaming import StreamingDetector
 from obstaclewatch.support.arrays import Floats, Singles
 
 LIMIT_MS = 0.5
 HEADER = ("detector", "beeps", "mean", "median", "95 %", "slowest", f"within {LIMIT_MS} ms")
 
 
-def beep_cost_ms(detector: EchoDetector, blocks: Singles, rounds: int) -> Floats:
+def beep_cost_ms(detector: StreamingDetector, blocks: Singles, rounds: int) -> Floats:
     """(B,) least time of each beep, ms, of (B, 2, period_samples) blocks streamed so often, each time anew."""
     least = np.full(len(blocks), np.inf)
     for _ in range(rounds):

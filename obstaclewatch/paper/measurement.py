@@ -7,37 +7,48 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.detection import Flag
+from obstaclewatch.detection import COLUMNS, Candidates, Decision, Detection, Flag
 from obstaclewatch.support.arrays import Flags, Floats
 
 
-@dataclass(frozen=True)
-class Measurement:
-    """What one beep says about n candidates, nearest first. Fields as in `Detection`.
+@dataclass(frozen=True, kw_only=True)
+class Measurement(Candidates):
+    """What one beep says about n candidates, nearest first.
 
     Attributes:
         start_s: emission, relative to the block's first sample.
         collision_angle_rad: (n,) delta of section 3.6.
         may_vote: (n,) comes nearer, as section 3.6 demands of what can be collided with.
+        flags, beep_flags: as in `Detection`.
     """
 
     start_s: float
-    range_m: Floats
-    range2_m: Floats
-    bearing_rad: Floats
     collision_angle_rad: Floats
-    radius_m: Floats
-    level_db: Floats
-    snr_db: Floats
-    closing_speed_m_s: Floats
-    range_std_m: Floats
-    bearing_std_rad: Floats
     may_vote: Flags
     flags: NDArray[np.int_]
     beep_flags: Flag
 
+    def detection(self, index: int, time_s: float, collides: Flags, decision: Decision) -> Detection:
+        """What is handed out of it, once it is decided."""
+        return Detection(
+            **self.columns(),
+            index=index,
+            time_s=time_s,
+            collides=collides,
+            flags=self.flags,
+            beep_flags=self.beep_flags,
+            decision=decision,
+        )
+
 
 def nothing_measured(flag: Flag, start_s: float = 0.0) -> Measurement:
     """A beep without candidates."""
-    none, no = np.empty(0), np.empty(0, dtype=bool)
-    return Measurement(start_s, none, none, none, none, none, none, none, none, none, none, no, np.empty(0, int), flag)
+    none = np.empty(0)
+    return Measurement(
+        **dict.fromkeys(COLUMNS, none),
+        start_s=start_s,
+        collision_angle_rad=none,
+        may_vote=np.empty(0, dtype=bool),
+        flags=np.empty(0, dtype=int),
+        beep_flags=flag,
+    )

@@ -17,9 +17,8 @@ from obstaclewatch.paper.measurement import Measurement, nothing_measured
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.signal.beep_averaging import HeldPose
-from obstaclewatch.signal.carrier_cycle import OVERLAP_STD_M, PHASE_STD_RAD, PathEvidence, phase_between, within_cycle
-from obstaclewatch.signal.direct_sound import DirectSound, checked_direct_delay_s, direct_sound
+from obstaclewatch.recordings.streaming import check_arguments, reach_s
+from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.echoes import (
     Echoes,
     above_sidelobes,
@@ -34,7 +33,7 @@ from obstaclewatch.signal.echoes import (
 )
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import pulse_shape
-from obstaclewatch.signal.two_mics import cone_cosine, path_difference_at, ranges_of_pairs
+from obstaclewatch.signal.two_mics import cone_cosine, ranges_of_pairs
 from obstaclewatch.support.arrays import Flags, Floats
 
 PRINTED_SOUND_SPEED_M_S = 340.0
@@ -65,7 +64,7 @@ class EchoPipeline:
         phone: speaker and microphones.
         settings: the paper's constants and errata.
         sound_speed_m_s: speed of sound that the detector assumes.
-        pitch_rad: lift of the phone's top edge; None if not known.
+        pitch_rad: pitch of the phone, its top edge above the level; None if not known.
 
     Raises:
         ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, ranges beyond one period, or a
@@ -80,36 +79,30 @@ class EchoPipeline:
         sound_speed_m_s: float,
         pitch_rad: float | None,
     ) -> None:
-        if not (np.isfinite(sound_speed_m_s) and sound_speed_m_s > 0.0):
-            raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
-        if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
-            raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+        check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         errata = settings.errata
         self.settings = settings
         self.sound_speed_m_s = sound_speed_m_s if errata.given_sound_speed else PRINTED_SOUND_SPEED_M_S
-        reach_s = 2.0 * settings.far_m / self.sound_speed_m_s + 2e-3
-        if reach_s > beep.period_s:
-            raise ValueError(f"far_m must be heard within one beep period, got {settings.far_m} m in {beep.period_s} s")
-        self.direct_delay_s = self._direct_delay_s(phone)
+        self.direct_delay_s = expected_direct_delay_s(phone, self.sound_speed_m_s, settings.direct_delay_s)
         self._cos_pitch = float(np.cos(pitch_rad or 0.0))
         self._separation_m = phone.mic_separation_m
         self._speaker_m = phone.speaker_to_mic_m
         axis = (phone.mics_m[0] - phone.mics_m[1]) / self._separation_m
         ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
         self._speaker_cosine = ahead_m / self._speaker_m[0] if self._speaker_m[0] > 0.0 else 0.0
-        self._filter = MatchedFilter(beep, reach_s, reverse=not errata.correlate_once)
+        self._filter = MatchedFilter(
+            beep, reach_s(beep, settings.far_m, self.sound_speed_m_s), reverse=not errata.correlate_once
+        )
         self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
-        self._held = HeldPose(settings.held_beeps)
         self._history = PeakHistory(settings.history_s)
 
     def reset(self) -> None:
         """Forget earlier beeps."""
         self._history.clear()
-        self._held.clear()
 
     def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
         """One beep period to its candidates. `time_s` is that of the block's first sample."""
-        profile = self._held.add(self._filter.compress(block))
+        profile = self._profile(block)
         direct = direct_sound(profile)
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)
@@ -128,9 +121,8 @@ class EchoPipeline:
             difference = _unheard(len(echoes))
         else:
             difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
-        placed = self._placed(profile, float(start_s[0]), path1_m, self._evidence(profile, echoes, snr, difference))
+        placed = self._placed(profile, echoes, float(start_s[0]), snr, difference)
         size = self._size(profile, echoes, start_s[0], placed.range_m, speed)
-        confirmed = motion.judged or not self.settings.reject_static
         return Measurement(
             start_s=float(start_s[0]),
             range_m=placed.range_m,
@@ -143,16 +135,14 @@ class EchoPipeline:
             closing_speed_m_s=speed,
             range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), placed.range2_m),
             bearing_std_rad=placed.bearing_std_rad,
-            may_vote=motion.closing[nearest] | (not self.settings.reject_static),
-            flags=_flags(placed.clamped, difference, size.merged, confirmed, identical),
+            radius_std_m=np.full(len(echoes), np.nan),
+            may_vote=motion.closing[nearest],
+            flags=_flags(placed.clamped, difference, size.merged, motion.judged, identical),
             beep_flags=beep_flags,
         )
 
-    def _direct_delay_s(self, phone: PhoneGeometry) -> float:
-        calibrated = self.settings.direct_delay_s
-        if calibrated is None:
-            return checked_direct_delay_s(float(phone.speaker_to_mic_m[0] / self.sound_speed_m_s))
-        return checked_direct_delay_s(calibrated)
+    def _profile(self, block: NDArray[np.floating]) -> EchoProfile:
+        return self._filter.compress(block)
 
     def _start_s(self, direct: DirectSound) -> Floats:
         """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""
@@ -208,9 +198,7 @@ class EchoPipeline:
             settings.closing_tolerance_m,
         )
         self._history.add(time_s, range_m)
-        if settings.reject_static:
-            return motion
-        return Motion(np.zeros(len(range_m), bool), motion.closing, motion.closing_speed_m_s, motion.judged)
+        return motion
 
     def _difference(self, profile: EchoProfile, path1_m: Floats, amplitude1: Floats, start_s: float) -> PathDifference:
         """u of the candidates from microphone 1's peaks, freed of the walker's body."""
@@ -232,39 +220,24 @@ class EchoPipeline:
             whole_detour=settings.errata.whole_detour,
         )
 
-    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
-        """What envelopes say of path differences, and the carrier where microphone 1's phase is known."""
-        by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
-        cycle_m = self.sound_speed_m_s / profile.reference_hz
-        if self.settings.mic_phase_rad is None:
-            unknown = np.full(len(echoes), np.nan)
-            return PathEvidence(difference.u_m, by_envelopes, unknown, unknown, cycle_m)
-        straight_m = np.where(difference.body_deducted, np.nan, difference.u_m)
-        phase = phase_between(profile, echoes.delay_s, straight_m / self.sound_speed_m_s)
-        snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
-        delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
-        return PathEvidence(
-            difference.u_m,
-            np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M),
-            phase - self.settings.mic_phase_rad,
-            np.sqrt(1.0 / snr + 1.0 / snr2 + PHASE_STD_RAD**2),
-            cycle_m,
-        )
+    def _placed(
+        self,
+        profile: EchoProfile,
+        echoes: Echoes,
+        start_s: float,
+        snr: Floats,
+        difference: PathDifference,
+    ) -> Placed:
+        """Ranges and bearings by the envelopes, as if from the phone's height."""
+        u_std_m = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+        return self._level(self._path_m(echoes, start_s), difference.u_m, u_std_m)
 
-    def _placed(self, profile: EchoProfile, start_s: float, path1_m: Floats, evidence: PathEvidence) -> Placed:
-        """Ranges and bearings: u within the carrier's cycle if that is known, then Eq. 2."""
-        u_m, u_std_m = evidence.envelope_m, evidence.envelope_std_m
-        if self.settings.mic_phase_rad is not None:
-            u_m, u_std_m = within_cycle(evidence, self._longest_m(path1_m))
+    def _level(self, path1_m: Floats, u_m: Floats, u_std_m: Floats) -> Placed:
+        """Where things at the phone's height are that have those path differences: Eq. 2."""
         range_m, range2_m = self._ranges(path1_m, u_m)
         bearing_rad, clamped = self._bearing(range_m, range2_m)
         spread = bearing_std(bearing_rad, u_std_m, self._separation_m, self._cos_pitch)
         return Placed(range_m, range2_m, bearing_rad, spread, clamped)
-
-    def _longest_m(self, path1_m: Floats) -> Floats:
-        """Path difference of what is straight ahead at the phone's height."""
-        longest: Floats = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
-        return longest
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
         """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
@@ -316,6 +289,15 @@ class EchoPipeline:
             extra_m = printed_rim_excess(profile, echoes, average, self.sound_speed_m_s)
             merged = np.zeros(len(echoes), dtype=bool)
         return size_from_crest(range_m, extra_m, merged, errata.rim_angle)
+
+
+class StillPipeline(EchoPipeline):
+    """The same from a phone that stands still: nothing is rejected for staying at its delay, and all may vote."""
+
+    def _motion(self, range_m: Floats, time_s: float) -> Motion:
+        speed_m_s = super()._motion(range_m, time_s).closing_speed_m_s
+        every = np.ones(len(range_m), dtype=bool)
+        return Motion(static=~every, closing=every, closing_speed_m_s=speed_m_s, judged=True)
 
 
 def _flags(

@@ -19,7 +19,7 @@ class PaperSettings:
     """Constants of the paper's detector.
 
     Attributes:
-        near_m, far_m: one-way ranges listened to. Far: 7 m (section 3.4). Near: below 0.3 m the direct sound and
+        near_m, far_m: one-way ranges that are searched. Far: 7 m (section 3.4). Near: below 0.3 m the direct sound and
             the hand mask everything.
         threshold_factor: lambda of section 3.4, which the paper does not print, for the threshold as printed. At 3,
             noise alone passes once in 1,200 independent cells.
@@ -28,8 +28,6 @@ class PaperSettings:
         floor_db: least threshold, relative to the direct sound; matters only where there is no noise.
         peak_window_s: 0.5 ms, the paper's window, also the least distance between two peaks.
         max_candidates: the five nearest peaks (section 3.4).
-        reject_static: drop peaks that stay at the same delay while walking (section 3.4). Switch off to measure
-            while standing, where everything stays.
         static_tolerance_m: how far a static peak may wander. A phone that bobs by 2.5 cm twice a second moves the
             ground's echo by 2.5 cm and, through range-Doppler coupling (0.205 s x 0.31 m/s), reads +-7 cm.
         static_age_s: only beeps at least this old tell static from moving; at 0.45 m/s an echo has left by then.
@@ -49,10 +47,6 @@ class PaperSettings:
             is 8-10 dB weaker to the front; what is 30 dB weaker is a sidelobe.
         direct_delay_s: calibrated delay of the direct peak at microphone 0 after emission; None takes the air path
             speaker_to_mic_m[0] / c. Where sound through the case dominates, measure it (`measured_direct_delay_s`).
-        held_beeps: beeps of a phone held still whose responses are averaged before peaks are looked for. 1 listens to
-            every beep alone, as the paper does.
-        mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, for path differences by the
-            carrier; None takes the envelopes alone, as the paper does.
         errata: which formulas to correct.
 
     Raises:
@@ -66,7 +60,6 @@ class PaperSettings:
     floor_db: float = -85.0
     peak_window_s: float = 0.5e-3
     max_candidates: int = 5
-    reject_static: bool = True
     static_tolerance_m: float = 0.12
     static_age_s: float = 0.25
     history_s: float = 0.75
@@ -83,8 +76,6 @@ class PaperSettings:
     second_mic_snr_db: float = 12.0
     second_mic_level_db: float = -30.0
     direct_delay_s: float | None = None
-    held_beeps: int = 1
-    mic_phase_rad: float | None = None
     errata: Errata = field(default_factory=Errata)
 
     def __post_init__(self) -> None:
@@ -92,10 +83,6 @@ class PaperSettings:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
         if not 1 <= self.votes_needed <= self.votes_of:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
-        if not self.held_beeps >= 1:
-            raise ValueError(f"held_beeps must be at least 1, got {self.held_beeps}")
-        if self.mic_phase_rad is not None and not np.isfinite(self.mic_phase_rad):
-            raise ValueError(f"mic_phase_rad must be finite or None, got {self.mic_phase_rad}")
         if not self.max_candidates >= 1:
             raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:

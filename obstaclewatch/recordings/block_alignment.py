@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from obstaclewatch.beep import BeepDesign
 
 
-class BlockGate:
+class BlockAlignment:
     """Counts the beeps of a stream and refuses blocks that are none of its own.
 
     Args:

@@ -21,7 +21,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder
 from obstaclewatch.signal.carrier_phase import phase_at
-from obstaclewatch.signal.direct_sound import checked_direct_delay_s, direct_sound
+from obstaclewatch.signal.direct_sound import direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.echoes import noise_amplitude, refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.support.arrays import Floats
@@ -85,9 +85,8 @@ def measure_mic_phase(
             reaches microphone 1 at another time than the mirror's, or whose phase does not stay.
     """
     _check(recording, beep, tilt_std_rad, reach_m, sound_speed_m_s)
-    delay_s = float(phone.speaker_to_mic_m[0]) / sound_speed_m_s if direct_delay_s is None else direct_delay_s
-    _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=delay_s)
-    checked_direct_delay_s(delay_s)
+    _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=direct_delay_s or 0.0)
+    delay_s = expected_direct_delay_s(phone, sound_speed_m_s, direct_delay_s)
     ear = _Ear(phone, tilt_rad, reach_m, sound_speed_m_s, delay_s)
     heard = [ear.hear(profile) for profile in _profiles(recording, beep, delay_s, 2.0 * reach_m[1] / sound_speed_m_s)]
     found = np.array([echo for echo in heard if echo is not None]).reshape(-1, 3)

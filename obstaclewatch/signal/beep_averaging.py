@@ -19,7 +19,7 @@ STILL = 6.0
 sample in exp(36)."""
 
 
-class HeldPose:
+class AveragedBeeps:
     """Running complex mean of the envelopes of beeps heard in one pose.
 
     Args:

@@ -11,9 +11,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from obstaclewatch.signal.carrier_phase import phase_at
-from obstaclewatch.signal.matched_filter import EchoProfile
-from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.arrays import Floats
 
 CYCLES = np.arange(-4, 5)
 """Around the one nearest to the envelopes' difference."""
@@ -43,24 +41,6 @@ class PathEvidence(NamedTuple):
     phase_rad: Floats
     phase_std_rad: Floats
     cycle_m: float
-
-
-def phase_between(profile: EchoProfile, delay_s: Floats, difference_s: Floats) -> Floats:
-    """(n,) phase of microphone 1's envelope over microphone 0's, rad, at n delays and so much later; NaN stays NaN.
-
-    An echo that reaches microphone 1 by u later has the phase -2 pi reference_hz u, whichever the sample asked.
-    """
-    position = (delay_s - profile.start_s) * profile.rate_hz
-    return _phases(profile.envelope, position, position + difference_s * profile.rate_hz)
-
-
-@numba.njit(cache=True)
-def _phases(envelope: Complexes, position0: Floats, position1: Floats) -> Floats:
-    phase = np.full(len(position0), np.nan)
-    for row in range(len(position0)):
-        if np.isfinite(position1[row]):
-            phase[row] = phase_at(envelope, position0[row], position1[row])
-    return phase
 
 
 def within_cycle(evidence: PathEvidence, longest_m: Floats) -> tuple[Floats, Floats]:

@@ -39,6 +39,16 @@ ODD = 0.1
 """Share of echoes whose phase is another's: two that overlap, or from another height."""
 
 
+def check_mic_phase(mic_phase_rad: float | None) -> None:
+    """Refuse what microphone 1's channel cannot add to the phase.
+
+    Raises:
+        ValueError: neither a finite number nor None, which stands for not known.
+    """
+    if mic_phase_rad is not None and not np.isfinite(mic_phase_rad):
+        raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
+
+
 @numba.njit(cache=True, error_model="numpy")
 def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise: float) -> SingleComplexes:
     """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter, nearest_sample
 from obstaclewatch.support.arrays import Floats
@@ -36,12 +37,13 @@ def direct_sound(profile: EchoProfile) -> DirectSound:
     return DirectSound(*_direct_peaks(profile.magnitude, profile.start_s, profile.rate_hz))
 
 
-def checked_direct_delay_s(delay_s: float) -> float:
-    """Delay of microphone 0's direct peak after emission, if `direct_sound` can find it in a block that starts then.
+def expected_direct_delay_s(phone: PhoneGeometry, sound_speed_m_s: float, calibrated_s: float | None) -> float:
+    """Delay of microphone 0's direct peak after emission: as calibrated, or None for that of the air path.
 
     Raises:
-        ValueError: it is not within `DIRECT_SEARCH_S`: no beep of a recording would ever be heard.
+        ValueError: it is not within `DIRECT_SEARCH_S` of the emission: no beep of a recording would ever be found.
     """
+    delay_s = float(phone.speaker_to_mic_m[0]) / sound_speed_m_s if calibrated_s is None else calibrated_s
     if not abs(delay_s) < DIRECT_SEARCH_S:
         raise ValueError(
             f"the direct sound must reach microphone 0 within {DIRECT_SEARCH_S * 1e3:g} ms of its emission, got "

@@ -1,1 +1,5 @@
-"""Measurements of a phone held still."""
+"""Our detector for a phone held still."""
+
+from obstaclewatch.standing.detector import StandingDetector
+
+__all__ = ["StandingDetector"]

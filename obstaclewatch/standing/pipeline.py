@@ -1,6 +1,6 @@
-"""The measurements of a phone held still: crests parted into echoes, and bearings weighed with where things can be.
+"""The measurements of a phone held still: beeps averaged, crests parted, bearings over the heights of things.
 
-Noise averaged away is what both need, and what a beep alone has not.
+Noise averaged away is what all need, and what a beep alone has not.
 """
 
 from __future__ import annotations
@@ -10,22 +10,33 @@ from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.paper.bearing import PathDifference
-from obstaclewatch.paper.pipeline import EchoPipeline, Placed
+from obstaclewatch.paper.pipeline import Placed, StillPipeline
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.signal.carrier_cycle import PathEvidence, likeliest_cycle
-from obstaclewatch.signal.echoes import Echoes
+from obstaclewatch.signal.beep_averaging import AveragedBeeps
+from obstaclewatch.signal.carrier_cycle import (
+    OVERLAP_STD_M,
+    PHASE_STD_RAD,
+    PathEvidence,
+    likeliest_cycle,
+    within_cycle,
+)
+from obstaclewatch.signal.echoes import Echoes, noise_amplitude
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.signal.overlap import Crests, nearest_echoes, parted_crests, pulse_table
+from obstaclewatch.signal.two_mics import path_difference_at
 from obstaclewatch.standing.bearing_posterior import Attitude, bearing_posterior
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.walker.ground_height import GroundListener
+from obstaclewatch.walker.ground_height import GroundFinder
 
 
-class StandingPipeline(EchoPipeline):
-    """`EchoPipeline` that parts overlapping echoes, with bearings of things at any height once the ground is heard.
+class StandingPipeline(StillPipeline):
+    """`StillPipeline` of averaged beeps that parts overlapping echoes and takes the carrier where its phase is known.
 
-    Arguments and errors as there, and the lift must be known.
+    Arguments, errors and results as there, and
+
+        mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre; None for the envelopes alone.
+        averaged_beeps: over how many beeps the running mean forgets.
     """
 
     def __init__(
@@ -34,44 +45,42 @@ class StandingPipeline(EchoPipeline):
         phone: PhoneGeometry,
         settings: PaperSettings,
         sound_speed_m_s: float,
-        pitch_rad: float,
+        pitch_rad: float | None,
+        mic_phase_rad: float | None,
+        averaged_beeps: int,
     ) -> None:
         super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
-        self._sin_pitch = float(np.sin(pitch_rad))
+        self._mic_phase_rad = mic_phase_rad
+        self._mean = AveragedBeeps(averaged_beeps)
+        self._pitch_rad = pitch_rad
         speaker_ahead_m = self._speaker_cosine * float(self._speaker_m[0])
-        self._ground = GroundListener(self._separation_m, speaker_ahead_m, pitch_rad, self.sound_speed_m_s)
+        self._ground = GroundFinder(self._separation_m, speaker_ahead_m, pitch_rad or 0.0, self.sound_speed_m_s)
         self._table = pulse_table(beep)
         self._crests: dict[int, Crests] = {}  # of the beep in hand
+
+    def reset(self) -> None:
+        """Forget earlier beeps."""
+        super().reset()
+        self._mean.clear()
+
+    def _profile(self, block: NDArray[np.floating]) -> EchoProfile:
+        return self._mean.add(super()._profile(block))
 
     def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
         """Echoes at peaks of a channel: one each, or two where that explains the crest."""
         self._crests[channel] = parted_crests(profile.envelope[channel], peaks, self._table, noise)
         return self._crests[channel].echoes(profile)
 
-    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
-        """As there, with phases of the echoes themselves instead of the crests', and what parting costs in delay."""
-        heard = super()._evidence(profile, echoes, snr, difference)
-        if np.isnan(heard.envelope_m).all():  # equal channels are not even parted
-            return heard
-        delay2_s = echoes.delay_s + heard.envelope_m / self.sound_speed_m_s
-        (first, std), (second, std2) = (
-            nearest_echoes(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
-            for channel, delay_s in enumerate((echoes.delay_s, delay2_s))
-        )
-        parting_m = self.sound_speed_m_s / profile.rate_hz * np.hypot(std, std2)
-        phase_rad = second - first - (self.settings.mic_phase_rad or 0.0)
-        return heard._replace(
-            envelope_std_m=np.hypot(heard.envelope_std_m, parting_m),
-            phase_rad=np.where(np.isnan(heard.phase_rad), np.nan, phase_rad),
-        )
-
-    def _placed(self, profile: EchoProfile, start_s: float, path1_m: Floats, evidence: PathEvidence) -> Placed:
-        """As there where the ground is not heard, and of what no bearing ahead explains."""
-        level = super()._placed(profile, start_s, path1_m, evidence)
-        height_m = self._ground.height_m(profile, start_s)
-        if np.isnan(height_m):
+    def _placed(
+        self, profile: EchoProfile, echoes: Echoes, start_s: float, snr: Floats, difference: PathDifference
+    ) -> Placed:
+        """By the carrier's likeliest cycle; over all heights of what lies ahead, where pitch and ground are known."""
+        path1_m, evidence = self._path_m(echoes, start_s), self._evidence(profile, echoes, snr, difference)
+        level = self._level(path1_m, *within_cycle(evidence, self._longest_m(path1_m)))
+        height_m = np.nan if self._pitch_rad is None else self._ground.height_m(profile, start_s)
+        if self._pitch_rad is None or np.isnan(height_m):
             return level
-        attitude = Attitude(self._sin_pitch, self._cos_pitch, height_m, self._separation_m)
+        attitude = Attitude(float(np.sin(self._pitch_rad)), self._cos_pitch, height_m, self._separation_m)
         bearing_rad, spread_rad, cycles = bearing_posterior(level.range_m, evidence, attitude)
         ahead = ~np.isnan(bearing_rad)
         u_m, _ = likeliest_cycle(evidence, cycles)
@@ -83,3 +92,34 @@ class StandingPipeline(EchoPipeline):
             np.where(ahead, spread_rad, level.bearing_std_rad),
             level.clamped & ~ahead,
         )
+
+    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
+        """What envelopes and carriers say of path differences; NaN phases where the carrier says nothing."""
+        snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
+        cycle_m, envelope_m = self.sound_speed_m_s / profile.reference_hz, difference.u_m
+        if np.isnan(envelope_m).all():  # equal channels: no crest of microphone 1 was parted
+            return PathEvidence(envelope_m, envelope_m, envelope_m, envelope_m, cycle_m)
+        delay2_s = echoes.delay_s + envelope_m / self.sound_speed_m_s
+        (first, std), (second, std2) = (
+            nearest_echoes(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
+            for channel, delay_s in enumerate((echoes.delay_s, delay2_s))
+        )
+        parting_m = self.sound_speed_m_s / profile.rate_hz * np.hypot(std, std2)
+        if self._mic_phase_rad is None:
+            by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
+            unknown = np.full(len(echoes), np.nan)
+            return PathEvidence(envelope_m, np.hypot(by_envelopes, parting_m), unknown, unknown, cycle_m)
+        delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
+        by_envelopes = np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M)
+        return PathEvidence(
+            envelope_m,
+            np.hypot(by_envelopes, parting_m),
+            np.where(difference.body_deducted, np.nan, second - first - self._mic_phase_rad),
+            np.sqrt(1.0 / snr + 1.0 / snr2 + PHASE_STD_RAD**2),
+            cycle_m,
+        )
+
+    def _longest_m(self, path1_m: Floats) -> Floats:
+        """Path difference of what is straight ahead at the phone's height."""
+        longest: Floats = path_difference_at(0.5 * path1_m, self._cos_pitch, self._separation_m)
+        return longest

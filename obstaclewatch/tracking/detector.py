@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.detection import Decision, Detection, Flag
-from obstaclewatch.paper.detectors import EchoDetector
-from obstaclewatch.paper.measurement import Measurement
+from obstaclewatch.detection import COLUMNS, Decision, Detection, Flag
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.recordings.streaming import StreamingDetector, check_arguments
+from obstaclewatch.signal.carrier_phase import check_mic_phase
+from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
-from obstaclewatch.standing.averaged_beeps import ahead_alone, standing_settings
-from obstaclewatch.standing.pipeline import StandingPipeline
-from obstaclewatch.support.arrays import Flags
 from obstaclewatch.tracking.moving_peaks import PeakFinder
 from obstaclewatch.tracking.range_fit import Timing, TrackRange
 from obstaclewatch.tracking.track_before_detect import LineEvidence
@@ -41,19 +39,8 @@ WAITS_M = 1.4
 """Range from which on a track can wait a beep to be judged: alerts are given within it."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
 """Peaks, and fall of range between the first and the last of them, without which no course is believed."""
-COLUMNS = (
-    "range2_m",
-    "bearing_rad",
-    "bearing_std_rad",
-    "range_m",
-    "range_std_m",
-    "closing_speed_m_s",
-    "level_db",
-    "snr_db",
-    "radius_m",
-    "radius_std_m",
-)
-"""Of a `Detection`; the first three need two different channels."""
+OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
+"""Columns that need two different channels."""
 MOST_RANGE_STD_M = 0.03
 """Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
 MOST_MISFIT = 2.0
@@ -62,20 +49,26 @@ MOST_MISSES = 3
 """Beeps without a peak after which a track no longer raises an alert."""
 
 
-class TrackingDetector(EchoDetector):
+class TrackingDetector(StreamingDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
     bearings and their deviations are from the posterior over courses. Of several tracks one is judged anew in a beep,
     and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
-    judged. range2_m and bearing_rad are NaN for identical channels. With `reject_static=False` (measuring while
-    standing, where nothing closes in) they hold what `standing` hears ahead, with bearings over all heights once the
-    ground is heard (`standing_pipeline`), and nothing raises an alert. A lift that is not told is heard in the ground's
-    echo while walking (`lift`). Arguments and errors as for `PaperDetector`, and
+    judged. range2_m and bearing_rad are NaN for identical channels. For a phone held still there is `StandingDetector`.
 
+    Args:
+        beep: the emitted signal.
+        phone: where speaker and microphones are.
+        settings: the ranges that are searched, the danger distance, the walker's width and the number of candidates.
+        sound_speed_m_s: speed of sound that the detector assumes, whatever the air really does.
+        pitch_rad: pitch of the phone, its top edge above the level; None to estimate it from the ground's echo.
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
             phones have; None for not known, then only changes of phase from beep to beep count.
+
+    Raises:
+        ValueError: arguments out of range; the message names the value and the rule.
     """
 
     def __init__(
@@ -87,16 +80,12 @@ class TrackingDetector(EchoDetector):
         pitch_rad: float | None = None,
         mic_phase_rad: float | None = 0.0,
     ) -> None:
-        if mic_phase_rad is not None and not np.isfinite(mic_phase_rad):
-            raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
-        asked = PaperSettings() if settings is None else settings
-        if asked.walker_half_width_m == 0.0:
+        check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
+        check_mic_phase(mic_phase_rad)
+        self.settings = PaperSettings() if settings is None else settings
+        if self.settings.walker_half_width_m == 0.0:
             raise ValueError("walker_half_width_m must be positive to judge courses, got 0.0")
-        self._most_standing = asked.max_candidates
-        listening = asked if asked.reject_static else standing_settings(asked, mic_phase_rad)
-        super().__init__(beep, phone, listening, sound_speed_m_s, pitch_rad)
-        if not asked.reject_static and pitch_rad is not None:
-            self._pipeline = StandingPipeline(beep, phone, listening, sound_speed_m_s, pitch_rad)
+        super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
@@ -108,8 +97,8 @@ class TrackingDetector(EchoDetector):
         self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
-        """Forget everything heard so far."""
-        super().reset()
+        """Forget all beeps so far."""
+        self._blocks.clear()
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
@@ -117,9 +106,7 @@ class TrackingDetector(EchoDetector):
         self._swing = STEADY
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
-        """Follow one beep and decide; see `EchoDetector.process`."""
-        if not self.settings.reject_static:
-            return ahead_alone(super().process(block, time_s), self.phone.mic_separation_m, self._most_standing)
+        """Follow one beep and decide; see `StreamingDetector.process`."""
         samples, begin_s = self._blocks.checked(block, time_s)
         found = self._finder.find(samples)
         index = self._blocks.passed(begin_s, time_s)
@@ -166,39 +153,41 @@ class TrackingDetector(EchoDetector):
         for track in tracks:
             track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
 
-    def _collides(self, found: Measurement) -> Flags:
-        return np.zeros(len(found.range_m), dtype=bool)
-
-    def _alert_range_m(self) -> float:
-        return self.settings.danger_m
-
     def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
         found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
         alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
         known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
         rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
-        columns = np.array(list(zip(*rows, strict=True))).reshape(len(COLUMNS), len(known))
+        columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in COLUMNS}
         if flag is Flag.IDENTICAL_CHANNELS:
-            columns[:3] = np.nan
+            columns |= dict.fromkeys(OF_TWO_MICS, np.full(len(known), np.nan))
         return Detection(
+            **columns,
             index=index,
             time_s=time_s,
-            **dict(zip(COLUMNS, columns, strict=True)),
             collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
             flags=np.array([int(flag)] * len(known), dtype=np.int_),
             beep_flags=flag,
             decision=self._decide(time_s, any(alarming), courses, found),
         )
 
-    def _row(self, track: Track, course: Course, found: TrackRange) -> tuple[float, ...]:
-        """One candidate's `COLUMNS`."""
+    def _row(self, track: Track, course: Course, found: TrackRange) -> dict[str, float]:
+        """One candidate's values by column."""
         # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
-        range_m, length = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine), self._separation_m
-        range2_m = range_m + path_difference_at(range_m, course.cosine, length)
-        direction = range2_m, course.bearing_rad, course.bearing_std_rad
-        heard = range_m, found.std_m, found.closing_m_s, track.level_db, track.snr_db
-        size = (np.nan, np.nan) if track.judged is None else (track.judged.radius_m, track.judged.radius_std_m)
-        return *direction, *heard, *size
+        range_m = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine)
+        judged = track.judged
+        return {
+            "range_m": range_m,
+            "range2_m": range_m + path_difference_at(range_m, course.cosine, self._separation_m),
+            "bearing_rad": course.bearing_rad,
+            "radius_m": np.nan if judged is None else judged.radius_m,
+            "level_db": track.level_db,
+            "snr_db": track.snr_db,
+            "closing_speed_m_s": found.closing_m_s,
+            "range_std_m": found.std_m,
+            "bearing_std_rad": course.bearing_std_rad,
+            "radius_std_m": np.nan if judged is None else judged.radius_std_m,
+        }
 
     def _decide(self, time_s: float, alert: bool, courses: list[Course], found: list[TrackRange]) -> Decision:
         """Of the courses that rather collide, the first to do so."""

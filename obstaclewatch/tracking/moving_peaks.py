@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
-from obstaclewatch.signal.direct_sound import direct_sound
+from obstaclewatch.signal.direct_sound import direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.signal.two_mics import distance_of
@@ -101,15 +102,14 @@ class PeakFinder:
         pitch_rad: float | None = 0.0,
     ) -> None:
         self._settings, self._c = settings, sound_speed_m_s
-        self._filter = MatchedFilter(beep, 2.0 * settings.far_m / sound_speed_m_s + 2e-3)
+        self._filter = MatchedFilter(beep, reach_s(beep, settings.far_m, sound_speed_m_s))
         self._baseline_m = float(phone.speaker_to_mic_m[0])
-        calibrated = settings.direct_delay_s
-        self._direct_delay_s = self._baseline_m / sound_speed_m_s if calibrated is None else calibrated
+        self._direct_delay_s = expected_direct_delay_s(phone, sound_speed_m_s, settings.direct_delay_s)
         self._background = CoherentBackground(BACKGROUND_BEEPS)
         self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
         # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
-        if settings.reject_static and self._span < self._noise_window:  # standing, nothing is looked for here
+        if self._span < self._noise_window:
             raise ValueError(
                 f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to tell echoes "
                 f"from noise, got {settings.near_m} and {settings.far_m}"

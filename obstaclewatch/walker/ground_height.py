@@ -20,7 +20,7 @@ LEAST_HEIGHT = 4.0
 """Of the ground's echo at microphone 1, in rms of its noise: 15 dB."""
 
 
-class GroundListener:
+class GroundFinder:
     """Finds the ground in compressed beeps.
 
     Args:

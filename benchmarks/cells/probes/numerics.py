@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry, Recording
+from obstaclewatch import BeepDesign, PaperStandingDetector, PhoneGeometry, Recording
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.support.arrays import Complexes, Floats
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, render_walk, trace_paths
@@ -145,7 +145,7 @@ def detector_snr(snr_db: float, seed: int = 0) -> Errors:
     block, echo = _beep_period(beep, ways)
     noise = np.sqrt(np.sum(echo[0] ** 2) / 10.0 ** (snr_db / 10.0))
     samples = np.tile(block, TRIALS) + noise * rng.standard_normal((2, TRIALS * beep.period_samples))
-    detector = PaperDetector(beep, phone, settings=PaperSettings(reject_static=False), sound_speed_m_s=SPEED_M_S)
+    detector = PaperStandingDetector(beep, phone, sound_speed_m_s=SPEED_M_S)
     scale = 0.5 / np.abs(samples).max()
     recording = Recording((scale * samples).astype(np.float32), beep.sample_rate_hz)
     blocks = recording.samples.reshape(2, TRIALS, beep.period_samples)

@@ -69,8 +69,7 @@ def envelope(cell: Cell, things: Sequence[Sequence[Any]]) -> Signal:
     profile, start_s = _profile(cell, recording, beep=2)
     magnitude, range_m = _heard(profile, start_s)
     # no beep before it says what moves, so that every peak is a candidate: the picture is of one standing beep
-    still = cell.model_copy(update={"settings": cell.settings | {"reject_static": False}})
-    detection = detector_for(still, "PaperDetector", setting, _beep(cell)).process(_block(cell, recording, 2))
+    detection = detector_for(cell, "PaperStandingDetector", setting, _beep(cell)).process(_block(cell, recording, 2))
     top = float(magnitude[0].max())
     truths = [_truth(setting, name) for name in setting.targets]
     half = round(4e-3 * profile.rate_hz)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gates.physics.measured import Measured
-from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry
+from obstaclewatch import BeepDesign, PaperSettings, PaperStandingDetector, PhoneGeometry
 
 SOUND_M_S = 343.0
 BEEP = BeepDesign()
@@ -62,7 +62,7 @@ def _ratio(values: NDArray, bound: float) -> Measured:
 @lru_cache(maxsize=8)
 def _trials(seed: int, snr_db: float) -> tuple[NDArray, NDArray]:
     """(TRIALS,) range and path difference of the candidate at the point; NaN where there is none."""
-    detector = PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False, second_mic_snr_db=6.0))
+    detector = PaperStandingDetector(BEEP, PHONE, PaperSettings(second_mic_snr_db=6.0))
     time = np.arange(BEEP.period_samples) / BEEP.sample_rate_hz
     mics = PHONE.mics_m
     to_point = np.linalg.norm(POINT_M - PHONE.speaker_m)

@@ -29,7 +29,8 @@ def module(tmp_path, monkeypatch):
     folder.mkdir()
     (folder / "__init__.py").touch()
     (folder / "detectors.py").write_text(
-        "from obstaclewatch import PaperDetector\nclass Mine(PaperDetector):\n    pass\nclass Odd:\n    pass\n",
+        "from obstaclewatch import PaperStandingDetector\n"
+        "class Mine(PaperStandingDetector):\n    pass\nclass Odd:\n    pass\n",
         encoding="utf-8",
     )
     monkeypatch.chdir(tmp_path)
@@ -95,7 +96,7 @@ def test_two_detectors_of_one_label_are_refused():
 def test_it_is_scored_beside_ours(module):
     cell = Cell(
         kind="standing", scene="standing", category="wall", index=0, phone="galaxy-s5", seed=1, collision=False,
-        range_m=1.5, settings={"reject_static": False},
+        range_m=1.5,
         detectors=("PaperDetector", "mine_for_a_test.detectors:Mine", "PaperDetector(max_candidates=1)"),
     )  # fmt: skip
     found = compute(cell)["detectors"]

@@ -82,10 +82,10 @@ def test_all_estimates_of_a_beep_are_one_candidate_s() -> None:
     found = associate([detection(1.0, 2.05), detection(), detection(4.0)], np.array([2.0, 2.0, 2.0]), 0.5)
     assert found.found.tolist() == [True, False, False]
     assert found.candidates.tolist() == [2, 0, 1]
-    assert (found.range_m[0], found.range2_m[0]) == pytest.approx((2.05, 2.15))
-    assert (found.bearing_rad[0], found.radius_m[0], found.snr_db[0]) == (1.0, 11.0, 1.0)
-    assert found.radius_std_m[0] == 21.0
-    assert np.isnan(found.bearing_rad[1:]).all()
+    assert (found.columns["range_m"][0], found.columns["range2_m"][0]) == pytest.approx((2.05, 2.15))
+    assert [found.columns[name][0] for name in ("bearing_rad", "radius_m", "snr_db")] == [1.0, 11.0, 1.0]
+    assert found.columns["radius_std_m"][0] == 21.0
+    assert np.isnan(found.columns["bearing_rad"][1:]).all()
 
 
 def test_truth_must_have_a_row_per_beep() -> None:

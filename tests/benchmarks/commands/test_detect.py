@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 from benchmarks.cli import cli, main
 from benchmarks.echogram import MOST_COLUMNS, Columns
-from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, write_recording
-from obstaclewatch.detection import Decision
+from obstaclewatch import BeepDesign, Detection, Flag, PhoneGeometry, Recording, write_recording
+from obstaclewatch.detection import COLUMNS, Decision
 from simulator import Phone
 
 PHONE: PhoneGeometry = Phone.named("ideal").geometry
@@ -110,7 +110,7 @@ def test_the_band_must_fit_the_files_rate(tmp_path, monkeypatch, capsys):
     [
         (("--plot", "missing/walk.png"), "no folder 'missing' to draw 'walk.png' to"),
         (("--plot", "walk.txt"), "--plot draws a .png, got 'walk.txt'"),
-        (("--reach", "20"), "far_m must be heard within one beep period, got 20.0 m"),
+        (("--reach", "20"), "far_m must be received within one beep period, got 20.0 m"),
         (("--temperature", "200"), "temperature_c must lie within -80..70, got 200.0"),
     ],
 )
@@ -175,8 +175,12 @@ def test_a_picture_keeps_so_many_columns_of_any_recording():
     columns = Columns()
     for index in range(10 * MOST_COLUMNS):
         decision = Decision(index == 12_345, 0.09 * index, np.nan, np.nan, 0)
-        arrays = [none] * 10
-        columns.add(Detection(index, 0.09 * index, *arrays, no, np.empty(0, int), 0, decision))
+        columns.add(
+            Detection(
+                **dict.fromkeys(COLUMNS, none), index=index, time_s=0.09 * index, collides=no,
+                flags=np.empty(0, int), beep_flags=Flag.NONE, decision=decision,
+            )
+        )  # fmt: skip
     assert MOST_COLUMNS / 2 <= len(columns.kept) <= MOST_COLUMNS
     assert columns.alerts_s == [pytest.approx(0.09 * 12_345)]
     assert np.diff([one.index for one in columns.kept]).tolist() == [columns.stride] * (len(columns.kept) - 1)

@@ -15,19 +15,19 @@ from obstaclewatch import (
     NoBeepError,
     PaperDetector,
     PaperSettings,
+    PaperStandingDetector,
     PhoneGeometry,
     Recording,
     TrackingDetector,
 )
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record, recording, true_range
 
-STANDING = PaperSettings(reject_static=False)
 L = PHONE.mic_separation_m
 GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
 
 
-def _standing(points, settings=STANDING, **options):
-    return PaperDetector(BEEP, PHONE, settings).process(record(points, **options))
+def _standing(points, settings=None, **options):
+    return PaperStandingDetector(BEEP, PHONE, settings).process(record(points, **options))
 
 
 def _bearing(point):
@@ -145,7 +145,7 @@ def test_identical_channels_fall_back_to_range_only():
 def test_a_deaf_second_microphone_gives_no_bearing():
     samples = record([Point(3.0)], noise=0.01)
     samples[1] = 0.0
-    found = PaperDetector(BEEP, PHONE, STANDING).process(samples)
+    found = PaperStandingDetector(BEEP, PHONE).process(samples)
     assert len(found) >= 1
     assert np.isnan(found.bearing_rad).all()
     assert (found.flags & Flag.NO_SECOND_MIC).all()
@@ -274,15 +274,15 @@ def test_pitch_known_to_the_detector_corrects_the_bearing():
     short = PhoneGeometry("pitched", PHONE.speaker_m * np.cos(pitch), PHONE.mics_m * np.cos(pitch))
     samples = record([Point(3.0, 1.7)], phone=short)
     expected = np.arctan2(1.7, 3.0 - short.mics_m[0, 1])
-    known = PaperDetector(BEEP, PHONE, STANDING, pitch_rad=pitch).process(samples)
-    unknown = PaperDetector(BEEP, PHONE, STANDING).process(samples)
+    known = PaperStandingDetector(BEEP, PHONE, pitch_rad=pitch).process(samples)
+    unknown = PaperStandingDetector(BEEP, PHONE).process(samples)
     assert len(known) == len(unknown) == 1
     assert known.bearing_rad[0] == pytest.approx(expected, abs=np.radians(1.5))
     assert np.degrees(unknown.bearing_rad[0] - expected) > 10.0
 
 
 def _with(**errata):
-    return replace(STANDING, errata=Errata(**errata))
+    return PaperSettings(errata=Errata(**errata))
 
 
 OBSTACLE = Point(3.0, 1.0)
@@ -336,7 +336,7 @@ def test_printed_rim_angle_never_collides():
 
 def test_reversed_replica_loses_the_echo():
     """Erratum `correlate_once`: nothing is compressed, so the direct sound smears over everything."""
-    found = PaperDetector(BEEP, PHONE, _with(correlate_once=False)).process(record([OBSTACLE]))
+    found = PaperStandingDetector(BEEP, PHONE, _with(correlate_once=False)).process(record([OBSTACLE]))
     near = np.abs(found.range_m - TRUE.range_m[0]) < 0.02
     assert not near.any()
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from obstaclewatch import BeepDesign, Flag, NoBeepError, PaperDetector, PaperSettings, Recording
+from obstaclewatch import BeepDesign, Flag, NoBeepError, PaperDetector, PaperStandingDetector, Recording
 from obstaclewatch.recordings.alignment import BeepFinder
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record
 
@@ -69,7 +69,7 @@ def test_a_recording_from_mid_beep_gives_the_same_ranges():
 def test_dropped_samples_are_survived():
     """800 samples missing: one beep is lost and said to be, then the beeps are found at their new places."""
     samples = np.delete(record([WALL], beeps=6), np.arange(40_000, 40_800), axis=1)
-    detector = PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False))
+    detector = PaperStandingDetector(BEEP, PHONE)
     detections = list(detector.stream(Recording(samples, BEEP.sample_rate_hz)))
     lost = [Flag.NO_BEEP in detection.beep_flags for detection in detections]
     assert lost == [False, False, False, True, False, False]

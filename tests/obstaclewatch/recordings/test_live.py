@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from obstaclewatch import BeepDesign, PaperDetector, PaperSettings, PhoneGeometry
+from obstaclewatch import BeepDesign, PaperSettings, PaperStandingDetector, PhoneGeometry
 from obstaclewatch.recordings.live import live_pieces
 
 BEEP = BeepDesign(18_000.0, 23_000.0, sample_rate_hz=48_000.0)
@@ -51,7 +51,7 @@ def room(monkeypatch):
 
 
 def test_beeps_are_played_and_their_echo_is_found(room):
-    detector = PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False, near_m=0.5, far_m=5.0))
+    detector = PaperStandingDetector(BEEP, PHONE, PaperSettings(near_m=0.5, far_m=5.0))
     found = list(detector.stream_pieces(live_pieces(BEEP, 0.9)))
     assert len(found) == 10
     assert all(abs(one.range_m[0] - 3.0) < 0.01 for one in found)

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from obstaclewatch import MatchedFilter, PaperDetector, PaperSettings
+from obstaclewatch import MatchedFilter, PaperSettings, PaperStandingDetector
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, second_after, true_range
 
@@ -55,7 +55,7 @@ def blocks_with_noise(snr_db, seed):
 def envelope_trials(snr_db):
     """(TRIALS, 4) range, path difference, claimed range deviation and SNR of the candidate within 6 cm, one
     width of the pulse, of the point; NaN where there is none."""
-    detector = PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False, second_mic_snr_db=6.0))
+    detector = PaperStandingDetector(BEEP, PHONE, PaperSettings(second_mic_snr_db=6.0))
     rows = np.full((TRIALS, 4), np.nan)
     for row, block in zip(rows, blocks_with_noise(snr_db, seed=8), strict=True):
         found = detector.process(block)

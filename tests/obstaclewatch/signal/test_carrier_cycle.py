@@ -5,18 +5,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
-from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence, phase_between, within_cycle
+from obstaclewatch import StandingDetector
+from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence, within_cycle
+from obstaclewatch.signal.carrier_phase import phase_at
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, recording, true_range
 
 CYCLE_M = C / BEEP.center_hz
 POINTS = [Point(2.5), Point(2.0, 1.8), Point(1.0, 2.5), Point(0.3, 1.5)]
-BY_CARRIER = PaperSettings(reject_static=False, mic_phase_rad=0.0)
 
 
 def difference_of(point):
     return true_range(point, 0.0, 0.0, mic=1) - true_range(point, 0.0, 0.0)
+
+
+def phases(profile, delay_s, later_s):
+    """(n,) phases of microphone 1 so much later than n delays at microphone 0, against it."""
+    position = (delay_s - profile.start_s) * profile.rate_hz
+    later = later_s * profile.rate_hz
+    return np.array([phase_at(profile.envelope, one, one + more) for one, more in zip(position, later, strict=True)])
 
 
 def within(phase_rad, envelope_m, std_m=0.003, longest_m=0.14):
@@ -33,14 +40,14 @@ def test_phase_of_an_exact_echo_is_that_of_its_path_difference(point):
     profile = MatchedFilter(BEEP, 0.02).compress(record([point]))
     delay_s, difference_s = (2.0 * true_range(point, 0.0, 0.0) + 0.03 * 0.9) / C, difference_of(point) / C
     aside = np.array([-2e-5, 0.0, 2e-5])
-    phase = phase_between(profile, delay_s + aside, difference_s - aside)
+    phase = phases(profile, delay_s + aside, difference_s - aside)
     turned = phase + 2.0 * np.pi * profile.reference_hz * difference_s
     np.testing.assert_allclose(np.angle(np.exp(1j * turned)), 0.0, atol=0.03)
 
 
 @pytest.mark.parametrize("point", POINTS)
 def test_the_detector_tells_the_difference_to_a_tenth_of_a_millimetre(point):
-    (found,) = PaperDetector(BEEP, PHONE, BY_CARRIER).stream(recording([point]))
+    (found,) = StandingDetector(BEEP, PHONE).stream(recording([point]))
     assert len(found) == 1
     assert found.range2_m[0] - found.range_m[0] == pytest.approx(difference_of(point), abs=1e-4)
 
@@ -50,7 +57,7 @@ def test_the_right_cycle_reaches_the_bound_of_the_carrier(snr_db, fewest_right):
     """Envelopes err by 1.9 mm at 35 dB, half a cycle is 8.4 mm; the carrier's bound is 67 um, 21 um at 45 dB."""
     point, rng = POINTS[1], np.random.default_rng(4)
     clean, level = record([point]), FULL_SCALE * noise_for(snr_db, POINTS[1].gain)
-    detector, errors = PaperDetector(BEEP, PHONE, BY_CARRIER), []
+    detector, errors = StandingDetector(BEEP, PHONE, averaged_beeps=1), []
     for _ in range(200):
         found = detector.process(clean + level * rng.standard_normal(clean.shape))
         near = np.flatnonzero(np.abs(found.range_m - true_range(point, 0.0, 0.0)) < 0.06)
@@ -68,9 +75,7 @@ def test_standing_bearings_follow_the_carrier():
     true = np.arctan2(1.2, 2.0 - PHONE.mics_m[0, 1])
     error = {}
     for phase in (0.0, None):
-        found = list(
-            TrackingDetector(BEEP, PHONE, PaperSettings(reject_static=False), mic_phase_rad=phase).stream(heard)
-        )
+        found = list(StandingDetector(BEEP, PHONE, mic_phase_rad=phase).stream(heard))
         assert len(found[-1]) >= 1
         k = int(np.argmin(np.abs(found[-1].range_m - true_range(point, 0.0, 0.0))))
         error[phase] = abs(found[-1].bearing_rad[k] - true)
@@ -82,8 +87,8 @@ def test_standing_bearings_follow_the_carrier():
 def test_what_a_channel_adds_is_taken_off():
     profile = MatchedFilter(BEEP, 0.02).compress(record([POINTS[1]]) * np.array([[1.0], [-1.0]]))
     delay_s = np.array([(2.0 * true_range(POINTS[1], 0.0, 0.0) + 0.027) / C])
-    phase = phase_between(profile, delay_s, np.full(1, difference_of(POINTS[1]) / C))
-    place, _ = within(float(phase[0]) - np.pi, difference_of(POINTS[1]))
+    (phase,) = phases(profile, delay_s, np.full(1, difference_of(POINTS[1]) / C))
+    place, _ = within(phase - np.pi, difference_of(POINTS[1]))
     assert place == pytest.approx(difference_of(POINTS[1]), abs=1e-4)
 
 
@@ -118,4 +123,4 @@ def test_a_choice_keeps_the_phase_and_never_claims_less_than_it(phase, envelope,
 
 def test_a_phase_that_is_no_number_is_an_error():
     with pytest.raises(ValueError, match="mic_phase_rad must be finite or None, got nan"):
-        PaperSettings(mic_phase_rad=np.nan)
+        StandingDetector(BEEP, PHONE, mic_phase_rad=np.nan)

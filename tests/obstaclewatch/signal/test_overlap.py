@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from obstaclewatch import PaperSettings, TrackingDetector
+from obstaclewatch import PaperSettings, StandingDetector
 from obstaclewatch.signal.echoes import local_maxima, noise_amplitude
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.signal.overlap import (
@@ -265,8 +265,8 @@ def test_a_corner_beside_a_wall_is_placed_to_a_few_millimetres():
     range_m = np.hypot(1.5, 1.35)
     wall = way_m(by_wall(range_m + 0.036, np.pi / 2))
     heard = recorded([(way_m(by_ground), (0.05, 0.1)), (corner, (0.04, 0.03)), (wall, (0.036, 0.03))])
-    settings = PaperSettings(reject_static=False, near_m=0.6)
-    found = list(TrackingDetector(BEEP, PHONE, settings, pitch_rad=PITCH).stream(heard))[-1]
+    settings = PaperSettings(near_m=0.6)
+    found = list(StandingDetector(BEEP, PHONE, settings, pitch_rad=PITCH).stream(heard))[-1]
     assert np.abs(found.range_m - range_m).min() < 0.005
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from obstaclewatch import Flag, PaperDetector, PaperSettings, Recording, TrackingDetector
+from obstaclewatch import Flag, PaperSettings, Recording, StandingDetector, TrackingDetector
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record, recording, true_range
 
 GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
@@ -139,23 +138,13 @@ def test_a_reach_too_short_for_noise_is_refused():
         with pytest.raises(ValueError, match=rf"far_m must be 1\.37 m or more beyond near_m .*, got 0\.3 and {far_m}"):
             TrackingDetector(BEEP, PHONE, PaperSettings(far_m=far_m))
     TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.7))
-    TrackingDetector(BEEP, PHONE, PaperSettings(far_m=1.2, reject_static=False))
+    StandingDetector(BEEP, PHONE, PaperSettings(far_m=1.2))
 
 
 def test_a_walker_without_width_is_refused():
     """0 / 0 in the prior made every probability of a collision NaN: no alert, without a word."""
     with pytest.raises(ValueError, match=r"walker_half_width_m must be positive to judge courses, got 0\.0"):
         TrackingDetector(BEEP, PHONE, PaperSettings(walker_half_width_m=0.0))
-
-
-def test_one_standing_beep_measures_as_the_paper_does_without_the_carrier():
-    still = replace(PaperSettings(), reject_static=False)
-    block = record([Point(2.0, 0.3)])
-    ours = TrackingDetector(BEEP, PHONE, still, mic_phase_rad=None).process(block)
-    papers = PaperDetector(BEEP, PHONE, still).process(block)
-    assert len(ours) == 1
-    assert np.array_equal(ours.range_m, papers.range_m)
-    assert not ours.decision.alert
 
 
 def test_a_beep_takes_well_under_its_period():

@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from obstaclewatch import PaperDetector, PaperSettings, TrackingDetector
+from obstaclewatch import PaperSettings, PaperStandingDetector, StandingDetector
 from obstaclewatch.recording import Recording
-from obstaclewatch.signal.beep_averaging import HeldPose
+from obstaclewatch.signal.beep_averaging import AveragedBeeps
 from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.standing.detector import OTHER_STD_M
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, Point, record, recording, true_range
-
-STANDING = PaperSettings(reject_static=False)
 
 
 def averaging(beeps):
-    return PaperDetector(BEEP, PHONE, PaperSettings(reject_static=False, held_beeps=beeps))
+    return StandingDetector(BEEP, PHONE, mic_phase_rad=None, averaged_beeps=beeps)
 
 
 def nearest_to(range_m, found):
@@ -49,14 +48,15 @@ def test_ranges_scatter_less_and_the_claim_follows():
         found = nearest_to(range_m, list(averaging(beeps).stream(heard))[15::16])
         assert len(found) == 20
         errors[beeps] = np.array([d.range_m[k] - range_m for d, k in found])
-        assert np.std(errors[beeps]) == pytest.approx(np.mean([d.range_std_m[k] for d, k in found]), rel=0.5)
+        by_noise = [np.sqrt(d.range_std_m[k] ** 2 - OTHER_STD_M**2) for d, k in found]
+        assert np.std(errors[beeps]) == pytest.approx(np.mean(by_noise), rel=0.5)
     assert np.std(errors[16]) < 0.4 * np.std(errors[1])
 
 
 def test_one_beep_is_handed_through_bit_for_bit():
     profile = MatchedFilter(BEEP, 0.02).compress(record([Point(2.0)], noise=1.0))
-    assert HeldPose(1).add(profile) is profile
-    assert np.array_equal(HeldPose(16).add(profile).envelope, profile.envelope)
+    assert AveragedBeeps(1).add(profile) is profile
+    assert np.array_equal(AveragedBeeps(16).add(profile).envelope, profile.envelope)
 
 
 @pytest.mark.parametrize("moved_m", [0.002, 0.5])
@@ -75,8 +75,8 @@ def test_another_pose_starts_anew(moved_m):
 def test_what_arrives_from_behind_is_left_out():
     ahead, behind, beside = Point(2.0), Point(-1.2), Point(0.0, aside_m=1.6)
     heard = recording([ahead, behind, beside], beeps=4, noise=0.3)
-    paper = list(PaperDetector(BEEP, PHONE, STANDING).stream(heard))[-1]
-    ours = list(TrackingDetector(BEEP, PHONE, STANDING).stream(heard))[-1]
+    paper = list(PaperStandingDetector(BEEP, PHONE).stream(heard))[-1]
+    ours = list(StandingDetector(BEEP, PHONE).stream(heard))[-1]
     expected = [true_range(point, 0.0, 0.0) for point in (beside, ahead)]
     behind_m = true_range(behind, 0.0, 0.0)
     assert np.abs(paper.range_m - behind_m).min() < 4e-3 < 0.1 < np.abs(ours.range_m - behind_m).min()
@@ -88,16 +88,25 @@ def test_what_arrives_from_behind_is_left_out():
 
 def test_the_nearest_are_kept_and_a_reset_forgets():
     points = [Point(0.8 + 0.4 * k) for k in range(8)]
-    detector = TrackingDetector(BEEP, PHONE, STANDING)
+    detector = StandingDetector(BEEP, PHONE)
     heard = recording(points, beeps=3, noise=0.1)
     first, again = list(detector.stream(heard)), list(detector.stream(heard))
-    assert len(first[-1]) == STANDING.max_candidates
+    assert len(first[-1]) == PaperSettings().max_candidates
     np.testing.assert_allclose(first[-1].range_m, [true_range(p, 0.0, 0.0) for p in points[:5]], atol=5e-3)
     assert all(np.array_equal(a.range_m, b.range_m) for a, b in zip(first, again, strict=True))
 
 
 def test_not_a_single_beep_is_an_error():
-    with pytest.raises(ValueError, match="held_beeps must be at least 1, got 0"):
-        PaperSettings(held_beeps=0)
-    with pytest.raises(ValueError, match="beeps must be at least 1, got 0"):
-        HeldPose(0)
+    for make in (averaging, AveragedBeeps):
+        with pytest.raises(ValueError, match="beeps must be at least 1, got 0"):
+            make(0)
+
+
+def test_one_beep_measures_as_the_paper_does_without_the_carrier():
+    """Peaks are placed by another order of additions: 500 samples of 7 mm, rounded to 2^-53."""
+    block = record([Point(2.0, 0.3)])
+    ours = StandingDetector(BEEP, PHONE, mic_phase_rad=None).process(block)
+    papers = PaperStandingDetector(BEEP, PHONE).process(block)
+    assert len(ours) == 1
+    np.testing.assert_allclose(ours.range_m, papers.range_m, atol=1e-12)
+    assert not ours.decision.alert

@@ -1,0 +1,130 @@
+"""A detector as a stream: one 90 ms beep in, one detection out, constant memory."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.detection import Decision, Detection, Flag
+from obstaclewatch.recording import PhoneGeometry, Recording
+from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
+from obstaclewatch.recordings.block_alignment import BlockAlignment
+from obstaclewatch.recordings.feed import SampleFeed
+from obstaclewatch.support.argument_types import check_numbers, check_types
+
+TAIL_S = 2e-3
+"""How much of the envelope is kept beyond the farthest echo."""
+
+
+class StreamingDetector(ABC):
+    """What all detectors share: blocks of one beep period, and recordings cut into such blocks.
+
+    Args:
+        beep: the emitted signal.
+        phone: where speaker and microphones are.
+        direct_delay_s: of the direct peak at microphone 0 after emission; a recording is cut by it.
+    """
+
+    def __init__(self, beep: BeepDesign, phone: PhoneGeometry, direct_delay_s: float) -> None:
+        self.beep = beep
+        self.phone = phone
+        self._direct_delay_s = direct_delay_s
+        self._blocks = BlockAlignment(beep)
+
+    def __repr__(self) -> str:
+        low, high = 1e-3 * self.beep.start_hz, 1e-3 * self.beep.stop_hz
+        return f"{type(self).__name__}({self.phone.name}, {low:g}-{high:g} kHz)"
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget all beeps so far."""
+
+    @abstractmethod
+    def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
+        """Measure one beep and decide.
+
+        Args:
+            block: (2, period_samples) one beep period, starting at the beep's emission.
+            time_s: time of the block's first sample; None takes whole periods since the last that was given, or 0.
+
+        Returns:
+            The detection. Without a beep it holds no candidates, the flag NO_BEEP, and casts no vote.
+
+        Raises:
+            ValueError: a block of another shape, samples that are not finite, or a time that is not finite or not
+                later than the last block's. The detector is as it was before, ready for another block.
+        """
+
+    def stream(self, recording: Recording) -> Iterator[Detection]:
+        """Detections of a recording that may start anywhere, one per whole beep period, from a fresh state.
+
+        Where samples were dropped and the beep is not at its place, it is searched for anew.
+
+        Raises:
+            ValueError: what is not a recording, or one whose rate is not the beep's.
+            NoBeepError: the recording holds no beep.
+        """
+        check_types(recording=(recording, Recording))
+        return self.stream_pieces([recording])
+
+    def stream_pieces(self, pieces: Iterable[Recording]) -> Iterator[Detection]:
+        """The same, bit for bit, of a recording that arrives in pieces of any length, in constant memory.
+
+        The pieces up to the first beep are read at once, so that what is wrong with them is said at once.
+
+        Raises:
+            ValueError, NoBeepError: as `stream`; a piece of another rate only when its turn comes.
+        """
+        self.reset()
+        feed = SampleFeed(pieces, self.beep.sample_rate_hz)
+        finder = BeepFinder(self.beep, self._direct_delay_s)
+        return self._stream(feed, finder, finder.next_emission(feed, 0))
+
+    def run(self, recording: Recording) -> list[Decision]:
+        """Decisions of a whole recording, one per beep; the same, bit for bit, as those of `stream`."""
+        return [detection.decision for detection in self.stream(recording)]
+
+    def _stream(self, feed: SampleFeed, finder: BeepFinder, begin: int) -> Iterator[Detection]:
+        period = self.beep.period_samples
+        while (block := feed.take(begin, begin + period)).shape[1] == period:
+            detection = self.process(block, begin / self.beep.sample_rate_hz)
+            yield detection
+            begin += period
+            feed.forget(begin - period)
+            if Flag.NO_BEEP in detection.beep_flags:
+                try:
+                    begin = max(finder.next_emission(feed, begin - period // 2), begin - period // 2)
+                except NoBeepError:
+                    return
+
+
+def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: float, pitch_rad: float | None) -> None:
+    """Refuse what no detector can run on.
+
+    Raises:
+        ValueError: another type, a speed of sound that is not positive, or a pitch of 90 degrees or more.
+    """
+    check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
+    check_numbers(sound_speed_m_s=sound_speed_m_s)
+    if pitch_rad is not None:
+        check_numbers(pitch_rad=pitch_rad)
+    if not (np.isfinite(sound_speed_m_s) and sound_speed_m_s > 0.0):
+        raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
+    if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
+        raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+
+
+def reach_s(beep: BeepDesign, far_m: float, sound_speed_m_s: float) -> float:
+    """Delay up to which the envelope is kept for echoes from so far.
+
+    Raises:
+        ValueError: it is longer than one beep period.
+    """
+    reach = 2.0 * far_m / sound_speed_m_s + TAIL_S
+    if reach > beep.period_s:
+        raise ValueError(f"far_m must be received within one beep period, got {far_m} m in {beep.period_s} s")
+    return reach
