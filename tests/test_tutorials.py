@@ -43,7 +43,7 @@ def test_the_tutorial_on_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         Path("results/paper").glob("smoke-*"), key=lambda run: (run / "manifest.json").stat().st_mtime
     )
     page = (first / "report.html").read_text(encoding="utf-8")
-    assert "TrackingDetector alerts in time on" in page
+    assert "TrackingDetector: TP" in page
     assert len(list((first / "replays").glob("*.json"))) == 2
     assert '<section id="walks">' in page
     assert '<section id="walks">' not in (alone / "report.html").read_text(encoding="utf-8")

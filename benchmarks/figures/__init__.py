@@ -13,13 +13,8 @@ from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, ca
 from benchmarks.figures.bench.extremes import detector_extremes, simulator_extremes
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
-from benchmarks.figures.bench.variants import (
-    of_one_variant,
-    rates_by_band,
-    rates_by_holding,
-    rates_by_interference,
-    sweep_curves,
-)
+from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves
+from benchmarks.figures.bench.variants import of_one_variant
 from benchmarks.figures.data import BarFigure, CurveFigure
 from benchmarks.figures.paper.claims import claims_table
 from benchmarks.figures.paper.diagrams import (

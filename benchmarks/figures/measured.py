@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, Curve, distribution_steps
+from benchmarks.figures.plots import Line
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paper_values import PaperValue
-from benchmarks.scoring.scores import (
-    Table,
-    absolute_errors,
-    quantile_with_interval,
-)
+from benchmarks.scoring.scores import Table, absolute_errors, quantile_with_interval, rate
 from benchmarks.scoring.statistics import Rate
-from obstaclewatch.support.arrays import Floats, Strings
+from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
 NO_DATA = "no data"
+TP = "TP: collisions with an alert in time"
+TN = "TN: other walks without an alert"
+INTERVALS = "Whiskers: 95 % Wilson intervals; counts below the bars."
+TOP = 112.0
+"""Upper end of an axis of percentages, with room for numbers on the bars."""
 DISPLAY = {"m": (100.0, "cm"), "rad": (180.0 / np.pi, "°")}
 
 
@@ -31,7 +34,7 @@ def detectors_of(run: RunData) -> list[str]:
 
 
 def walking_detectors(run: RunData) -> list[str]:
-    """Those that heard walks, without those of standing measurements alone; all where the run has no walk."""
+    """Those that ran on walks, without those of standing measurements alone; all where the run has no walk."""
     names = dict.fromkeys(n for c in run.cells if counts_as(c["cell"], "approach") for n in c["cell"]["detectors"])
     return [detector_label(name) for name in names] or detectors_of(run)
 
@@ -51,10 +54,48 @@ def rules_text(run: RunData) -> str:
     """By which rules an alert is in time, from the run's own settings; empty without walks."""
     rules = [c["cell"]["scoring"] for c in run.cells if counts_as(c["cell"], "approach")][:1]
     return " ".join(
-        f"In time: at least {rule['alert_margin_m']:g} m of way before contact; "
+        f"In time: at least {rule['alert_margin_m']:g} m before contact; "
         f"by the paper's rule: before contact, within {rule['alert_within_m']:g} m."
         for rule in rules
     )
+
+
+def sentences(said: Sequence[str], end: str = ".") -> str:
+    """Clauses as one sentence; without any it says that there is no data."""
+    return f"{'; '.join(said)}{end}" if said else "No data."
+
+
+def percents(found: Rate) -> tuple[float, float, float]:
+    """A rate and the ends of its interval, %."""
+    return 100.0 * found.value, 100.0 * found.low, 100.0 * found.high
+
+
+def binned_line(
+    detector: str,
+    edges: Sequence[float],
+    place: Floats,
+    measure: Callable[[Flags], tuple[float, float, float]],
+    aside: float = 0.0,
+) -> Line:
+    """One point a bin at the mean of its places, with whiskers; bins without a value are left out.
+
+    Args:
+        place: (n,) what is cut into bins.
+        measure: from the (n,) mask of a bin to a value and its interval; NaN is no value, or no interval.
+        aside: added to the places, so that the whiskers of two detectors stay apart.
+    """
+    bins = [mask for low, high in pairwise(edges) if (mask := (place >= low) & (place < high)).any()]
+    found = np.array([measure(mask) for mask in bins]).reshape(-1, 3)
+    kept = np.isfinite(found[:, 0])
+    value, low, high = found[kept].T
+    x = np.array([place[mask].mean() for mask in bins])[kept] + aside
+    ends = (np.where(np.isfinite(end), end, value) for end in (low, high))
+    return Line(detector, detector, x, value, "points", *ends)
+
+
+def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flags, aside: float = 0.0) -> Line:
+    """Shares of (n,) hits by bin, in percent with Wilson's intervals; see `binned_line`."""
+    return binned_line(detector, edges, place, lambda mask: percents(rate(hit[mask])), aside)
 
 
 def part(table: Table, column: str, value: object) -> Table:
@@ -65,8 +106,7 @@ def part(table: Table, column: str, value: object) -> Table:
 
 def rate_bar(group: str, series: str, found: Rate, paper: PaperValue | None = None) -> Bar:
     """A rate in percent with its Wilson interval."""
-    value, low, high = 100.0 * found.value, 100.0 * found.low, 100.0 * found.high
-    return Bar(group, series, value, low, high, f"{found.k}/{found.n}", found.n, paper)
+    return Bar(group, series, *percents(found), f"{found.k}/{found.n}", found.n, paper)
 
 
 def error_curve(
@@ -89,7 +129,7 @@ def error_curve(
 
 
 def quantile_over_walks(errors: Floats, quantile: float, walks: Strings) -> tuple[float, float, float, int]:
-    """Quantile, its 95 % interval over whole walks, and the count of finite errors.
+    """Quantile, its 95 % interval (bootstrap over walks), and the count of finite errors.
 
     The beeps of one walk are not independent, so fewer than two walks give no interval (NaN).
     """
@@ -100,7 +140,7 @@ def quantile_over_walks(errors: Floats, quantile: float, walks: Strings) -> tupl
 
 
 def quantile_text(errors: Floats, quantile: float, unit: str, walks: Strings) -> str:
-    """ "0.41 cm (0.38-0.45)": a quantile and its interval over whole walks; "no data" without a value."""
+    """ "0.41 cm (0.38-0.45)": a quantile and its interval over walks; "no data" without a value."""
     value, low, high, count = quantile_over_walks(errors, quantile, walks)
     if count == 0:
         return NO_DATA
@@ -120,19 +160,20 @@ def rate_text(found: Rate) -> str:
     """ "84.3 % (77.1–89.5 %, 108 of 128)"; "no data" without trials."""
     if found.n == 0:
         return NO_DATA
-    low, high = 100.0 * found.low, 100.0 * found.high
-    return f"{100.0 * found.value:.1f} % ({low:.1f}–{high:.1f} %, {found.k} of {found.n})"
+    value, low, high = percents(found)
+    return f"{value:.1f} % ({low:.1f}–{high:.1f} %, {found.k} of {found.n})"
 
 
 def against_paper(value: float, low: float, high: float, paper: PaperValue, higher_is_better: bool) -> str:
-    """How a measured value with its interval stands to the paper's: "cannot be told from", "better than", "worse than".
+    """How a measured value with its interval stands to the paper's: "not significantly different from", "better than"
+    or "worse than".
 
     Values in the paper's unit. Without a value or an interval it "cannot be compared with" the paper's.
     """
     if not np.isfinite([value, low, high]).all():
         return "cannot be compared with"
     if low <= paper.value <= high:
-        return "cannot be told from"
+        return "not significantly different from"
     return "better than" if (value > paper.value) == higher_is_better else "worse than"
 
 
@@ -146,12 +187,3 @@ def extreme(groups: dict[str, Rate], pick: Callable[..., str] = min) -> str:
     """Name of the group with the least (or greatest) rate; empty if none has data."""
     measured = [name for name, found in groups.items() if found.n]
     return pick(measured, key=lambda name: groups[name].value) if measured else ""
-
-
-TP = "TP: collisions alerted in time"
-
-TN = "TN: others without an alert"
-
-INTERVALS = "Whiskers: 95 % Wilson intervals; counts below the bars."
-
-TOP = 112.0

@@ -2,57 +2,31 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable
 
-Filter = Callable[[str], bool]
-_TOKENS = re.compile(r"\(|\)|[^\s()]+")
-_RESERVED = ("and", "or", "not", "(", ")")
+_WORD = re.compile(r"[^\s()]+")
+_OPERATORS = ("and", "or", "not")
+_PARTS = (ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.UnaryOp, ast.Not, ast.Name, ast.Load)
 
 
-def label_filter(expression: str) -> Filter:
+def label_filter(expression: str) -> Callable[[str], bool]:
     """A function that tells whether a label such as "supermarket/dustbin/17" fits.
+
+    Words become the names w0, w1 ... of a Python expression, which holds nothing but them and the operators.
 
     Raises:
         ValueError: the expression cannot be read.
     """
-    tokens = _TOKENS.findall(expression)
+    words = [word for word in _WORD.findall(expression) if word not in _OPERATORS]
+    names = iter(range(len(words)))
+    named = _WORD.sub(lambda found: found[0] if found[0] in _OPERATORS else f"w{next(names)}", expression)
     try:
-        found = _either(tokens)
-    except IndexError:
-        tokens = ["its end"]
-    if tokens:
-        raise ValueError(f"-k must join words by and, or, not, parentheses, got '{expression}', wrong at {tokens[0]}")
-    return found
-
-
-def _either(tokens: list[str]) -> Filter:
-    terms = [_both(tokens)]
-    while tokens and tokens[0] == "or":
-        tokens.pop(0)
-        terms.append(_both(tokens))
-    return lambda label: any(term(label) for term in terms)
-
-
-def _both(tokens: list[str]) -> Filter:
-    terms = [_one(tokens)]
-    while tokens and tokens[0] == "and":
-        tokens.pop(0)
-        terms.append(_one(tokens))
-    return lambda label: all(term(label) for term in terms)
-
-
-def _one(tokens: list[str]) -> Filter:
-    word = tokens.pop(0)
-    if word == "not":
-        negated = _one(tokens)
-        return lambda label: not negated(label)
-    if word == "(":
-        inner = _either(tokens)
-        if tokens.pop(0) != ")":
-            raise IndexError
-        return inner
-    if word in _RESERVED:
-        tokens.insert(0, word)
-        raise IndexError
-    return lambda label: word in label
+        tree = ast.parse(named.strip(), "-k", mode="eval")
+    except (SyntaxError, RecursionError, MemoryError):
+        tree = None
+    if tree is None or not all(isinstance(node, _PARTS) for node in ast.walk(tree)):
+        raise ValueError(f"-k must join words by and, or, not, parentheses, got '{expression}'")
+    code = compile(tree, "-k", "eval")
+    return lambda label: eval(code, {"__builtins__": {}}, {f"w{k}": word in label for k, word in enumerate(words)})

@@ -39,7 +39,13 @@ from benchmarks.scoring.scores import (
 from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Floats
 
-WORDS = {"better than": "better", "worse than": "worse", "cannot be told from": "same", "cannot be compared with": ""}
+WORDS = {
+    "better than": "better",
+    "worse than": "worse",
+    "not significantly different from": "inconclusive",
+    "cannot be compared with": "",
+}
+"""Tags beside the paper's values, by the words of `against_paper`."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,8 @@ class Measured:
         text: value with unit; "no data" without any.
         interval: its 95 % interval, or empty.
         count: observations behind it.
-        against: "better", "worse" or "same" (the interval holds the paper's value); empty where the paper has none.
+        against: "better", "worse" or "inconclusive" (the interval holds the paper's value, so that it decides nothing);
+            empty where the paper has none.
     """
 
     text: str
@@ -96,8 +103,8 @@ def verdict_rows(run: RunData) -> list[Row]:
         cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
         rows.append(Row(group, label, *_printed(paper), cells))
     held = _groups(run)
-    told = any("loud_echoes_m" in record["result"] for record in run.ok)
-    return [row for row in rows if row.group in held and (told or row.label not in AGAINST_ECHOES)]
+    echoing = any("loud_echoes_m" in record["result"] for record in run.ok)
+    return [row for row in rows if row.group in held and (echoing or row.label not in AGAINST_ECHOES)]
 
 
 def _groups(run: RunData) -> set[str]:
@@ -117,10 +124,7 @@ def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
 
 
 def _alert_sentence(name: str, tp: str, tn: str, false: str) -> str:
-    return (
-        f"{name} alerts in time on {tp} of the collisions, leaves {tn} of the other walks in peace, "
-        f"and alerts falsely on {false} of all walks."
-    )
+    return f"{name}: TP {tp} of the collisions, TN {tn} of the other walks; false alerts on {false} of all walks."
 
 
 def _standing_sentence(name: str, first: str, second: str) -> str:
@@ -143,8 +147,8 @@ def true_positives_by_the_paper(table: Table) -> Rate:
 
 _OVERALL, _FALSE = paper_values.OVERALL, paper_values.FALSE_ALERTS
 _RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue, PaperValue | None, bool], ...] = (
-    ("TP: collisions alerted in time", true_positive_rate, _OVERALL.true_positive, None, True),
-    ("TN: other walks left in peace", true_negative_rate, _OVERALL.true_negative, None, True),
+    ("TP: collisions with an alert in time", true_positive_rate, _OVERALL.true_positive, None, True),
+    ("TN: other walks without an alert", true_negative_rate, _OVERALL.true_negative, None, True),
     ("false alerts over all walks", false_alerts_over_all, _FALSE["PaperDetector"], _FALSE[BASELINE], False),
     ("TP by the paper's rule", true_positives_by_the_paper, _OVERALL.true_positive, None, True),
 )
@@ -173,7 +177,7 @@ def _rate_row(
 
 def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, PaperValue | None]]:
     """Group, label, how it is measured, and the paper's value."""
-    distance, ahead, lead = "alert_distance_m", "median way left at the alert", "median time left at the alert"
+    at_alert = "to contact at the alert, collisions"
     standing: list[tuple[str, str, Quantity, PaperValue | None]] = [
         (
             "Standing",
@@ -185,8 +189,13 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
     ]
     error = partial(partial, _error)
     return [
-        ("Alerts", f"{ahead}, collisions", partial(_of_alerts, column=distance, scale=1.0, unit="m"), None),
-        ("Alerts", f"{lead}, collisions", partial(_of_alerts, column="alert_lead_s", scale=1.0, unit="s"), None),
+        (
+            "Alerts",
+            f"median distance {at_alert}",
+            partial(_of_alerts, column="alert_distance_m", unit="m"),
+            None,
+        ),
+        ("Alerts", f"median time {at_alert}", partial(_of_alerts, column="alert_lead_s", unit="s"), None),
         *standing,
         ("Standing", STANDING[0], error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),
         ("Standing", STANDING[1], error("standing", "range2_m", "m", 0.9), paper_values.DISTANCE2_P90),
@@ -208,14 +217,14 @@ def _error_to_echo(tables: Tables, paper: PaperValue | None, column: str, quanti
 _AGAINST_ECHOES: tuple[tuple[str, str, Quantity, None], ...] = tuple(
     (
         "Standing",
-        f"{label} against what echoes, {said} (diagnostic)",
+        f"{label} against the nearest loud echo, {said} (diagnostic)",
         partial(_error_to_echo, column=column, quantile=quantile),
         None,
     )
     for column, label in (("range_m", "Distance1"), ("range2_m", "Distance2"))
     for said, quantile in (("median", 0.5), ("P90", 0.9))
 )
-"""Not held against the paper, whose errors are to the obstacle."""
+"""Not compared with the paper, whose errors are to the obstacle."""
 AGAINST_ECHOES = tuple(label for _, label, *_ in _AGAINST_ECHOES)
 
 _NARROW = f"radius of targets up to {2 * NARROW_M:g} m wide"
@@ -239,9 +248,9 @@ def _narrow_radius(tables: Tables, paper: PaperValue | None, quantile: float) ->
     return _error("walking", "radius_m", "m", quantile, Tables(tables.walks, walking, tables.standing), paper)
 
 
-def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, scale: float, unit: str) -> Measured:
+def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, unit: str) -> Measured:
     alerted = chosen(tables.walks, tables.walks["collides"] & tables.walks["alert"])
-    return _quantile(alerted[column], 0.5, alerted["label"], scale, unit, paper)
+    return _quantile(alerted[column], 0.5, alerted["label"], 1.0, unit, paper)
 
 
 def _quantile(

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from benchmarks.scoring.statistics import BOOTSTRAP, mcnemar
-from obstaclewatch.support.arrays import Floats
 
 Summary = Callable[..., Any]
 """`np.median` or `np.mean`."""
 BATCH_VALUES = 1_000_000
+"""Resampled values held at a time."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +79,11 @@ def shift_of(
     difference = difference[np.isfinite(difference)]
     if len(difference) == 0:
         return Shift(np.nan, np.nan, np.nan, 0, had, has)
-    low, high = np.quantile(_draws(difference, summary, seed), [1.0 - confidence, confidence])
-    return Shift(float(summary(difference)), float(low), float(high), len(difference), had, has)
-
-
-def _draws(values: Floats, summary: Summary, seed: int) -> Floats:
-    """(BOOTSTRAP,) the summary of resamples, as many at a time as fit in some megabytes."""
-    rng, n = np.random.default_rng(seed), len(values)
-    batch = max(1, BATCH_VALUES // n)
-    counts = [min(batch, BOOTSTRAP - first) for first in range(0, BOOTSTRAP, batch)]
-    return np.concatenate([summary(values[rng.integers(n, size=(count, n))], axis=-1) for count in counts])
+    value = float(summary(difference))
+    if len(difference) == 1:
+        return Shift(value, value, value, 1, had, has)
+    low, high = stats.bootstrap(
+        (difference,), summary, n_resamples=BOOTSTRAP, batch=max(1, BATCH_VALUES // len(difference)), vectorized=True,
+        confidence_level=2.0 * confidence - 1.0, method="percentile", rng=seed,
+    ).confidence_interval  # fmt: skip
+    return Shift(value, float(low), float(high), len(difference), had, has)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,10 @@ from scipy import stats
 
 from benchmarks.cells.detectors import parse_detector
 from benchmarks.cells.spec import Scoring, counts_as
-from benchmarks.figures.measured import detectors_of
+from benchmarks.figures.measured import binned_rates, detectors_of, percents
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import Table, approach_table, chosen, rate, true_negative_rate, true_positive_rate
+from benchmarks.scoring.scores import approach_table, chosen, rate, true_negative_rate, true_positive_rate
 from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Floats
 
@@ -23,7 +22,7 @@ MISS_BINS_M = (0.0, 1e-6, 0.25, 0.5, 0.75, 1.0, 1.5, 2.5)
 """Distances in plan between obstacle and line of walk; the first bin holds those whose line meets the obstacle."""
 AT_LEAST = np.linspace(0.0, 5.0, 101)
 MARGINS_M = (0.0, 1.0, 2.0, 3.0)
-"""Ways left for which shares of alerts are told with an interval: 1 m is the rule, 3 m the paper's danger distance."""
+"""Distances to contact at which TP is given with an interval: 1 m is the rule, 3 m the paper's danger distance."""
 Families = dict[str, list[tuple[str, float, float, int, int]]]
 """Class of detectors -> of each its name, false and true alerts, and walks without and with a collision."""
 DEVIATE_NOTE = "Dashed: chance. Rates of 0 and 1 are drawn half a walk inside."
@@ -47,7 +46,8 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
     said = []
     for detector in plain_detectors(run):
         table = approach_table(run, detector)
-        line = _miss_line(table, detector, 0.015 * (len(lines) - 1))
+        aside = 0.015 * (len(lines) - 1)
+        line = binned_rates(detector, MISS_BINS_M, table["miss_distance_m"], table["alert"], aside)
         lines.append(line)
         if np.isfinite(line.y).any():
             far = rate(table["alert"][table["miss_distance_m"] > 0.5])
@@ -66,7 +66,7 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
     )
     return PlotFigure(
         "miss_distance",
-        "Alerts against miss distance",
+        "Alert rate against miss distance",
         (panel,),
         " ".join(said) or "No data.",
         "Whiskers: 95 % Wilson intervals. At 0 the line meets the obstacle. An ideal detector falls from 100 to 0 % at "
@@ -75,11 +75,11 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
 
 
 def alert_distances(run: RunData) -> PlotFigure:
-    """The share of collisions alerted, over the way and the time that must be left: TP as the margin grows."""
+    """TP against the distance and the time that must remain to contact."""
     panels, said = [], []
     margin_m, within_m = scoring_of(run).alert_margin_m, scoring_of(run).alert_within_m
     for column, title, unit in (
-        ("alert_distance_m", "way from alert to contact, m", "m"),
+        ("alert_distance_m", "distance from alert to contact, m", "m"),
         ("alert_lead_s", "time from alert to contact, s", "s"),
     ):
         lines: list[Line] = []
@@ -108,37 +108,22 @@ def alert_distances(run: RunData) -> PlotFigure:
         )
     return PlotFigure(
         "alert_distance",
-        "How early alerts come: TP against the way, and the time, that must be left",
+        "TP against the distance and the time that must remain to contact",
         tuple(panels),
         " ".join(said) or "No data.",
-        f"At 0: all collisions alerted before contact. The rule of every other figure: {margin_m:g} m of way. The "
+        f"At 0: all collisions alerted before contact. The rule of every other figure: {margin_m:g} m. The "
         f"paper's rule asks for alerts within {within_m:g} m. Whiskers: 95 % Wilson intervals.",
     )
 
 
 def roc(run: RunData) -> PlotFigure:
     """True alerts against false ones for every detector, those that differ in constants alone joined by a line."""
-    return _operating_points(run, "roc", "ROC · Alerts in time against false alerts", False)
+    return _operating_points(run, "roc", "ROC · TP against the false-alert rate", False)
 
 
 def det(run: RunData) -> PlotFigure:
     """Misses against false alerts on normal deviates, where chance is a straight line (Martin et al. 1997)."""
-    return _operating_points(run, "det", "DET · Missed collisions against false alerts", True)
-
-
-def _miss_line(table: Table, detector: str, shift_m: float) -> Line:
-    """Rates by bins of miss distance, set a little aside so that whiskers stay apart."""
-    x, y, low, high = [], [], [], []
-    for least, most in pairwise(MISS_BINS_M):
-        inside = (table["miss_distance_m"] >= least) & (table["miss_distance_m"] < most)
-        found = rate(table["alert"][inside])
-        if found.n:
-            x.append(float(table["miss_distance_m"][inside].mean()) + shift_m)
-            y.append(100.0 * found.value)
-            low.append(100.0 * found.low)
-            high.append(100.0 * found.high)
-    ends = np.array(low), np.array(high)
-    return Line(detector, detector, np.array(x), np.array(y), "points", *ends)
+    return _operating_points(run, "det", "DET · Missed collisions against the false-alert rate", True)
 
 
 def _shares(left: Floats, at_least: Floats) -> Floats:
@@ -149,7 +134,7 @@ def _shares(left: Floats, at_least: Floats) -> Floats:
 
 
 def _margin_line(detector: str, rates: Sequence[Rate], shift_m: float) -> Line:
-    value, low, high = (100.0 * np.array([getattr(each, name) for each in rates]) for name in ("value", "low", "high"))
+    value, low, high = np.array([percents(each) for each in rates]).T
     return Line("", detector, np.array(MARGINS_M) + shift_m, value, "points", low, high)
 
 
@@ -188,7 +173,7 @@ def _operating_points(run: RunData, name: str, title: str, deviates: bool) -> Pl
         title,
         (panel,),
         reading,
-        f"{_swept_note(families)}{DEVIATE_NOTE if deviates else 'Dashed: alerts that know nothing.'}",
+        f"{_swept_note(families)}{DEVIATE_NOTE if deviates else 'Dashed: chance.'}",
         height_in=3.6,
     )
 

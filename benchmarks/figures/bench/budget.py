@@ -1,4 +1,4 @@
-"""Where errors and losses come from, and whether claimed deviations are honest."""
+"""Where errors and losses come from, and how claimed deviations compare with errors."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ import numpy as np
 from scipy import stats
 
 from benchmarks.figures.bench.alerts import plain_detectors
-from benchmarks.figures.measured import judged_detectors
+from benchmarks.figures.measured import judged_detectors, sentences
 from benchmarks.figures.plots import Line, Panel, PlotFigure, Style
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
+from obstaclewatch.support.arrays import Flags, Floats
 
 SPEED_M_S = 343.0
-HEARD_BEEPS = 5
-"""Beeps with an estimate of the target, between 5 and 1 m, without which a collision counts as not heard."""
-WITHOUT_READING_AHEAD = ("TrackingDetector",)
-"""Detectors that correct the range-Doppler reading themselves."""
-LOSSES = ("in time", "too late", "heard, not judged\na collision", "not heard")
+DETECTED_BEEPS = 5
+"""Beeps with an estimate of the target, between 5 and 1 m, without which a collision counts as not detected."""
+CORRECT_RANGE_DOPPLER = ("TrackingDetector",)
+"""Detectors that correct the range-Doppler bias themselves."""
+LOSSES = ("in time", "too late", "detected, not judged\na collision", "not detected")
 
 
 def range_budget(run: RunData) -> PlotFigure:
     """The walking range error taken apart: what range-Doppler coupling, and what noise, must amount to."""
     panels, said = [], []
-    ticks = ("as measured", "range-Doppler\nremoved", "standing", "noise alone\n(bound)")
+    ticks = ("as measured", "without range-\nDoppler bias", "standing", "noise alone\n(bound)")
     for detector in judged_detectors(run):
         walking, still = beep_table(run, detector, "approach"), beep_table(run, detector, "standing")
-        parts = _budget(run, walking, still, detector not in WITHOUT_READING_AHEAD)
+        parts = _budget(run, walking, still, detector not in CORRECT_RANGE_DOPPLER)
         lines = []
         for k, (label, quantile) in enumerate((("median", 0.5), ("P90", 0.9))):
             heights = np.array([100 * _quantile(part, quantile) for part in parts])
@@ -37,16 +38,16 @@ def range_budget(run: RunData) -> PlotFigure:
         said.append(f"{detector}: signed median while walking {signed:+.1f} cm" if np.isfinite(signed) else detector)
     return PlotFigure(
         "error_budget",
-        "Where range errors come from",
+        "Range error: measured, without range-Doppler bias, standing, and the bound from noise",
         tuple(panels),
         "; ".join(said) + ".",
-        "Removed: the reading 0.205 s ahead, times the closing speed of the true range. Bound: Cramer-Rao, from each "
+        "Range-Doppler bias: 0.205 s times the true closing speed. Bound: Cramer-Rao, from each "
         "beep's own SNR. What is left between the second and the last is association, multipath and gait.",
     )
 
 
 def losses(run: RunData) -> PlotFigure:
-    """What becomes of collisions: alerted in time, too late, heard but not judged one, or not heard at all."""
+    """What becomes of collisions: alerted in time, too late, detected but not judged one, or not detected at all."""
     detectors = plain_detectors(run)
     lines = []
     shares = np.array([_fates(run, detector) for detector in detectors]).reshape(len(detectors), 4)
@@ -64,17 +65,17 @@ def losses(run: RunData) -> PlotFigure:
         width_in=4.6,
     )
     said = [
-        f"{name}: {row[0]:.0f} % in time, {row[1]:.0f} % too late, {row[2]:.0f} % heard but not judged a collision, "
-        f"{row[3]:.0f} % not heard"
+        f"{name}: {row[0]:.0f} % in time, {row[1]:.0f} % too late, {row[2]:.0f} % detected but not judged a collision, "
+        f"{row[3]:.0f} % not detected"
         for name, row in zip(detectors, shares, strict=True)
         if np.isfinite(row).all()
     ]
     return PlotFigure(
         "losses",
-        "What becomes of collisions",
+        "Collisions by outcome: in time, too late, detected only, not detected",
         (panel,),
-        "; ".join(said) + "." if said else "No data.",
-        f"Heard: at least {HEARD_BEEPS} beeps between 5 and 1 m with a candidate within the gate of the true range.",
+        sentences(said),
+        f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m.",
         height_in=0.9 + 0.45 * max(1, len(detectors)),
     )
 
@@ -101,35 +102,35 @@ def calibration(run: RunData) -> PlotFigure:
                 style: Style = "line" if kind == "approach" else "dashed"
                 lines.append(Line(f"{detector}, {state}", detector, k, share, style))
                 said.append(f"{title}, {detector} {state}: {100 * np.mean(ratio <= 1.0):.0f} % within one deviation")
-        honest = Line("honest (normal)", "muted", k, 100.0 * (2.0 * stats.norm.cdf(k) - 1.0), "dotted")
+        ideal = Line("normal errors", "muted", k, 100.0 * (2.0 * stats.norm.cdf(k) - 1.0), "dotted")
         panels.append(
             Panel(
                 title,
                 "claimed deviations",
                 "errors within, %",
-                (*lines, honest) if lines else (),
+                (*lines, ideal) if lines else (),
                 x_range=(0.0, 4.0),
                 y_range=(0.0, 103.0),
             )
         )
     return PlotFigure(
         "calibration",
-        "Are claimed deviations honest?",
+        "Calibration of the claimed standard deviations",
         tuple(panels),
-        f"{'; '.join(said)} (honest: 68 %)." if said else "No data.",
-        "Below the dotted line a detector claims too much. PaperDetector's claim is the bound from noise, "
+        sentences(said, " (normal errors: 68 %)."),
+        "Below the dotted line the claimed deviations are too small. PaperDetector's claim is the bound from noise, "
         "without range-Doppler bias and body.",
     )
 
 
-def heard_enough(walks: Table, beeps: Table) -> np.ndarray:
-    """(walks,) whether each walk's target has an estimate in `HEARD_BEEPS` beeps between 5 and 1 m."""
+def detected_enough(walks: Table, beeps: Table) -> Flags:
+    """(walks,) whether each walk's target has an estimate in `DETECTED_BEEPS` beeps between 5 and 1 m."""
     near = (beeps["true_range_m"] < 5.0) & (beeps["true_range_m"] > 1.0) & np.isfinite(beeps["range_m"])
     labels, counts = np.unique(beeps["label"][near], return_counts=True)
-    return np.isin(walks["label"], labels[counts >= HEARD_BEEPS])
+    return np.isin(walks["label"], labels[counts >= DETECTED_BEEPS])
 
 
-def _budget(run: RunData, walking: Table, still: Table, reads_ahead: bool) -> tuple[np.ndarray, ...]:
+def _budget(run: RunData, walking: Table, still: Table, biased: bool) -> tuple[Floats, ...]:
     cells = [record["cell"]["beep"] for record in run.cells if record["cell"]["kind"] == "approach"][:1]
     beep = BeepDesign(**(cells[0] if cells else {}))
     error = walking["range_m"] - walking["true_range_m"]
@@ -138,11 +139,11 @@ def _budget(run: RunData, walking: Table, still: Table, reads_ahead: bool) -> tu
     bound = 0.5 * SPEED_M_S / (2 * np.pi * rms_bandwidth_hz(beep)) * 10.0 ** (-both / 20.0)
     normal = np.abs(stats.norm.ppf((np.arange(len(bound)) + 0.5) / max(len(bound), 1)))
     noise = np.random.default_rng(0).permutation(normal) * bound
-    rest = np.abs(error + ahead) if reads_ahead else np.full(len(error), np.nan)
+    rest = np.abs(error + ahead) if biased else np.full(len(error), np.nan)
     return np.abs(error), rest, np.abs(still["range_m"] - still["true_range_m"]), noise
 
 
-def closing_speed(table: Table) -> np.ndarray:
+def closing_speed(table: Table) -> Floats:
     """Fall of the true range per second, over each walk; NaN where a walk has one beep."""
     speed = np.full(len(table["label"]), np.nan)
     for label in np.unique(table["label"]):
@@ -152,7 +153,7 @@ def closing_speed(table: Table) -> np.ndarray:
     return speed
 
 
-def _quantile(values: np.ndarray, q: float) -> float:
+def _quantile(values: Floats, q: float) -> float:
     finite = values[np.isfinite(values)]
     return float(np.quantile(finite, q)) if len(finite) else np.nan
 
@@ -163,7 +164,7 @@ def _fates(run: RunData, detector: str) -> list[float]:
     walks = chosen(walks, walks["collides"])
     if len(walks["label"]) == 0:
         return [np.nan] * 4
-    heard = heard_enough(walks, beeps)
+    detected = detected_enough(walks, beeps)
     alert, in_time = walks["alert"], walks["true_alert"]
-    parts = (in_time, alert & ~in_time, ~alert & heard, ~alert & ~heard)
+    parts = (in_time, alert & ~in_time, ~alert & detected, ~alert & ~detected)
     return [100.0 * float(part.mean()) for part in parts]

@@ -1,4 +1,4 @@
-"""What every cause of error costs in alerts and errors: pooled, by kind of obstacle and scene, and as a table."""
+"""Alerts and errors with one cause of error removed: pooled, by kind of obstacle and scene, and as a table."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.figures.bench.budget import HEARD_BEEPS
+from benchmarks.figures.bench.budget import DETECTED_BEEPS
 from benchmarks.figures.bench.causes import (
     Count,
     Effect,
     Floats,
-    Heard,
+    Point,
     Spread,
     bearing_deg,
     before_contact,
+    detected,
     effect,
     false_alerts,
-    found,
     groups,
-    in_peace,
     in_time,
     medians_of_shared_beeps,
-    points_heard,
+    no_alert,
+    points_of,
     range_cm,
     spread,
 )
@@ -32,100 +32,100 @@ from benchmarks.runs.results import RunData
 
 UPPER = 0.8
 RATES: tuple[tuple[str, Count], ...] = (
-    ("TP: collisions alerted, %", in_time),
-    ("TN: others left in peace, %", in_peace),
-    ("collisions heard, %", found),
+    ("TP: collisions with an alert, %", in_time),
+    ("TN: other walks without an alert, %", no_alert),
+    ("collisions detected, %", detected),
 )
-ERRORS: tuple[tuple[str, Callable[[Heard], Floats]], ...] = (
+ERRORS: tuple[tuple[str, Callable[[Point], Floats]], ...] = (
     ("bearing error, °", bearing_deg),
     ("range error, cm", range_cm),
 )
-LATE, HIGH = "alerted before contact, however late", f"{100 * UPPER:.0f} % of the errors are below"
+LATE, HIGH = "alert before contact, however late", f"{100 * UPPER:.0f} % of the errors are below"
 PAIRED = (
     "The same walks at every point. Dashed: as it is. Whiskers of rates: the paired 95 % interval of the change "
-    "(exact, by the walks that differ), set on the rate as it is: one that crosses the dashed line is no change that "
-    "can be told. Those of the first row are Wilson's, those of medians a bootstrap over whole walks."
+    "(exact, by the walks that differ), set on the rate as it is: one that crosses the dashed line is not "
+    "significant. Those of the first row are Wilson's, those of medians a bootstrap over walks."
 )
-HEARD = f"Heard: an estimate in at least {HEARD_BEEPS} beeps between 5 and 1 m."
+DETECTED = f"Detected: an estimate in at least {DETECTED_BEEPS} beeps between 5 and 1 m."
 SHOWN = (-3.0, 103.0)
 
 
 def cause_budget(run: RunData) -> PlotFigure:
-    """Rates and errors with each cause taken away, over all walks."""
-    heard = {name: points for name in judged_detectors(run) if (points := points_heard(run, name))}
-    panels = [_rate_panel(label, count, heard) for label, count in RATES]
-    panels += [_error_panel(label, errors, heard) for label, errors in ERRORS]
+    """Rates and errors with each cause removed, over all walks."""
+    measured = {name: points for name in judged_detectors(run) if (points := points_of(run, name))}
+    panels = [_rate_panel(label, count, measured) for label, count in RATES]
+    panels += [_error_panel(label, errors, measured) for label, errors in ERRORS]
     return PlotFigure(
         "cause_budget",
-        "What each cause of error costs",
+        "TP, TN and errors with one cause of error removed",
         tuple(panels),
-        " ".join(_said(name, points) for name, points in heard.items()) or "No data.",
-        f"{PAIRED} {HEARD} {rules_text(run)}",
-        height_in=_height(heard),
+        " ".join(_said(name, points) for name, points in measured.items()) or "No data.",
+        f"{PAIRED} {DETECTED} {rules_text(run)}",
+        height_in=_height(measured),
     )
 
 
 def cause_strata(run: RunData) -> PlotFigure:
-    """TP and TN with each cause taken away, by kind of obstacle and by scene."""
+    """TP and TN with each cause removed, by kind of obstacle and by scene."""
     panels, said, detectors = [], [], judged_detectors(run)
     for detector in detectors:
-        points = points_heard(run, detector)
+        points = points_of(run, detector)
         for name, column, value in groups(run)[1:] if points else ():
             title = name if len(detectors) == 1 else f"{detector}, {name}"
-            there = {point: heard.of(column, value) for point, heard in points.items()}
-            found_there = {label: _effects(count, there) for label, count in RATES[:2]}
-            panels.append(_group_panel(title, found_there))
-            best = _most(found_there[RATES[0][0]])
+            there = {each: point.of(column, value) for each, point in points.items()}
+            effects_of = {label: _effects(count, there) for label, count in RATES[:2]}
+            panels.append(_group_panel(title, effects_of))
+            best = _most(effects_of[RATES[0][0]])
             said.append(f"{title}: TP {_change(best)}" if best else f"{title}: no collisions")
     return PlotFigure(
         "cause_strata",
-        "What each cause costs, by kind of obstacle and by scene",
-        tuple(panels) or (Panel("", "", "", ()),),
-        f"Most is gained, {'; '.join(said)}." if said else "No data.",
+        "TP and TN with one cause of error removed, by kind of obstacle and by scene",
+        tuple(panels),
+        f"Largest gain, {'; '.join(said)}." if said else "No data.",
         PAIRED,
         height_in=max([2.7, *(0.27 * len(panel.ticks) + 0.3 for panel in panels)]),
     )
 
 
 def cause_table(run: RunData) -> TableFigure:
-    """Rates, changes and errors of all walks with each cause taken away."""
-    return _table(run, "cause_table", "What each cause of error costs", groups(run)[:1])
+    """Rates, changes and errors of all walks with each cause removed."""
+    return _table(run, "cause_table", "TP, TN and errors with one cause of error removed", groups(run)[:1])
 
 
 def cause_table_strata(run: RunData) -> TableFigure:
     """The same by kind of obstacle and by scene; long."""
-    return _table(run, "cause_table_strata", "What each cause costs, by kind and scene", groups(run)[1:])
+    return _table(run, "cause_table_strata", "One cause of error removed, by kind and scene", groups(run)[1:])
 
 
-def _effects(count: Count, points: dict[str, Heard]) -> dict[str, Effect]:
+def _effects(count: Count, points: dict[str, Point]) -> dict[str, Effect]:
     first = next(iter(points.values()))
-    return {name: effect(count, first, heard) for name, heard in points.items()}
+    return {name: effect(count, first, point) for name, point in points.items()}
 
 
-def _spreads(errors: Callable[[Heard], Floats], points: dict[str, Heard]) -> dict[str, Spread]:
-    return {name: spread(errors(heard), heard, UPPER) for name, heard in points.items()}
+def _spreads(errors: Callable[[Point], Floats], points: dict[str, Point]) -> dict[str, Spread]:
+    return {name: spread(errors(point), point, UPPER) for name, point in points.items()}
 
 
-def _rate_panel(label: str, count: Count, heard: dict[str, dict[str, Heard]]) -> Panel:
+def _rate_panel(label: str, count: Count, measured: dict[str, dict[str, Point]]) -> Panel:
     lines, guides = [], []
-    for k, (detector, points) in enumerate(heard.items()):
+    for k, (detector, points) in enumerate(measured.items()):
         effects = _effects(count, points)
-        aside = 0.2 * (k - 0.5 * (len(heard) - 1))
+        aside = 0.2 * (k - 0.5 * (len(measured) - 1))
         guides.append(Guide("x", next(iter(effects.values())).value, "", detector))
         if count is in_time:
             late = np.array([each.value for each in _effects(before_contact, points).values()])
             lines.append(Line(LATE, detector, late, np.arange(len(late)) + aside, "ring"))
         lines.append(_effect_line(detector, detector, effects, aside))
     return Panel(
-        "", label, "", tuple(lines), tuple(guides), ticks=_ticks(heard), flat=True, x_range=SHOWN, width_in=2.2
+        "", label, "", tuple(lines), tuple(guides), ticks=_ticks(measured), flat=True, x_range=SHOWN, width_in=2.2
     )
 
 
-def _error_panel(label: str, errors: Callable[[Heard], Floats], heard: dict[str, dict[str, Heard]]) -> Panel:
+def _error_panel(label: str, errors: Callable[[Point], Floats], measured: dict[str, dict[str, Point]]) -> Panel:
     lines, guides, most = [], [], 0.0
-    for k, (detector, points) in enumerate(heard.items()):
+    for k, (detector, points) in enumerate(measured.items()):
         spreads = list(_spreads(errors, points).values())
-        place = np.arange(len(spreads)) + 0.2 * (k - 0.5 * (len(heard) - 1))
+        place = np.arange(len(spreads)) + 0.2 * (k - 0.5 * (len(measured) - 1))
         median, low, high, upper = (
             np.array([getattr(s, n) for s in spreads]) for n in ("median", "low", "high", "upper")
         )
@@ -134,20 +134,20 @@ def _error_panel(label: str, errors: Callable[[Heard], Floats], heard: dict[str,
         guides.append(Guide("x", float(median[0]), "", detector))
         most = max([most, *upper[np.isfinite(upper)], *high[np.isfinite(high)]])
     return Panel(
-        "", label, "", tuple(lines), tuple(guides), ticks=_ticks(heard), flat=True,
+        "", label, "", tuple(lines), tuple(guides), ticks=_ticks(measured), flat=True,
         x_range=(-0.03 * most, 1.06 * most) if most > 0.0 else None, width_in=1.7,
     )  # fmt: skip
 
 
-def _group_panel(title: str, found_there: dict[str, dict[str, Effect]]) -> Panel:
+def _group_panel(title: str, effects_of: dict[str, dict[str, Effect]]) -> Panel:
     lines, guides, sizes = [], [], []
-    for k, (label, effects) in enumerate(found_there.items()):
+    for k, (label, effects) in enumerate(effects_of.items()):
         lines.append(_effect_line(label, str(2 * k), effects, 0.24 * (k - 0.5)))
         guides.append(Guide("x", next(iter(effects.values())).value, "", str(2 * k)))
         sizes.append(str(next(iter(effects.values())).n))
     return Panel(
         title, f"% of {' and '.join(sizes)} walks", "", tuple(lines), tuple(guides),
-        ticks=tuple(next(iter(found_there.values()))), flat=True, x_range=SHOWN, width_in=1.35,
+        ticks=tuple(next(iter(effects_of.values()))), flat=True, x_range=SHOWN, width_in=1.35,
     )  # fmt: skip
 
 
@@ -156,22 +156,22 @@ def _effect_line(label: str, key: str, effects: dict[str, Effect], aside: float)
     return Line(label, key, value, np.arange(len(value)) + aside, "points", low, high)
 
 
-def _ticks(heard: dict[str, dict[str, Heard]]) -> tuple[str, ...]:
-    return tuple(next(iter(heard.values()), {}))
+def _ticks(measured: dict[str, dict[str, Point]]) -> tuple[str, ...]:
+    return tuple(next(iter(measured.values()), {}))
 
 
-def _height(heard: dict[str, dict[str, Heard]]) -> float:
-    return max(2.7, 0.27 * len(_ticks(heard)) + 0.3)
+def _height(measured: dict[str, dict[str, Point]]) -> float:
+    return max(2.7, 0.27 * len(_ticks(measured)) + 0.3)
 
 
-def _said(detector: str, points: dict[str, Heard]) -> str:
+def _said(detector: str, points: dict[str, Point]) -> str:
     """The causes whose removal changes TP or TN beyond chance, and how much alerts are late."""
     clauses = []
-    for word, count in (("TP", in_time), ("TN", in_peace)):
+    for word, count in (("TP", in_time), ("TN", no_alert)):
         effects = _effects(count, points)
         base, *others = effects.items()
         told = [_change(other) for other in others if other[1].p < 0.05]
-        clauses.append(f"{word} {base[1].value:.1f} % as it is, {', '.join(told) if told else 'no change can be told'}")
+        clauses.append(f"{word} {base[1].value:.1f} % as it is, {', '.join(told) if told else 'no significant change'}")
     late = next(iter(_effects(before_contact, points).values())).value
     return (
         f"{detector}: {'; '.join(clauses)}. Before contact, however late, {late:.1f} % of the collisions are alerted."
@@ -179,8 +179,8 @@ def _said(detector: str, points: dict[str, Heard]) -> str:
 
 
 def _change(one: tuple[str, Effect]) -> str:
-    name, found_there = one
-    return f"{found_there.value - found_there.before:+.1f} points with '{name}' ({_p(found_there.p)})"
+    name, found = one
+    return f"{found.value - found.before:+.1f} points with '{name}' ({_p(found.p)})"
 
 
 def _most(effects: dict[str, Effect]) -> tuple[str, Effect] | None:
@@ -192,14 +192,14 @@ def _table(run: RunData, name: str, title: str, wanted: list[tuple[str, str, str
     detectors = judged_detectors(run)
     rows: list[tuple[str, ...]] = []
     for detector in detectors:
-        points = points_heard(run, detector)
+        points = points_of(run, detector)
         for group, column, value in wanted if points else ():
-            there = {point: heard.of(column, value) for point, heard in points.items()}
+            there = {each: point.of(column, value) for each, point in points.items()}
             prefix = (detector, *(() if group == "all walks" else (group,)))
             rows += [("; ".join((*prefix[len(detectors) == 1 :], point)), *_cells(there, point)) for point in there]
     heads = (
-        "taken away", "TP, %", "change of TP, points", "however late, %", "TN, %", "change of TN, points",
-        "mean of both, %", "false alerts, %", "heard, %", "bearing, °", "same beeps, °", "range, cm",
+        "removed", "TP, %", "change of TP, points", "however late, %", "TN, %", "change of TN, points",
+        "mean of both, %", "false alerts, %", "detected, %", "bearing, °", "same beeps, °", "range, cm",
     )  # fmt: skip
     return TableFigure(
         name,
@@ -211,22 +211,22 @@ def _table(run: RunData, name: str, title: str, wanted: list[tuple[str, str, str
         "Changes: on the same walks, with the exact 95 % interval; walks that are right now and were wrong as it is, "
         "those the other way round, exact McNemar; one in twenty is below p = 0.05 by chance. However late: collisions "
         "alerted before contact. Mean of both: of TP and TN, which a detector's threshold trades against each other. "
-        f"False alerts: over all walks. {HEARD} Errors: the median, then what "
+        f"False alerts: over all walks. {DETECTED} Errors: the median, then what "
         f"{100 * UPPER:.0f} % are below; same beeps: the median as it is, then now, over the beeps with an estimate in "
         f"both. {rules_text(run)}",
     )
 
 
-def _cells(points: dict[str, Heard], name: str) -> tuple[str, ...]:
-    first, heard = next(iter(points.values())), points[name]
-    tp, late, tn, false, there = (
-        effect(count, first, heard) for count in (in_time, before_contact, in_peace, false_alerts, found)
+def _cells(points: dict[str, Point], name: str) -> tuple[str, ...]:
+    first, now = next(iter(points.values())), points[name]
+    tp, late, tn, false, seen = (
+        effect(count, first, now) for count in (in_time, before_contact, no_alert, false_alerts, detected)
     )
-    errors = [spread(of(heard), heard, UPPER) for _, of in ERRORS]
-    shared = "–" if heard is first else ", ".join(significant(each) for each in medians_of_shared_beeps(first, heard))
+    errors = [spread(of(now), now, UPPER) for _, of in ERRORS]
+    shared = "–" if now is first else ", ".join(significant(each) for each in medians_of_shared_beeps(first, now))
     return (
-        _rate(tp), _pairs(tp, heard is first), _percent(late), _rate(tn), _pairs(tn, heard is first),
-        _number(0.5 * (tp.value + tn.value)), _percent(false), _percent(there), _both(errors[0]), shared,
+        _rate(tp), _pairs(tp, now is first), _percent(late), _rate(tn), _pairs(tn, now is first),
+        _number(0.5 * (tp.value + tn.value)), _percent(false), _percent(seen), _both(errors[0]), shared,
         _both(errors[1]),
     )  # fmt: skip
 

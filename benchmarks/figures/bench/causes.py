@@ -1,4 +1,4 @@
-"""What is measured when a cause of error is taken away: the points of a sweep against its first, walk by walk."""
+"""What is measured when a cause of error is removed: the points of a sweep against its first, walk by walk."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.cells.spec import counts_as
-from benchmarks.figures.bench.budget import heard_enough
+from benchmarks.figures.bench.budget import detected_enough
 from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.measured import quantile_over_walks, strata
 from benchmarks.runs.results import RunData
@@ -22,7 +22,7 @@ Outcomes = dict[str, bool]
 
 
 @dataclass(frozen=True)
-class Heard:
+class Point:
     """What one detector made of the walks at one point of a sweep.
 
     Attributes:
@@ -32,16 +32,16 @@ class Heard:
     walks: Table
     beeps: Table
 
-    def of(self, column: str, value: str) -> Heard:
+    def of(self, column: str, value: str) -> Point:
         """The walks whose column has that value; all for an empty column."""
         if not column:
             return self
-        return Heard(*(chosen(table, table[column] == value) for table in (self.walks, self.beeps)))
+        return Point(*(chosen(table, table[column] == value) for table in (self.walks, self.beeps)))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A rate with a cause taken away, against the same walks as they are; in percent.
+    """A rate with a cause of error removed, against the same walks as they are; in percent.
 
     Attributes:
         before, value: the rate as it is and now; NaN without walks.
@@ -62,7 +62,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Spread:
-    """Absolute errors over all beeps with an estimate: median, its 95 % interval over whole walks, upper quantile."""
+    """Absolute errors over all beeps with an estimate: median, its 95 % interval over walks, upper quantile."""
 
     median: float
     low: float
@@ -70,14 +70,14 @@ class Spread:
     upper: float
 
 
-Count = Callable[[Heard], Outcomes]
+Count = Callable[[Point], Outcomes]
 
 
-def points_heard(run: RunData, detector: str) -> dict[str, Heard]:
+def points_of(run: RunData, detector: str) -> dict[str, Point]:
     """By point of the sweep, the first of which everything is held against; empty for a run without a sweep."""
     parts = variants(run)
     walked = {name: part for name, part in parts.items() if any(counts_as(c["cell"], "approach") for c in part.cells)}
-    return {name: _heard(part, detector) for name, part in walked.items()} if len(walked) > 1 else {}
+    return {name: _at_point(part, detector) for name, part in walked.items()} if len(walked) > 1 else {}
 
 
 def groups(run: RunData) -> list[tuple[str, str, str]]:
@@ -86,33 +86,33 @@ def groups(run: RunData) -> list[tuple[str, str, str]]:
     return [("all walks", "", ""), *by_column]
 
 
-def in_time(heard: Heard) -> Outcomes:
+def in_time(point: Point) -> Outcomes:
     """Whether a collision is alerted with the margin that the run asks for."""
-    return _outcomes(heard.walks, heard.walks["true_alert"], heard.walks["collides"])
+    return _outcomes(point.walks, point.walks["true_alert"], point.walks["collides"])
 
 
-def before_contact(heard: Heard) -> Outcomes:
+def before_contact(point: Point) -> Outcomes:
     """Whether a collision is alerted before contact, however late: what no margin would leave."""
-    return _outcomes(heard.walks, heard.walks["alert_distance_m"] >= 0.0, heard.walks["collides"])
+    return _outcomes(point.walks, point.walks["alert_distance_m"] >= 0.0, point.walks["collides"])
 
 
-def in_peace(heard: Heard) -> Outcomes:
+def no_alert(point: Point) -> Outcomes:
     """Whether a walk without a collision raises no alert."""
-    return _outcomes(heard.walks, ~heard.walks["alert"], ~heard.walks["collides"])
+    return _outcomes(point.walks, ~point.walks["alert"], ~point.walks["collides"])
 
 
-def false_alerts(heard: Heard) -> Outcomes:
+def false_alerts(point: Point) -> Outcomes:
     """Whether a walk raises a false alert; over all walks."""
-    walks = heard.walks
+    walks = point.walks
     return _outcomes(walks, walks["alert"] & ~walks["collides"], np.ones(len(walks["walk"]), dtype=bool))
 
 
-def found(heard: Heard) -> Outcomes:
-    """Whether a collision's target is heard in enough beeps; see `benchmarks.figures.bench.budget`."""
-    return _outcomes(heard.walks, heard_enough(heard.walks, heard.beeps), heard.walks["collides"])
+def detected(point: Point) -> Outcomes:
+    """Whether a collision's target is detected in enough beeps; see `benchmarks.figures.bench.budget`."""
+    return _outcomes(point.walks, detected_enough(point.walks, point.beeps), point.walks["collides"])
 
 
-def effect(count: Count, first: Heard, now: Heard) -> Effect:
+def effect(count: Count, first: Point, now: Point) -> Effect:
     """A rate at a point of the sweep against the sweep's first point."""
     before, after = count(first), count(now)
     shared = before.keys() & after.keys()
@@ -127,29 +127,29 @@ def effect(count: Count, first: Heard, now: Heard) -> Effect:
     return Effect(value, shifted, low, high, change.gained, change.lost, change.n, change.p)
 
 
-def bearing_deg(heard: Heard) -> Floats:
+def bearing_deg(point: Point) -> Floats:
     """(beeps,) absolute errors of the bearing, degrees; NaN without an estimate."""
-    return np.rad2deg(np.abs(heard.beeps["bearing_rad"] - heard.beeps["true_bearing_rad"]))
+    return np.rad2deg(np.abs(point.beeps["bearing_rad"] - point.beeps["true_bearing_rad"]))
 
 
-def range_cm(heard: Heard) -> Floats:
+def range_cm(point: Point) -> Floats:
     """(beeps,) absolute errors of the range, cm; NaN without an estimate."""
-    return 100.0 * np.abs(heard.beeps["range_m"] - heard.beeps["true_range_m"])
+    return 100.0 * np.abs(point.beeps["range_m"] - point.beeps["true_range_m"])
 
 
-def spread(errors: Floats, heard: Heard, upper: float) -> Spread:
+def spread(errors: Floats, point: Point, upper: float) -> Spread:
     """Median and upper quantile of the errors of a point's beeps."""
-    median, low, high, _ = quantile_over_walks(errors, 0.5, heard.beeps["walk"])
+    median, low, high, _ = quantile_over_walks(errors, 0.5, point.beeps["walk"])
     finite = errors[np.isfinite(errors)]
     return Spread(median, low, high, float(np.quantile(finite, upper)) if len(finite) else np.nan)
 
 
-def medians_of_shared_beeps(first: Heard, now: Heard) -> tuple[float, float]:
+def medians_of_shared_beeps(first: Point, now: Point) -> tuple[float, float]:
     """Median errors of the bearing, degrees, as it is and now, over the beeps that both have an estimate for.
 
-    What is heard only now is often what is hard to judge, so medians over all beeps do not compare by themselves.
+    What is detected only now is often what is hard to judge, so medians over all beeps do not compare by themselves.
     """
-    before, after = (_by_beep(heard) for heard in (first, now))
+    before, after = (_by_beep(point) for point in (first, now))
     shared = before.keys() & after.keys()
     if not shared:
         return np.nan, np.nan
@@ -157,11 +157,11 @@ def medians_of_shared_beeps(first: Heard, now: Heard) -> tuple[float, float]:
     return old, new
 
 
-def _heard(part: RunData, detector: str) -> Heard:
+def _at_point(part: RunData, detector: str) -> Point:
     """Tables with the walks' own names: labels hold the point of the sweep too."""
     names = {c["label"]: f"{c['cell']['scene']}/{c['cell']['category']}/{c['cell']['index']}" for c in part.cells}
     walks, beeps = approach_table(part, detector), beep_table(part, detector, "approach")
-    return Heard(*(table | {"walk": _renamed(table["label"], names)} for table in (walks, beeps)))
+    return Point(*(table | {"walk": _renamed(table["label"], names)} for table in (walks, beeps)))
 
 
 def _renamed(labels: Strings, names: Mapping[str, str]) -> Strings:
@@ -172,8 +172,8 @@ def _outcomes(walks: Table, counted: Flags, among: Flags) -> Outcomes:
     return dict(zip(walks["walk"][among].tolist(), counted[among].tolist(), strict=True))
 
 
-def _by_beep(heard: Heard) -> dict[tuple[str, int], float]:
-    errors = bearing_deg(heard)
+def _by_beep(point: Point) -> dict[tuple[str, int], float]:
+    errors = bearing_deg(point)
     known = np.isfinite(errors)
-    beeps = zip(heard.beeps["walk"][known].tolist(), heard.beeps["beep"][known].tolist(), strict=True)
+    beeps = zip(point.beeps["walk"][known].tolist(), point.beeps["beep"][known].tolist(), strict=True)
     return dict(zip(beeps, errors[known].tolist(), strict=True))

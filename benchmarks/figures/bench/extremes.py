@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
+from obstaclewatch.support.arrays import Floats
 
 SMALLEST = 1e-17
 """Errors of exactly 0 are drawn here."""
@@ -53,8 +54,8 @@ def simulator_extremes(run: RunData) -> PlotFigure:
             worst[-1] += f" ({np.nansum(columns['echoes']):.0f} echoes missing or too many)"
     return PlotFigure(
         "extremes",
-        "Numerical stability of the simulator",
-        tuple(panels) or (Panel("", "", "", ()),),
+        "Relative errors of the simulator at extremes",
+        tuple(panels),
         f"Largest errors: {', '.join(worst)}." if worst else "No data.",
         "Against the image of a rigid wall; for sample rates, the beep's formula. Dashed: the rounding of one number, "
         "2.2e-16; errors of exactly 0 are drawn at 1e-17.",
@@ -64,7 +65,7 @@ def simulator_extremes(run: RunData) -> PlotFigure:
 def detector_extremes(run: RunData) -> PlotFigure:
     """The detector from no echo to no noise: missed beeps, and the range error against its bound."""
     snr, columns = _errors_of(run, "detector-snr")
-    panels: tuple[Panel, ...] = (Panel("", "", "", ()),)
+    panels: tuple[Panel, ...] = ()
     reading = "No data."
     if len(snr):
         rms, bound, missed = (columns[name] for name in ("range_rms_m", "bound_m", "missed"))
@@ -88,7 +89,7 @@ def detector_extremes(run: RunData) -> PlotFigure:
         )
     return PlotFigure(
         "extremes_snr",
-        "The detector from no echo to no noise",
+        "Range error and missed beeps against SNR",
         panels,
         reading,
         "A standing point at 2 m, 60 beeps each. Near 120 dB float32 samples bound the error.",
@@ -98,7 +99,7 @@ def detector_extremes(run: RunData) -> PlotFigure:
 _KEYS = {"delay": "0", "pressure": "1", "field": "2", "samples": "3", "direct_level": "4"}
 
 
-def _errors_of(run: RunData, check: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def _errors_of(run: RunData, check: str) -> tuple[Floats, dict[str, Floats]]:
     """Values of a check's parameter, and its errors by name."""
     cells = [r for r in run.ok if r["cell"]["kind"] == "numerics" and r["cell"]["category"] == check]
     values = np.array([_only(record["cell"]["probe"]) for record in cells], dtype=float)

@@ -24,7 +24,7 @@ LEAST_DB, MOST_DB = 1e-5, 100.0
 
 @dataclass(frozen=True)
 class Price:
-    """One level or knob over all approaches.
+    """One level or setting over all approaches.
 
     Attributes:
         error_db: (E,) absolute errors of the target's level, one a pose and microphone.
@@ -43,7 +43,7 @@ class Price:
 
 
 def prices(run: RunData, kind: str = "fidelity") -> dict[str, Price]:
-    """Every level and knob that the run's cells of a kind measured, and "reference" for its cost."""
+    """Every level and setting that the run's cells of a kind measured, and "reference" for its cost."""
     pairs = zip(run.cells, run.costs, strict=True)
     kept = [(r["result"]["fidelity"], c) for r, c in pairs if r["status"] == "ok" and r["cell"]["kind"] == kind]
     names = sorted(kept[0][0], key=ORDER.index) if kept else []
@@ -59,16 +59,16 @@ def _price(name: str, found: list[dict], costs: list[dict]) -> Price:
 
 
 def fidelity_pareto(run: RunData) -> PlotFigure:
-    """Error against cost of levels and knobs, of segments round a body, and of following motion."""
+    """Error against cost of levels and settings, of segments round a body, and of following motion."""
     found = {kind: _measured(run, kind) for kind in KINDS}
     levels = {name: price for name, price in found["fidelity"].items() if name in LEVELS}
-    knobs = {name: price for name, price in found["fidelity"].items() if name not in LEVELS}
-    titled = {"levels": levels, "reference but for one setting": knobs}
+    settings = {name: price for name, price in found["fidelity"].items() if name not in LEVELS}
+    titled = {"levels": levels, "reference but for one setting": settings}
     titled |= {"segments round a body": found["tessellation"], "motion in a beep": found["motion"]}
     said = [f"{name}: {np.quantile(price.error_db, 0.95):.2g} dB" for name, price in levels.items()]
     return PlotFigure(
         "pareto",
-        "What fidelity costs",
+        "Error of the target's echo against processor time",
         tuple(_priced(title, points) for title, points in titled.items() if points),
         f"95 % of the echoes are within, {'; '.join(said)}." if said else "No data.",
         "Circles: 90th percentile over poses and microphones against the median cost; whiskers from the median to the "
@@ -98,7 +98,7 @@ def _spot(name: str, key: int, price: Price) -> Line:
 
 
 def fidelity_table(run: RunData) -> TableFigure:
-    """Level by level and knob by knob: cost, errors, share within half a decibel."""
+    """By level and setting: cost, errors, share within half a decibel."""
     rows = tuple(
         (
             name if name != "reference" else REFERENCES[kind],
@@ -113,16 +113,16 @@ def fidelity_table(run: RunData) -> TableFigure:
         if len(price.cpu_s)
     )
     heads = (
-        "level or knob", "CPU a pose, ms", "median, dB", "95 %, dB", "within 0.5 dB, %", "95 % delay, samples",
+        "level or setting", "CPU a pose, ms", "median, dB", "95 %, dB", "within 0.5 dB, %", "95 % delay, samples",
         "5 % correlation",
     )  # fmt: skip
     return TableFigure(
         "fidelity",
-        "Speed against accuracy",
+        "Fidelity levels and settings: processor time and echo errors",
         heads,
         rows,
         (1.9, 1.3, 1.0, 0.9, 1.4, 1.6, 1.3),
-        f"{len(rows)} levels and knobs." if rows else "No data.",
+        f"{len(rows)} levels and settings." if rows else "No data.",
         "Errors of the target's compressed echo against the level `reference`; of bodies, against those of 192 "
         "segments; of motion (one beep, level `standard`), against polynomials of degree 6.",
     )
@@ -141,7 +141,7 @@ def tolerance_table(run: RunData) -> TableFigure:
     rows = tuple(_kept(name, price, _worst(run, name)) for name, price in found.items() if len(price.cpu_s))
     return TableFigure(
         "tolerance",
-        "Whether auto keeps its tolerance",
+        "Level auto: errors against its tolerance",
         ("level", "CPU a pose, ms", "median, dB", "95 %, dB", "pairs within the tolerance"),
         rows,
         (1.6, 1.2, 1.0, 1.0, 4.2),

@@ -1,17 +1,17 @@
-"""What one thing changed at a time does to alerts and errors (tornado), and left against right."""
+"""What one changed parameter at a time does to alerts and errors (tornado), and left against right."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from benchmarks.cells.spec import counts_as
+from benchmarks.figures.bench.parameters import in_words, value_text
 from benchmarks.figures.bench.variants import holding_name, variant_name, variants
-from benchmarks.figures.measured import judged_detectors
+from benchmarks.figures.measured import binned_rates, judged_detectors, sentences
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import (
@@ -22,26 +22,10 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
+from obstaclewatch.support.arrays import Flags, Floats
 
 Measure = Callable[[RunData, str], float]
-_DEGREES = 180.0 / np.pi
-_WORDS: dict[str, tuple[str, float]] = {
-    "recording.mic_gain_db": ("gain of microphones, dB", 1.0),
-    "recording.mic_delay_samples": ("lag of microphones, samples", 1.0),
-    "recording.clock_ppm": ("recorder's clock, ppm", 1.0),
-    "recording.identical": ("equal channels", 1.0),
-    "knowledge.pitch_error_rad": ("error of the lift, °", _DEGREES),
-    "knowledge.temperature_error_c": ("error of the temperature, °C", 1.0),
-    "noise.level_spl_db": ("noise, dB SPL", 1.0),
-    "phone.level_spl_db": ("beep, dB SPL", 1.0),
-    "walk.gait_scale": ("gait, times", 1.0),
-    "walk.pitch_rad": ("lift of the phone, °", _DEGREES),
-    "walk.speed_m_s": ("speed, m/s", 1.0),
-    "air.temperature_c": ("air, °C", 1.0),
-    "air.relative_humidity": ("relative humidity", 1.0),
-}
-"""Parameters in words, and the factor to the unit that people read."""
-
+SIDE_BINS_DEG = (0.0, 5.0, 10.0, 20.0, 30.0, 45.0)
 LEAST_CHANGE = 1.0
 """In the unit of a panel (cm, degrees, percentage points): changes below it are not drawn at full width."""
 Rows = dict[str, list[tuple[Any, RunData]]]
@@ -62,7 +46,7 @@ def error_tornado(run: RunData) -> PlotFigure:
     return _tornado(
         run,
         "tornado",
-        "One thing changed at a time · errors of the target",
+        "One-at-a-time sensitivity · estimation errors",
         (
             ("range, median error", "cm", _range_error),
             ("bearing, median error", "°", _bearing_error),
@@ -75,27 +59,17 @@ def error_tornado(run: RunData) -> PlotFigure:
 def alert_tornado(run: RunData) -> PlotFigure:
     """Change of TP and TN."""
     measures = (("TP", "%", _tp), ("TN", "%", _tn))
-    return _tornado(run, "tornado_alerts", "One thing changed at a time · alerts", measures, judged_detectors(run))
+    return _tornado(run, "tornado_alerts", "One-at-a-time sensitivity · TP and TN", measures, judged_detectors(run))
 
 
 def sides(run: RunData) -> PlotFigure:
-    """How often the side of an obstacle is known, by its true bearing: horizontal holding tells left from right."""
+    """How often the side of an obstacle is called correctly, by its true bearing (section 5.1: horizontal holding)."""
     panels, said = [], []
-    edges = np.array([0.0, 5.0, 10.0, 20.0, 30.0, 45.0])
     for part in variants(run).values():
         lines = []
         for detector in judged_detectors(part):
-            x, y, low, high = [], [], [], []
             bearing, right = side_calls(part, detector)
-            for least, most in pairwise(edges):
-                inside = (bearing >= least) & (bearing < most)
-                found = rate(right[inside])
-                if found.n:
-                    x.append(0.5 * (least + most))
-                    y.append(100 * found.value)
-                    low.append(100 * found.low)
-                    high.append(100 * found.high)
-            lines.append(Line(detector, detector, np.array(x), np.array(y), "points", np.array(low), np.array(high)))
+            lines.append(binned_rates(detector, SIDE_BINS_DEG, bearing, right))
             total = rate(right[bearing >= 5.0])
             if total.n:
                 said.append(
@@ -114,11 +88,11 @@ def sides(run: RunData) -> PlotFigure:
         )
     return PlotFigure(
         "sides",
-        "Left or right?",
+        "Side of the obstacle called correctly, by true bearing",
         tuple(panels),
-        f"{'; '.join(said)}." if said else "No data.",
+        sentences(said),
         "The side is called by which half of the phone the bearing lies in: an estimate below 90° is "
-        "towards microphone 1, to the left if held horizontally. Vertically that says nothing of sides, and the "
+        "towards microphone 1, to the left if held horizontally. Held vertically it says nothing of sides, and the "
         "share is that of targets on the left. Whiskers: Wilson, beeps taken as independent.",
     )
 
@@ -150,13 +124,13 @@ def _tornado(
             )
     walked = sum(counts_as(cell["cell"], "approach") for cell in base.ok) if base is not None else 0
     note = f"The same walks ({walked}) with one thing changed; 0 is the suite as it is."
-    silent = " Errors are over the beeps that have an estimate: what silences the detector may look harmless there."
+    missing = " Errors are over the beeps with an estimate: a change that suppresses estimates may look harmless."
     return PlotFigure(
         name,
         title,
-        tuple(panels) or (Panel("", "", "", ()),),
-        f"{'; '.join(said)}." if said else "No data.",
-        note + (silent if name == "tornado" else ""),
+        tuple(panels),
+        sentences(said),
+        note + (missing if name == "tornado" else ""),
         height_in=max(2.7, 0.27 * len(rows) + 0.4),
     )
 
@@ -182,7 +156,7 @@ def _changes(
             measure(part, detector) - before,
             place + aside,
             0 < k == len(rows[name]) - 1,
-            f"{_words(name)[0]} {_value(name, value)}",
+            f"{in_words(name)} {value_text(name, value)}",
         )
         for place, name in enumerate(order)
         for k, (value, part) in enumerate(rows[name])
@@ -218,20 +192,10 @@ def _by_effect(base: RunData, rows: Rows, measure: Measure, detector: str) -> li
 
 def _named(rows: Rows, parameter: str) -> str:
     """A parameter and the values that it took: "air, °C: -10, 40"."""
-    return f"{_words(parameter)[0]}: {', '.join(_value(parameter, value) for value, _ in rows[parameter])}"
+    return f"{in_words(parameter)}: {', '.join(value_text(parameter, value) for value, _ in rows[parameter])}"
 
 
-def _words(parameter: str) -> tuple[str, float]:
-    return _WORDS.get(parameter, (parameter, 1.0))
-
-
-def _value(parameter: str, value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{_words(parameter)[1] * value:.3g}" if isinstance(value, int | float) else str(value)
-
-
-def side_calls(run: RunData, detector: str) -> tuple[np.ndarray, np.ndarray]:
+def side_calls(run: RunData, detector: str) -> tuple[Floats, Flags]:
     """True bearing off the heading, degrees, and whether the side was called right, of every beep with a bearing."""
     tables = [beep_table(run, detector, kind) for kind in ("approach", "standing")]
     signed, found = (

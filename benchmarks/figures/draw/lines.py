@@ -30,21 +30,22 @@ FEW_DECADES = 2.5
 
 def draw_plots(figure: PlotFigure) -> Canvas:
     """The whole figure; one legend on top for all panels."""
-    wide = max((panel.width_in for panel in figure.panels), default=3.4)
-    shared = all(not panel.y_label for panel in figure.panels[1:])
+    panels = figure.panels or (Panel("", "", "", ()),)
+    wide = max(panel.width_in for panel in panels)
+    shared = all(not panel.y_label for panel in panels[1:])
     gap = 0.07 if shared else 0.24
-    canvas, axes = panel_axes([panel.width_in for panel in figure.panels], gap * 3.4 / wide, figure.height_in)
+    canvas, axes = panel_axes([panel.width_in for panel in panels], gap * 3.4 / wide, figure.height_in)
     handles: dict[str, Artist] = {}
-    for ax, panel in zip(axes, figure.panels, strict=True):
+    for ax, panel in zip(axes, panels, strict=True):
         _draw_panel(ax, panel)
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     for ax in axes[1:] if shared else ():
         ax.tick_params(axis="y", labelleft=False)
-    last = figure.panels[-1].image if figure.panels else None
+    last = panels[-1].image
     if last is not None:
         _add_scale(canvas, axes[-1], last)
-    left = max((_tick_room(panel) for panel in figure.panels[:1]), default=0.0)
+    left = _tick_room(panels[0])
     right = 0.75 if last is not None else 0.0
     return finish(canvas, figure.title, figure.note, list(handles.values()), list(handles), left, right)
 

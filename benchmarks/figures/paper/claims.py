@@ -25,6 +25,6 @@ def claims_table(run: RunData) -> TableFigure:
         cells,
         WIDTHS,
         f"{counts[0]} claims reached, {counts[1]} open, {counts[2]} not reached.",
-        "Reached: the whole 95 % interval is at least as good as the paper says. Rates: Clopper-Pearson; "
-        "medians and percentiles: bootstrap over whole walks; orders: Fisher's exact test." + remark,
+        "Reached: all of the 95 % interval is at least as good as the paper says. Rates: Clopper-Pearson; "
+        "medians and percentiles: bootstrap over walks; orders: Fisher's exact test." + remark,
     )

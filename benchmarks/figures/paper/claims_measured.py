@@ -56,7 +56,7 @@ class Measurement:
 
 Measure = Callable[[RunData, str], Measurement]
 FEW = 7
-"""Up to so many things all orders are tried."""
+"""Up to so many objects all orders are tried."""
 NO_MEASUREMENT = Measurement(np.nan, np.nan, np.nan, 0, "0", "1")
 
 
@@ -67,7 +67,7 @@ def tp(run: RunData, detector: str) -> Measurement:
 
 
 def tn(run: RunData, detector: str) -> Measurement:
-    """Other walks left in peace."""
+    """Other walks without an alert."""
     table = _walks(run, detector)
     return exact_rate(~table["alert"][~table["collides"]])
 
@@ -114,7 +114,7 @@ def false_alerts(run: RunData, detector: str) -> Measurement:
 
 
 def error_of(column: str, quantile: float, standing_m: float | None = None) -> Measure:
-    """Quantile of an absolute error: standing at a distance, or walking and standing together.
+    """Quantile of an absolute error: standing at a distance, or over walking and standing beeps.
 
     Radii are those of targets up to a metre wide, as in the paper's Figure 11.
     """
@@ -156,7 +156,9 @@ def radius_correlation(run: RunData, detector: str) -> Measurement:
         return NO_MEASUREMENT
     result = stats.pearsonr(true, found)
     ends = result.confidence_interval(0.95)
-    return Measurement(float(result.statistic), float(ends.low), float(ends.high), len(true), f"{len(true)} things", "")
+    return Measurement(
+        float(result.statistic), float(ends.low), float(ends.high), len(true), f"{len(true)} objects", ""
+    )
 
 
 def band_gain(run: RunData, detector: str) -> Measurement:
@@ -181,7 +183,7 @@ def phone_gain(run: RunData, detector: str) -> Measurement:
 
 
 def crest_nearer(run: RunData, _detector: str) -> Measurement:
-    """Rank correlation of crest width and distance over all walks up to things; the sign is turned."""
+    """Rank correlation of crest width and distance over all walks up to obstacles; the sign is reversed."""
     pairs = [
         (np.array(s["true_m"], dtype=float), np.array(s["crest_samples"], dtype=float))
         for s in signals_of(run, "approach")
@@ -193,13 +195,13 @@ def crest_nearer(run: RunData, _detector: str) -> Measurement:
 
 
 def crest_wider(run: RunData, _detector: str) -> Measurement:
-    """Rank correlation of crest width and radius over things at one distance."""
+    """Rank correlation of crest width and radius over objects at one distance."""
     found = signals_of(run, "crests")
     if not found:
         return NO_MEASUREMENT
     signal = found[0]
     return _ranked(
-        np.array(signal["true_radius_m"], dtype=float), np.array(signal["crest_samples"], dtype=float), "things"
+        np.array(signal["true_radius_m"], dtype=float), np.array(signal["crest_samples"], dtype=float), "objects"
     )
 
 
@@ -255,7 +257,7 @@ def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
     result = stats.spearmanr(x[kept], y[kept])
     count, p = int(kept.sum()), float(result.pvalue)
     if count <= FEW:
-        # scipy's p is asymptotic: 0 for any perfect order, which 4 things reach by chance 1 time in 12
+        # scipy's p is asymptotic: 0 for any perfect order, which 4 objects reach by chance 1 time in 12
         p = float(stats.permutation_test(
             (x[kept],), lambda a: stats.spearmanr(a, y[kept]).statistic, permutation_type="pairings",
             n_resamples=np.inf, vectorized=False,

@@ -22,15 +22,14 @@ HEIGHT_M, PITCH_RAD = 1.3, float(np.deg2rad(30.0))
 
 
 def sensing_drawing(run: RunData) -> DrawingFigure:
-    """Figure 1: a walker, the phone, an obstacle, and the ways of sound that the simulator finds between them."""
+    """Figure 1: a walker, the phone, an obstacle, and the paths that the simulator traces between them."""
     panels = (_sensing_panel(),) if has_signals(run) else ()
     return DrawingFigure(
         "fig1",
         "Fig. 1 · Obstacle detection with a phone",
         panels,
-        "Ways of sound to microphone 1 as the simulator finds them: off the dustbin, off the ground, "
-        "and by their corner.",
-        "Side view of meshes; every line is a traced path of at most two reflections.",
+        "Traced paths to microphone 1: off the dustbin, off the ground, and by their corner.",
+        "Side view of the meshes; every line is a path of at most two reflections.",
     )
 
 
@@ -55,7 +54,7 @@ def bearing_drawing(run: RunData) -> DrawingFigure:
         "Fig. 7 · Angle between walking path and obstacle",
         panels,
         "The difference of the two distances gives the angle (Eq. 2).",
-        "To scale, seen from above, the phone level; a Galaxy S8+ and a thing at 0.8 m and 30°.",
+        "To scale, seen from above, the phone level; a Galaxy S8+ and an object at 0.8 m and 30°.",
     )
 
 
@@ -67,7 +66,7 @@ def collision_drawing(run: RunData) -> DrawingFigure:
         "Fig. 13 · Walking angle and collision angle",
         panels if has_signals(run) else (),
         "A collision is predicted where the walking angle is at most the collision angle (Eq. 4).",
-        "To scale, seen from above: a round thing of 40 cm radius at 2 m. The bench's rule also "
+        "To scale, seen from above: a round object of 40 cm radius at 2 m. The bench's rule also "
         "counts half the walker's width.",
     )
 

@@ -78,7 +78,7 @@ def energy_figure(run: RunData) -> PlotFigure:
     ]
     return PlotFigure(
         "fig27",
-        "Fig. 27 · Energy of 30 minutes",
+        "Fig. 27 · CPU time per beep, and the modelled charge of 30 minutes",
         panels,
         "; ".join(said) + "; the paper measured 50 to 66 mAh." if said else "No data.",
         MODEL_NOTE,

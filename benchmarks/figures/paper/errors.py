@@ -27,7 +27,7 @@ NARROW_M = 0.5
 """Greatest true radius of what the paper's Figure 11 measures: people, signs, dustbins."""
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
-INTERVALS = "In brackets: 95 % bootstrap intervals over whole walks."
+INTERVALS = "In brackets: 95 % bootstrap intervals over walks."
 BEARING_MARKS = (Mark("median", 0.5, paper_values.BEARING_MEDIAN), Mark("P80", 0.8, paper_values.BEARING_P80))
 RADIUS_MARKS = (Mark("median", 0.5, paper_values.RADIUS_MEDIAN), Mark("P80", 0.8, paper_values.RADIUS_P80))
 
@@ -35,7 +35,7 @@ RADIUS_MARKS = (Mark("median", 0.5, paper_values.RADIUS_MEDIAN), Mark("P80", 0.8
 def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
     """Figures 21 to 23: a standing phone, Distance1 to the top and Distance2 to the bottom microphone.
 
-    Beside the errors, against the target's nearest point, those against its nearest loud echo, of runs that tell them.
+    Beside the errors, against the target's nearest point, those against its nearest loud echo, of runs that store them.
     """
     curves: list[Curve] = []
     for detector in judged_detectors(run):
@@ -47,7 +47,7 @@ def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
         against = [
             replace(
                 error_curve(
-                    table, f"{column}_m", f"echo_{column}_m", "m", f"{detector}, {label} against what echoes",
+                    table, f"{column}_m", f"echo_{column}_m", "m", f"{detector}, {label} against the nearest loud echo",
                     detector, 0.9, dashed,
                 ),
                 diagnostic=True,
@@ -79,8 +79,18 @@ def bearing_errors(run: RunData) -> CurveFigure:
         curves=curves,
         marks=BEARING_MARKS,
         reading=_curves_sentence(curves, BEARING_MARKS),
-        note=f"{INTERVALS} Standing targets are straight ahead, where the estimate clamps at 0.",
+        note=" ".join([INTERVALS, *_standing_bearings(run)]),
     )
+
+
+def _standing_bearings(run: RunData) -> list[str]:
+    """Where the standing targets are, from the run itself: straight ahead the estimate clamps at 0."""
+    bearings = {float(c["cell"]["bearing_rad"]) for c in run.cells if c["cell"]["kind"] == "standing"}
+    if not bearings:
+        return []
+    if bearings == {0.0}:
+        return ["Standing targets are straight ahead, where the estimate clamps at 0."]
+    return [f"Standing targets are at {', '.join(f'{np.rad2deg(bearing):.3g}°' for bearing in sorted(bearings))}."]
 
 
 def radius_errors(run: RunData) -> CurveFigure:
@@ -90,7 +100,7 @@ def radius_errors(run: RunData) -> CurveFigure:
 
 
 def radius_errors_of_all(run: RunData) -> CurveFigure:
-    """Figure 25 over every target; the radius of a wall or a car is half its breadth, metres."""
+    """Figure 25 over every target; the radius of a wall or a car is half its width, metres."""
     return _radius_figure("fig25_all", "Fig. 25 · Radius error, all targets", _state_curves(run, "radius_m", "m"))
 
 
@@ -108,7 +118,7 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
         unit="°",
         panels=tuple(panels),
         reading=" ".join(sentences),
-        note="Whiskers: 95 % bootstrap intervals over whole walks; beeps counted below the bars. "
+        note="Whiskers: 95 % bootstrap intervals over walks; beeps counted below the bars. "
         "The paper pools all bearings: median 4°, P80 8°.",
     )
 
@@ -135,7 +145,7 @@ def _radius_figure(name: str, title: str, curves: tuple[Curve, ...]) -> CurveFig
         curves=curves,
         marks=RADIUS_MARKS,
         reading=_curves_sentence(curves, RADIUS_MARKS),
-        note=f"{INTERVALS} The true radius is half the target's breadth across the walk.",
+        note=f"{INTERVALS} The true radius is half the target's width across the walk.",
     )
 
 

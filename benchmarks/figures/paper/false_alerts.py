@@ -19,7 +19,7 @@ def false_alert_rates(run: RunData) -> BarFigure:
     bars = [bar for name in names for bar in _pair(name, tables[name])]
     return BarFigure(
         name="fig26",
-        title="Fig. 26 · False alerts, with and without bearing and size",
+        title="Fig. 26 · False-alert rate, with and without bearing and size",
         y_label="false alerts, %",
         unit="%",
         panels=(BarPanel("", tuple(bars)),),

@@ -1,7 +1,7 @@
 """Every claim of the paper that the bench can test, beside what was measured, with exact intervals and a verdict.
 
-Rates carry the exact interval of Clopper and Pearson (1934), medians and percentiles a bootstrap over whole walks. A
-claim is "reached" where the whole 95 % interval is at least as good as the paper says, "not reached" where all of it
+Rates carry the exact interval of Clopper and Pearson (1934), medians and percentiles a bootstrap over walks. A
+claim is "reached" where all of the 95 % interval is at least as good as the paper says, "not reached" where all of it
 is worse, and "open" in between; the paper's "about" and "around" are taken as the number they precede. Claims of an
 order ("larger is better") are decided at 5 %, by Fisher's exact test or by rank correlation; tests over beeps take them
 as independent, which flatters them.

@@ -29,7 +29,6 @@ from benchmarks.scoring.scores import Table, approach_table, true_negative_rate,
 from benchmarks.scoring.statistics import Rate
 
 NO_PAPER = "The paper shows this figure as bars without numbers, so none are drawn."
-SUBJECT = "collisions alerted, others left in peace"
 
 
 def overall_rates(run: RunData) -> BarFigure:
@@ -40,7 +39,7 @@ def overall_rates(run: RunData) -> BarFigure:
     mean = paper_values.case_weighted_mean()
     return BarFigure(
         name="fig16",
-        title=f"Fig. 16 · All walks: {SUBJECT}",
+        title="Fig. 16 · TP and TN over all walks",
         y_label="share of walks, %",
         unit="%",
         panels=(BarPanel("", tuple(bars)),),
@@ -55,29 +54,14 @@ def rates_by_scene(run: RunData) -> BarFigure:
     """Figure 17: by scene."""
     groups = strata(run, "scene") or list(paper_values.BY_SCENE)
     note = f"{INTERVALS} The paper's walks, detector settings and share of collisions are not ours."
-    return _by(
-        run,
-        "fig17",
-        "scene",
-        groups,
-        "Fig. 17 · By scene: collisions alerted, others left in peace",
-        paper_values.BY_SCENE,
-        note,
-    )
+    return _by(run, "fig17", "scene", groups, "Fig. 17 · TP and TN by scene", paper_values.BY_SCENE, note)
 
 
 def rates_by_category(run: RunData) -> BarFigure:
     """Figure 19: by category of obstacle, over both scenes."""
     groups = strata(run, "category") or list(paper_values.CASES["supermarket"])
-    return _by(
-        run,
-        "fig19",
-        "category",
-        groups,
-        f"Fig. 19 · By kind of obstacle: {SUBJECT}",
-        {},
-        f"{INTERVALS} {NO_PAPER}",
-    )
+    note = f"{INTERVALS} {NO_PAPER}"
+    return _by(run, "fig19", "category", groups, "Fig. 19 · TP and TN by kind of obstacle", {}, note)
 
 
 def rates_by_phone(run: RunData) -> BarFigure:
@@ -86,7 +70,7 @@ def rates_by_phone(run: RunData) -> BarFigure:
     where = [f"{phone} in {' and '.join(_scenes_of(run, phone))}" for phone in groups if _scenes_of(run, phone)]
     apart = f"Phones walk in different scenes ({'; '.join(where)}), as in the paper. " if where else ""
     note = f"{INTERVALS} {apart}{NO_PAPER}"
-    return _by(run, "fig20", "phone", groups, f"Fig. 20 · By phone: {SUBJECT}", {}, note)
+    return _by(run, "fig20", "phone", groups, "Fig. 20 · TP and TN by phone", {}, note)
 
 
 def _by(
@@ -125,7 +109,7 @@ def _sentence(detector: str, table: Table, paper: RatePair | None) -> str:
     if paper is not None:
         clauses[0] += f", {rate_against(tp, paper.true_positive)}"
         clauses[1] += f", {rate_against(tn, paper.true_negative)}"
-    return f"{detector} alerts in time on {clauses[0]}; of the other walks it leaves in peace {clauses[1]}."
+    return f"{detector}: TP {clauses[0]}; TN {clauses[1]}."
 
 
 def _group_sentence(detector: str, column: str, groups: list[str], table: Table, paper: Mapping[str, RatePair]) -> str:

@@ -9,8 +9,6 @@ import numpy as np
 from benchmarks.figures.plots import Guide, Image, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
 
-DEEPEST_DB = -60.0
-
 
 def signals_of(run: RunData, name: str) -> list[dict[str, Any]]:
     """The stored signals of a name, in the order of the plan."""
@@ -45,7 +43,7 @@ def responses(run: RunData) -> PlotFigure:
     return PlotFigure(
         "fig3",
         "Fig. 3 · Frequency response, speaker to microphone",
-        tuple(panels) or (_nothing(),),
+        tuple(panels),
         f"{'; '.join(said)}. The paper's phones decay quickly after 22 to 23 kHz." if said else "No data.",
         "Dotted: 18 and 23 kHz. 0 dB is the mean power over 18-22 kHz. The S5's is measured (see "
         "simulator/phone/presets.py), the others are assumed.",
@@ -63,7 +61,7 @@ def several_envelopes(run: RunData) -> PlotFigure:
 
 
 def walking_envelopes(run: RunData) -> PlotFigure:
-    """Figure 5: envelopes one after another while walking up to things."""
+    """Figure 5: envelopes one after another while walking up to obstacles."""
     panels: list[Panel] = []
     for signal in signals_of(run, "approach")[:2]:
         time, range_m = np.array(signal["time_s"]), np.array(signal["range_m"])
@@ -78,7 +76,7 @@ def walking_envelopes(run: RunData) -> PlotFigure:
         dots = [(t, r) for t, row in zip(time, signal["candidate_m"], strict=True) for r in row if r <= 6.0]
         true = np.array(signal["true_m"])
         lines = (
-            Line("the thing's true distance", "on image too", time + 0.5 * period, true, "dashed"),
+            Line("true distance", "on image too", time + 0.5 * period, true, "dashed"),
             Line(
                 "candidates of the paper's detector",
                 "on image",
@@ -93,10 +91,9 @@ def walking_envelopes(run: RunData) -> PlotFigure:
     ahead = 100 * signals_of(run, "approach")[0]["read_ahead_m"] if panels else 0.0
     return PlotFigure(
         "fig5",
-        "Fig. 5 · Walking up to an obstacle at 1.2 m/s",
-        tuple(panels) or (_nothing(),),
-        f"The obstacle's echo comes nearer while ground and body stay; the chirp reads a walker's range {ahead:.0f} cm "
-        "short."
+        "Fig. 5 · Envelopes over time, walking up to an obstacle at 1.2 m/s",
+        tuple(panels),
+        f"The obstacle's echo comes nearer while ground and body stay; the range-Doppler bias is {-ahead:.0f} cm."
         if panels
         else "No data.",
         "Envelope of microphone 1, beep after beep; the highest of four samples is shown.",
@@ -104,13 +101,20 @@ def walking_envelopes(run: RunData) -> PlotFigure:
 
 
 def body_at_obstacle(run: RunData) -> PlotFigure:
-    """Figure 8: at microphone 2 the obstacle's echo (D2) is followed by the one by way of the body (D3)."""
-    return _body_figure(run, "fig8", "Fig. 8 · The walker's body behind the obstacle's echo, microphone 2", True)
+    """Figure 8: at microphone 2 the obstacle's echo (D2) is followed by the one over the body (D3)."""
+    return _body_figure(
+        run,
+        "fig8",
+        "Fig. 8 · Envelope around the obstacle's echo, with and without the body, microphone 2",
+        True,
+    )
 
 
 def body_at_phone(run: RunData) -> PlotFigure:
     """Figure 9: the direct sound at microphone 2 and the body's echo after it."""
-    return _body_figure(run, "fig9", "Fig. 9 · Direct sound and the walker's body, microphone 2", False)
+    return _body_figure(
+        run, "fig9", "Fig. 9 · Envelope after the direct sound, with and without the body, microphone 2", False
+    )
 
 
 def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFigure:
@@ -133,14 +137,14 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
         )
         near = [float(np.abs(candidates - r).min()) if len(candidates) else np.inf for r in signal["true_m"]]
         hits = sum(miss < 0.1 for miss in near)
-        said = f"{hits} of {len(near)} things have a candidate within 10 cm, among {len(candidates)} candidates."
+        said = f"{hits} of {len(near)} objects have a candidate within 10 cm, among {len(candidates)} candidates."
     return PlotFigure(
         name,
         title,
-        tuple(panels) or (_nothing(),),
+        tuple(panels),
         said,
-        "One beep. Thin lines up: where the things truly are. Unmarked peaks are ground, its corners with "
-        "things, and the walker's body.",
+        "One beep. Thin lines up: true ranges of the objects. Unmarked peaks are ground, its corners with "
+        "objects, and the walker's body.",
     )
 
 
@@ -154,7 +158,7 @@ def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
         )
         obstacle, detour = signal["obstacle_m"], signal["detour_m"]
         if far:
-            guides = (Guide("x", obstacle, "D2: the wall"), Guide("x", obstacle + detour, "D3: by way of the body"))
+            guides = (Guide("x", obstacle, "D2: the wall"), Guide("x", obstacle + detour, "D3: over the body"))
             ends = (obstacle - 0.6, obstacle + detour + 0.6)
             said = f"The body's detour is {100 * detour:.0f} cm of path, {detour / 0.125:.1f} pulse widths."
         else:
@@ -178,11 +182,7 @@ def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
     return PlotFigure(
         name,
         title,
-        tuple(panels) or (_nothing(),),
+        tuple(panels),
         said,
         "A standing phone, a wall straight ahead; path from the speaker to microphone 2.",
     )
-
-
-def _nothing() -> Panel:
-    return Panel("", "", "", ())

@@ -10,6 +10,7 @@ from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.scores import beep_table
+from obstaclewatch.support.arrays import Floats
 
 WIDEST_M = 1.2
 LEAST_ESTIMATES = 3
@@ -20,7 +21,7 @@ def radius_correlation(run: RunData) -> PlotFigure:
     panels, said = [], []
     for detector in judged_detectors(run):
         lines = []
-        pooled: list[np.ndarray] = []
+        pooled: list[Floats] = []
         for number, (kind, state) in enumerate((("standing", "standing"), ("approach", "walking"))):
             true, found = radius_medians(run, detector, kind)
             lines.append(Line(state, str(number), 100 * true, 100 * found, "points" if number == 0 else "ring"))
@@ -40,19 +41,19 @@ def radius_correlation(run: RunData) -> PlotFigure:
             if both.shape[1]
             else Panel(detector, "true radius, cm", "estimated radius, cm", ())
         )
-        said.append(f"{detector}: correlation {_correlation(both)} over {both.shape[1]} things")
+        said.append(f"{detector}: correlation {_correlation(both)} over {both.shape[1]} objects")
     return PlotFigure(
         "fig11",
-        "Fig. 11 · Radius from the crest against the truth",
+        "Fig. 11 · Estimated against true radius",
         tuple(panels),
         f"{'; '.join(said)}; the paper prints {paper_values.RADIUS_CORRELATION}.",
-        f"One point a thing: the median over its beeps, where at least {LEAST_ESTIMATES} gave an estimate. Up to "
+        f"One point an object: the median over its beeps, where at least {LEAST_ESTIMATES} gave an estimate. Up to "
         f"{2 * WIDEST_M:g} m wide; estimates above the axis are left out of the picture, not of the correlation.",
     )
 
 
 def crest_shapes(run: RunData) -> PlotFigure:
-    """Figure 10: crests of things of different breadth at one distance."""
+    """Figure 10: crests of objects of different width at one distance."""
     found = signals_of(run, "crests")
     lines, guides, said, where = [], [], [], ""
     for signal in found[:1]:
@@ -73,7 +74,7 @@ def crest_shapes(run: RunData) -> PlotFigure:
     panel = Panel("", "range, m", "level re direct sound, dB", tuple(lines), tuple(guides), width_in=5.6)
     return PlotFigure(
         "fig10",
-        f"Fig. 10 · Crests of things of different size{where}",
+        f"Fig. 10 · Crests of objects of different size{where}",
         (panel,),
         f"Crest widths above the average: {', '.join(said)}." if said else "No data.",
         "Width: samples at 192 kHz above the average envelope of the target range (section 3.6).",
@@ -102,8 +103,8 @@ def crest_against_distance(run: RunData) -> PlotFigure:
     )
 
 
-def radius_medians(run: RunData, detector: str, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """True and estimated radius of every thing up to `WIDEST_M`, the median over its beeps."""
+def radius_medians(run: RunData, detector: str, kind: str) -> tuple[Floats, Floats]:
+    """True and estimated radius of every object up to `WIDEST_M`, the median over its beeps."""
     table = beep_table(run, detector, kind)
     true, found = [], []
     for label in np.unique(table["label"]):

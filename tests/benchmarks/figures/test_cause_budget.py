@@ -56,7 +56,7 @@ def test_the_walks_are_those_of_the_paper_s_mix_on_the_split_for_tuning() -> Non
     assert not seeds[0] & seeds[1]
 
 
-def test_what_changes_the_listening_alone_shares_the_simulation_of_the_point_before() -> None:
+def test_what_changes_the_detector_alone_shares_the_simulation_of_the_point_before() -> None:
     first, told_less, *_ = plan_cells(load_suite("budget"), "smoke")
     assert told_less.knowledge.pitch is False
     assert simulated_part(first) == simulated_part(told_less)
@@ -98,13 +98,13 @@ def test_rates_and_paired_intervals_are_those_counted(tmp_path):
     # two gained, one lost of six: Clopper and Pearson give 2 of 3 0.0943 to 0.9916, and 3 of 6 0.1181 to 0.8819
     shift = (2 * np.array([0.094299, 0.991596]) - 1) * 100.0 * 0.881883
     np.testing.assert_allclose([tp.low[1], tp.high[1]], np.clip(100 * 2 / 6 + shift, 0.0, 100.0), atol=1e-3)
-    late = line_of(panel_of(figure, "TP"), "alerted before contact, however late")
+    late = line_of(panel_of(figure, "TP"), "alert before contact, however late")
     np.testing.assert_allclose(late.x, [50.0, 50.0])  # one of them half a metre before
     assert line_of(panel_of(figure, "TN"), "TrackingDetector").x.tolist() == [75.0, 50.0]
     bearing = line_of(panel_of(figure, "bearing"), "TrackingDetector")
     np.testing.assert_allclose(bearing.x, 5.0)
     np.testing.assert_allclose(line_of(panel_of(figure, "range"), "80 % of the errors are below").x, 0.4)
-    assert "no change can be told" in figure.reading
+    assert "no significant change" in figure.reading
     assert panel_of(figure, "TP").ticks == ("as it is", "quiet")
 
 
@@ -113,15 +113,15 @@ def test_strata_have_their_own_walks(tmp_path):
     panels = {panel.title: panel for panel in figure.panels}
     assert list(panels) == ["wall", "car", "campus", "supermarket"]
     assert panels["campus"].x_label == "% of 2 and 4 walks"
-    assert line_of(panels["campus"], "TP: collisions alerted, %").x.tolist() == [100.0, 50.0]
-    assert line_of(panels["supermarket"], "TP: collisions alerted, %").x.tolist() == [0.0, 50.0]
-    assert np.isnan(line_of(panels["car"], "TP: collisions alerted, %").x).all()
-    assert line_of(panels["car"], "TN: others left in peace, %").x.tolist() == [75.0, 50.0]
+    assert line_of(panels["campus"], "TP: collisions with an alert, %").x.tolist() == [100.0, 50.0]
+    assert line_of(panels["supermarket"], "TP: collisions with an alert, %").x.tolist() == [0.0, 50.0]
+    assert np.isnan(line_of(panels["car"], "TP: collisions with an alert, %").x).all()
+    assert line_of(panels["car"], "TN: other walks without an alert, %").x.tolist() == [75.0, 50.0]
 
 
 def test_the_table_says_which_walks_differ(tmp_path):
     table = FIGURES["cause_table"](budget_run(tmp_path))
-    rows = {row["taken away"]: row for row in table.rows()}
+    rows = {row["removed"]: row for row in table.rows()}
     assert rows["as it is"]["change of TP, points"] == "–"
     assert rows["as it is"]["TP, %"] == "33.3 of 6"
     plain = {head: text.replace("\N{NO-BREAK SPACE}", " ") for head, text in rows["quiet"].items()}
@@ -131,7 +131,7 @@ def test_the_table_says_which_walks_differ(tmp_path):
     assert plain["mean of both, %"] == "50.0"
     assert plain["same beeps, °"] == "5.0, 5.0"
     strata = FIGURES["cause_table_strata"](budget_run(tmp_path))
-    assert [row["taken away"] for row in strata.rows()][:4] == [
+    assert [row["removed"] for row in strata.rows()][:4] == [
         "wall; as it is", "wall; quiet", "car; as it is", "car; quiet",
     ]  # fmt: skip
 

@@ -33,7 +33,7 @@ def texts_of(figure) -> list[str]:
 
 
 def test_rates_are_those_counted_by_hand(tmp_path):
-    """3 of 4 collisions alerted in time, 1 of 2 others left in peace."""
+    """3 of 4 collisions alerted in time, 1 of 2 others without an alert."""
     bars = bars_of(FIGURES["fig16"](made_up_run(tmp_path)))
     tp, tn = bars["PaperDetector", "TP"], bars["PaperDetector", "TN"]
     assert (tp.count, tn.count) == ("3/4", "1/2")
@@ -214,7 +214,7 @@ def test_distribution_steps_lie_on_the_full_distribution(errors):
 
 def test_comparison_with_the_paper_goes_by_the_interval():
     paper = PaperValue(0.9, "1", "here")
-    assert against_paper(0.88, 0.80, 0.95, paper, True) == "cannot be told from"
+    assert against_paper(0.88, 0.80, 0.95, paper, True) == "not significantly different from"
     assert against_paper(0.99, 0.95, 1.00, paper, True) == "better than"
     assert against_paper(0.99, 0.95, 1.00, paper, False) == "worse than"
     assert against_paper(math.nan, math.nan, math.nan, paper, True) == "cannot be compared with"
@@ -234,3 +234,14 @@ def test_two_digits_count():
 def test_every_detector_is_in_the_overall_figure(tmp_path):
     groups = {group for group, _ in bars_of(FIGURES["fig16"](made_up_run(tmp_path)))}
     assert groups == set(DETECTORS)
+
+
+def test_the_bearing_caption_says_where_this_run_s_targets_stand(tmp_path):
+    """The caption said "straight ahead" also for the suite `bearing`, whose targets stand at 0 to 60 degrees."""
+    ahead, aside = standing(1.5), standing(3.0, 1)
+    assert "straight ahead" in FIGURES["fig24"](made_up_run(tmp_path, [ahead])).note
+    aside["cell"]["bearing_rad"] = math.radians(30.0)
+    note = FIGURES["fig24"](made_up_run(tmp_path, [ahead, aside])).note
+    assert "straight ahead" not in note
+    assert "at 0°, 30°" in note
+    assert "Standing targets" not in FIGURES["fig24"](made_up_run(tmp_path, [walk()])).note

@@ -91,9 +91,9 @@ def test_alerts_by_miss_distance_and_before_contact(tmp_path):
 def test_fates_of_collisions_add_up(tmp_path):
     figure = FIGURES["losses"](made_up_run(tmp_path))
     shares = {line.label: line.x[0] for line in figure.panels[0].lines}
-    assert shares == {"in time": 75.0, "too late": 25.0, "heard, not judged a collision": 0.0, "not heard": 0.0}
-    unheard = FIGURES["losses"](made_up_run(tmp_path, [walk(alert_distance_m=None)]))  # three beeps of four are few
-    assert {line.label: line.x[0] for line in unheard.panels[0].lines}["not heard"] == 100.0
+    assert shares == {"in time": 75.0, "too late": 25.0, "detected, not judged a collision": 0.0, "not detected": 0.0}
+    undetected = FIGURES["losses"](made_up_run(tmp_path, [walk(alert_distance_m=None)]))  # three beeps of four are few
+    assert {line.label: line.x[0] for line in undetected.panels[0].lines}["not detected"] == 100.0
 
 
 def test_calibration_of_claims_equal_to_the_errors(tmp_path):
@@ -103,7 +103,7 @@ def test_calibration_of_claims_equal_to_the_errors(tmp_path):
     assert line.y[line.x < 0.99].max() == 0.0
     assert line.y[line.x > 1.01].min() == 100.0
     assert "100 % within one deviation" in figure.reading or "0 % within one deviation" in figure.reading
-    honest = line_of(figure, "honest (normal)")
+    honest = line_of(figure, "normal errors")
     assert honest.y[np.argmin(np.abs(honest.x - 1.0))] == pytest.approx(68.27, abs=0.01)
 
 
@@ -283,7 +283,7 @@ def test_guides_stand_where_the_run_s_own_rules_are(tmp_path):
     run = made_up_run(tmp_path, cells)
     assert [guide.at for guide in FIGURES["alert_distance"](run).panels[0].guides] == [0.5, 2.0]
     assert [guide.at for guide in FIGURES["miss_distance"](run).panels[0].guides] == [0.4]
-    assert "0.5 m of way" in FIGURES["alert_distance"](run).note
+    assert "0.5 m" in FIGURES["alert_distance"](run).note
 
 
 def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):
@@ -294,3 +294,36 @@ def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):
     assert figure.panels[0].x_label == "change, percentage points"
     assert figure.panels[0].x_range == (-1.2, 1.2)
     assert "The same walks (4)" in figure.note
+
+
+def at_points(variants: list[dict[str, object]]) -> list[dict]:
+    """Two walks at every point of a sweep."""
+    walks = [walk(), walk(index=1, collides=False, alert_distance_m=None)]
+    return [
+        {**one, "label": f"{one['label']}{variant}", "cell": {**one["cell"], "variant": variant}}
+        for variant in variants
+        for one in walks
+    ]
+
+
+def test_a_sweep_of_one_number_has_its_axis(tmp_path):
+    """Speeds of 0.8, 1.2 and 2 m/s were three rows of text at equal distances."""
+    cells = at_points([{"walk.speed_m_s": speed} for speed in (2.0, 0.8, 1.2)])
+    figure = FIGURES["sweep"](made_up_run(tmp_path, cells))
+    assert figure.panels[0].x_label == "speed, m/s"
+    assert not figure.panels[0].ticks
+    assert line_of(figure, "PaperDetector").x.tolist() == [0.8, 1.2, 2.0]
+
+
+@pytest.mark.parametrize(
+    "variants",
+    [
+        [{"name": "as it is"}, {"name": "quiet"}],
+        [{"recording.identical": False}, {"recording.identical": True}],
+        [{}, {"walk.speed_m_s": 2.0}, {"air.temperature_c": 40.0}],
+    ],
+    ids=["names", "flags", "two parameters"],
+)
+def test_points_that_are_no_numbers_of_one_kind_have_rows(tmp_path, variants):
+    panel = FIGURES["sweep"](made_up_run(tmp_path, at_points(variants))).panels[0]
+    assert len(panel.ticks) == len(variants)

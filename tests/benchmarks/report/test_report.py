@@ -30,21 +30,18 @@ def written(tmp_path_factory):
 
 def test_verdict_comes_first_with_counts_and_intervals(written):
     _, html = written
-    assert (
-        "PaperDetector alerts in time on 75.0 % (30.1–95.4 %, 3 of 4) of the collisions".replace(" %", "\u00a0%")
-        in html
-    )
+    assert "PaperDetector: TP 75.0 % (30.1–95.4 %, 3 of 4) of the collisions".replace(" %", "\u00a0%") in html
     sections = re.findall(r'<section id="(\w+)">', html)
     assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
-    assert "In time: at least 1 m of way before contact" in html
-    assert html.index("PaperDetector alerts in time") < html.index('<section id="verdict">')
+    assert "In time: at least 1 m before contact" in html
+    assert html.index("PaperDetector: TP") < html.index('<section id="verdict">')
 
 
 def test_numbers_are_those_made_up(tmp_path):
     rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path))}
-    tp = rows["Alerts: TP: collisions alerted in time"]
+    tp = rows["Alerts: TP: collisions with an alert in time"]
     assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
-    assert tp.cells[0].against == "same"
+    assert tp.cells[0].against == "inconclusive"
     assert rows["Alerts: TP by the paper's rule"].cells[0].count == "3 of 4"
     near = rows["Standing: Distance1, median at 1.5 m"]
     assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "6 of 8", "0.25 cm")
@@ -65,7 +62,7 @@ def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
             cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
     run = made_up_run(tmp_path, cells)
     text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
-    assert "PaperDetector alerts in time on 100.0 % (51.0–100.0 %, 4 of 4) of the collisions" in text
+    assert "PaperDetector: TP 100.0 % (51.0–100.0 %, 4 of 4) of the collisions" in text
     assert "Of the sweep, the point &#39;as it is&#39; alone." in text
     assert "[deaf]" not in text[text.index('<section id="cases">') : text.index('<section id="provenance">')]
 
@@ -76,7 +73,7 @@ def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_pat
     html, text = path.read_text(encoding="utf-8"), (run.folder / "report.md").read_text(encoding="utf-8")
     assert {row.group for row in verdict_rows(run)} == {"Standing"}
     assert "PaperDetector, standing, has nine of ten errors of Distance1 within 0.40 cm" in text
-    assert "alerts in time" not in html + text
+    assert ": TP" not in html + text
 
 
 def test_a_run_without_walks_and_standing_phones_has_figures_and_no_verdict(tmp_path):

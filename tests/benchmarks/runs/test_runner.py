@@ -193,7 +193,9 @@ def test_filter_of_labels(expression, kept):
     assert {label for label in ("a/wall/1", "b/wall/2", "a/car/3") if fits(label)} == kept
 
 
-@pytest.mark.parametrize("expression", ["", "wall and", "or wall", "(wall", "wall)", "wall car", "not"])
+@pytest.mark.parametrize(
+    "expression", ["", "wall and", "or wall", "(wall", "wall)", "wall car", "not", "wall (car)", "()"]
+)
 def test_filters_that_cannot_be_read_are_refused(expression):
     with pytest.raises(ValueError, match="-k must join words by and, or, not"):
         label_filter(expression)

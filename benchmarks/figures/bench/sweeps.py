@@ -1,0 +1,202 @@
+"""What changes from one point of a sweep to the next (Figure 18 and its like)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from benchmarks.figures.bench.parameters import in_words, scale_of
+from benchmarks.figures.bench.variants import band_name, holding_name, variants
+from benchmarks.figures.data import Bar, BarFigure, BarPanel
+from benchmarks.figures.measured import (
+    INTERVALS,
+    TN,
+    TOP,
+    TP,
+    judged_detectors,
+    percents,
+    quantile_over_walks,
+    rate_against,
+    rate_bar,
+    rate_text,
+)
+from benchmarks.figures.plots import Line, Panel, PlotFigure
+from benchmarks.runs.results import RunData
+from benchmarks.scoring import paper_values
+from benchmarks.scoring.paper_values import RatePair
+from benchmarks.scoring.scores import (
+    absolute_errors,
+    approach_table,
+    beep_table,
+    true_negative_rate,
+    true_positive_rate,
+)
+from benchmarks.scoring.statistics import Rate
+from obstaclewatch.support.arrays import Floats
+
+WALKS = ("approach", "scene")
+"""Kinds of cells that have alerts to count."""
+Measured = tuple[float, float, float]
+"""A value and the ends of its interval."""
+
+
+def rates_by_band(run: RunData) -> BarFigure:
+    """Figure 18: the band of the beep; the paper's values where the bands are the paper's."""
+    note = f"{INTERVALS} The same walks with both beeps. The paper's two figures for one place, 17 and 18, differ by "
+    note += "1.5 points: noise."
+    return _rates_figure(run, "fig18", "Fig. 18 · TP and TN by band of the beep", paper_values.BY_BAND, note, band_name)
+
+
+def rates_by_holding(run: RunData) -> BarFigure:
+    """Section 5.1: the phone held vertically and horizontally."""
+    note = f"{INTERVALS} The same walks. Held horizontally, the bearing is the angle to the phone's long edge, which "
+    note += "now points to the left: so Eq. 2 gives about 90° for an obstacle straight ahead."
+    return _rates_figure(run, "holding", "Section 5.1 · TP and TN by holding of the phone", {}, note, holding_name)
+
+
+def rates_by_interference(run: RunData) -> PlotFigure:
+    """Section 5.3: a second phone nearby."""
+    note = "The second phone stands 29° to the left of the walk's start and sends as loudly as ours."
+    return _sweep_figure(run, "interference", "Section 5.3 · TP, TN and range error with a second phone nearby", note)
+
+
+def sweep_curves(run: RunData) -> PlotFigure:
+    """TP, TN and the median range error of every point of a sweep, in its order."""
+    return _sweep_figure(run, "sweep", "TP, TN and range error at the points of the sweep", "")
+
+
+def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
+    points = variants(run) if any(record["cell"].get("variant") for record in run.cells) else {}
+    points = {point: part for point, part in points.items() if any(c["cell"]["kind"] in WALKS for c in part.cells)}
+    axis, detectors = swept_axis(points), judged_detectors(run)
+    panels: list[Panel] = []
+    said: dict[str, list[str]] = {detector: [] for detector in detectors}
+    for label, unit, measure in _MEASURES:
+        found = {d: np.array([measure(part, d) for part in points.values()]).reshape(-1, 3) for d in detectors}
+        for detector, values in found.items():
+            if np.isfinite(values[:, 0]).any():
+                ends = f"{np.nanmin(values[:, 0]):.1f} to {np.nanmax(values[:, 0]):.1f}"
+                said[detector].append(f"{label.split(',')[0]} {ends} {unit}")
+        span = (-3.0, 103.0) if unit == "%" else None
+        if axis is None:
+            panels.append(_named_points(label, found, list(points), span, named=not panels))
+        else:
+            panels.append(_numeric_points(label, found, *axis, span))
+    return PlotFigure(
+        name,
+        title,
+        tuple(panels),
+        " ".join(f"{name}: {', '.join(words)}." for name, words in said.items() if words) or "No data.",
+        f"Whiskers: 95 % intervals, Wilson's for rates, bootstrap over walks for medians. {note}",
+        height_in=2.7 if axis else max(2.4, 0.32 * len(points) + 0.4),
+    )
+
+
+def swept_axis(points: Mapping[str, RunData]) -> tuple[str, Floats] | None:
+    """The one parameter of a sweep and its values in the unit of its words; None unless it is one, and numeric."""
+    swept = [part.cells[0]["cell"].get("variant") or {} for part in points.values()]
+    parameters = {name for point in swept for name in point}
+    if len(parameters) != 1 or len(swept) < 2:
+        return None
+    (parameter,) = parameters
+    values = [point.get(parameter) for point in swept]
+    if any(isinstance(value, bool) or not isinstance(value, int | float) for value in values):
+        return None
+    return parameter, scale_of(parameter) * np.array(values, dtype=np.float64)
+
+
+def _numeric_points(
+    label: str, found: Mapping[str, Floats], parameter: str, x: Floats, span: tuple[float, float] | None
+) -> Panel:
+    """Values over the parameter's own axis, joined in its order."""
+    order = np.argsort(x)
+    lines = []
+    for detector, values in found.items():
+        value, low, high = values[order].T
+        lines += [Line(detector, detector, x[order], value, "points", low, high), Line("", detector, x[order], value)]
+    spread = x.min() > 0.0 and x.max() / x.min() > LOG_FROM
+    return Panel("", in_words(parameter), label, tuple(lines), log="x" if spread else "", y_range=span, width_in=2.6)
+
+
+def _named_points(
+    label: str, found: Mapping[str, Floats], names: list[str], span: tuple[float, float] | None, named: bool
+) -> Panel:
+    """One row a point, for points that differ in more than a number."""
+    place = np.arange(len(names))
+    lines = tuple(
+        Line(detector, detector, values[:, 0], place + 0.16 * (k - 0.5 * (len(found) - 1)), "points", *values[:, 1:].T)
+        for k, (detector, values) in enumerate(found.items())
+    )
+    ticks = tuple(_wrapped(name).replace("\n", " ") if named else "" for name in names)
+    return Panel("", label, "", lines, ticks=ticks, flat=True, width_in=2.3, x_range=span)
+
+
+def _rates_figure(
+    run: RunData,
+    name: str,
+    title: str,
+    paper: Mapping[str, RatePair],
+    note: str,
+    name_of: Callable[[Mapping[str, Any]], str],
+) -> BarFigure:
+    parts = list(variants(run).values())
+    named = {name_of(part.cells[0]["cell"]): part for part in parts}
+    swept = any(record["cell"].get("variant") for record in run.cells)
+    panels, said = [], []
+    for detector in judged_detectors(run):
+        bars = []
+        for group, part in named.items() if swept else ():
+            tp, tn = _rates(part, detector)
+            known = paper.get(group)
+            shown = _wrapped(group)
+            bars.append(rate_bar(shown, TP, tp, known.true_positive if known else None))
+            bars.append(rate_bar(shown, TN, tn, known.true_negative if known else None))
+            clause = f", {rate_against(tp, known.true_positive)}" if known else ""
+            said.append(f"{detector}, {group}: TP {rate_text(tp)}{clause}, TN {rate_text(tn)}.")
+        panels.append(BarPanel(detector, tuple(bars) or _no_bars()))
+    return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(said) or "No data.", note, TOP)
+
+
+def _no_bars() -> tuple[Bar, ...]:
+    return (Bar("", TP, np.nan, np.nan, np.nan, "", 0), Bar("", TN, np.nan, np.nan, np.nan, "", 0))
+
+
+def _rates(run: RunData, detector: str) -> tuple[Rate, Rate]:
+    table = approach_table(run, detector)
+    return true_positive_rate(table), true_negative_rate(table)
+
+
+def _tp(run: RunData, detector: str) -> Measured:
+    return percents(_rates(run, detector)[0])
+
+
+def _tn(run: RunData, detector: str) -> Measured:
+    return percents(_rates(run, detector)[1])
+
+
+def _range(run: RunData, detector: str) -> Measured:
+    table = beep_table(run, detector, "approach")
+    errors = 100.0 * absolute_errors(table, "range_m", "true_range_m")
+    return quantile_over_walks(errors, 0.5, table["label"])[:3]
+
+
+_MEASURES: tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...] = (
+    ("TP, % of walks", "%", _tp),
+    ("TN, % of walks", "%", _tn),
+    ("range error, median, cm", "cm", _range),
+)
+LOG_FROM = 30.0
+"""Ratio of the greatest to the least value from which an axis is logarithmic."""
+
+
+def _wrapped(name: str) -> str:
+    """Long names in two or three lines."""
+    words, lines = name.replace(", ", ",\n").split(" "), [""]
+    for word in words:
+        if len(lines[-1]) + len(word) > 12 and lines[-1]:
+            lines.append(word)
+        else:
+            lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join(lines)
