@@ -38,7 +38,7 @@ class Paths:
         uv: (P, N, 2) position within that facet.
         phone: the phone, for its frequency responses.
         poses: number of poses traced.
-        rejected: how many candidates each validity mask turned away, by its name.
+        rejected: how many candidates were rejected for each reason.
         left_out: what was not modelled, a line each.
         choices: what the ways over each obstacle were left to whose rays were doubted, and the estimated errors.
 
@@ -114,13 +114,13 @@ class Paths:
         return total[0] if self.poses == 1 else total
 
     def explain(self) -> str:
-        """What was modelled, what was turned away by which mask, and what was left out, in plain lines."""
+        """What was modelled, what was rejected and why, and what was left out, in plain lines."""
         lines = [f"{len(self)} paths at {self.poses} poses and 2 microphones"]
         for kind in np.unique(self.kind):
             rows = self.kind == kind
             level = 20.0 * np.log10(np.abs(self.gain[rows]).max())
             lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
-        lines += [f"  turned away as {name}: {count}" for name, count in self.rejected.items()]
+        lines += [f"  rejected, {name}: {count}" for name, count in self.rejected.items()]
         lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)

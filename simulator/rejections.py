@@ -1,4 +1,4 @@
-"""The contributions that were found and turned away: which way they would have gone, by which mask, at what level."""
+"""The paths that were found and rejected: where they would have run, for which reason, at what level."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
 from simulator.trace import instants, kinds_of, names_of, still_tracing, traced
 from simulator.world.candidates import concatenated, nothing
-from simulator.world.rejection_log import Ledger
+from simulator.world.rejection_log import RejectionLog
+from simulator.world.search_context import Search
 from simulator.world.world import World
 
 
 @dataclass(frozen=True)
 class Rejections:
-    """R contributions that a validity mask turned away, strongest first.
+    """R paths that were rejected, strongest first.
 
     Attributes:
-        mask: (R,) name of the mask, as in `Paths.rejected`.
+        mask: (R,) reason, as in `Paths.rejected`.
         level_db: (R,) estimated level at 20 kHz, dB re the free field 1 m in front of the speaker. With air, materials
             and directivity where the geometry is whole; sequences that miss their patches have the level of their
             image (behind a mirror: one over its distance), edges an upper bound, both without them.
@@ -35,7 +36,7 @@ class Rejections:
         points_m: (R, N + 2, 3) source, reflection points, microphone (repeated), world frame. Where a patch is missed
             these are the crossings with its endless plane, on either side of the two ends; NaN where the unfolded way
             runs along the plane and there is none.
-        counts: all that each mask turned away, listed or not.
+        counts: all that were rejected for each reason, listed or not.
 
     Example:
         >>> import trimesh
@@ -69,12 +70,12 @@ class Rejections:
 
     @property
     def left_out(self) -> int:
-        """How many were turned away and are not listed here."""
+        """How many were rejected and are not listed here."""
         return sum(self.counts.values()) - len(self)
 
     def explain(self) -> str:
         """One line each, strongest first."""
-        lines = [f"{len(self)} contributions turned away, {self.left_out} more not listed"]
+        lines = [f"{len(self)} paths rejected, {self.left_out} more not listed"]
         for k in range(len(self)):
             points = self.points_m[k, 1 : self.order[k] + 1]
             way = " ".join("(" + ", ".join(f"{x:.2f}" for x in point) + ")" for point in points)
@@ -89,7 +90,7 @@ def trace_rejected(
     scene: Scene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0,
     limit: int = 1000,
 ) -> Rejections:  # fmt: skip
-    """What `trace_paths` with the same arguments turns away, by the masks of that very run.
+    """What `trace_paths` with the same arguments rejects, by the masks of that very run.
 
     Sequences of mirrors that the search never builds, because a patch cannot be lit through the one before it or lies
     beyond the range, are no contributions and not listed.
@@ -115,21 +116,21 @@ def trace_rejected(
         raise ValueError(f"limit must be a whole number from 1 on, got {limit!r}")
     fidelity = fidelity or Fidelity()
     tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
-    ledger = Ledger(limit)
-    traced(tracing, scene, phone, fidelity, ledger)
-    return _listed(tracing.world, ledger, max(fidelity.max_order, 1))
+    log = RejectionLog(limit)
+    traced(Search(tracing, phone, scene.air, fidelity, log))
+    return _listed(tracing.world, log, max(fidelity.max_order, 1))
 
 
-def _listed(world: World, ledger: Ledger, width: int) -> Rejections:
+def _listed(world: World, log: RejectionLog, width: int) -> Rejections:
     """The strongest of all groups, in one order."""
-    amplitude = np.concatenate([np.zeros(0)] + [each for _, each, _ in ledger.entries])
+    amplitude = np.concatenate([np.zeros(0)] + [each for _, each, _ in log.entries])
     mask = np.repeat(
-        np.array([name for name, _, _ in ledger.entries], dtype=np.str_),
-        np.array([len(each) for _, each, _ in ledger.entries], dtype=np.int64),
+        np.array([reason for reason, _, _ in log.entries], dtype=np.str_),
+        np.array([len(each) for _, each, _ in log.entries], dtype=np.int64),
     )
-    rank = np.argsort(-amplitude, kind="stable")[: ledger.listed]
-    found = concatenated([nothing(width)] + [found for _, _, found in ledger.entries])[rank]
+    rank = np.argsort(-amplitude, kind="stable")[: log.listed]
+    found = concatenated([nothing(width)] + [found for _, _, found in log.entries])[rank]
     return Rejections(
         mask[rank], 20.0 * np.log10(amplitude[rank]), found.pose, found.mic, found.order, kinds_of(world, found),
-        names_of(world, found), found.sequence, found.points_m + world.origin_m, dict(ledger.counts),
+        names_of(world, found), found.sequence, found.points_m + world.origin_m, log.totals,
     )  # fmt: skip

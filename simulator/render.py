@@ -33,6 +33,7 @@ from simulator.scene.scene import Scene
 from simulator.trace import traced, tracing_of
 from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
+from simulator.world.search_context import Search
 from simulator.world.world import prepare
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
@@ -135,7 +136,7 @@ def trace_walk(
         return there.position_m - origin, there.body_heading_rad()
 
     tracing = tracing_of(world, phone, replace(pose, position_m=pose.position_m - origin), middle, carrier)
-    paths, found = traced(tracing, scene, phone, fidelity)
+    paths, found = traced(Search(tracing, phone, scene.air, fidelity))
     points = phone.geometry.speaker_m, phone.geometry.mics_m
     motion = motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,8 @@ from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
 from simulator.world.frames import Carrier
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World, frames_for, prepare
 
 SAME_IMAGE_M = 1e-7
@@ -66,7 +68,7 @@ def trace_paths(
     fidelity = fidelity or Fidelity()
     check_types(scene=(scene, Scene), phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
     tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
-    paths = traced(tracing, scene, phone, fidelity)[0]
+    paths = traced(Search(tracing, phone, scene.air, fidelity))[0]
     return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
 
 
@@ -97,42 +99,37 @@ def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: 
     return Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
 
 
-def traced(
-    tracing: Tracing, scene: Scene, phone: Phone, fidelity: Fidelity, ledger: Ledger | None = None
-) -> tuple[Paths, Candidates]:
-    """The paths that pass every mask, and their geometry about the world's origin; `ledger` books what does not."""
-    ledger = ledger or Ledger()
-    found, sums = searched(tracing, fidelity, scene.air.sound_speed_m_s, ledger)
-    masks = {
-        "too long": lambda found: (found.order == 0) | (found.length_m <= 2.0 * fidelity.max_range_m),
-        "hidden": lambda found: (found.order == 0) | (found.cell >= 0) | legs_free(tracing, found),  # cells: by facet
-        "twin on a shared border": _first_of_twins,
-        "at a focus": _out_of_focus,
-    }
-    for name, mask in masks.items():
-        kept = mask(found)
-        _turn_away(ledger, name, found[~kept], sums, tracing, phone, scene)
+def traced(search: Search) -> tuple[Paths, Candidates]:
+    """The paths that pass every mask, and their geometry about the world's origin; the log books what does not."""
+    found, sums = searched(search)
+    for reason, mask in MASKS.items():
+        kept = mask(search, found)
+        _reject(search, reason, found[~kept], sums)
         found = found[kept]
-    gain = path_gain(tracing, phone, scene.air, found, sums, band.nodes_hz(fidelity.band_points))
-    heard = _over_noise(phone, found, gain) | (found.order == 0)
-    _turn_away(ledger, "under the noise", found[~heard], sums, tracing, phone, scene)
-    found, gain = found[heard], gain[heard]
-    left_out = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
-    if min(fidelity.edge_order, fidelity.max_order) < 2 and "edges" in fidelity.mechanisms:
-        left_out += ("paths over several edges of a thin panel (edge_order 1)",)
-    return _paths(tracing, phone, found, gain, scene.air.sound_speed_m_s, ledger, left_out), found
+    gain = path_gain(search, found, sums, search.band_hz)
+    kept = _over_noise(search.phone, found, gain) | (found.order == 0)
+    _reject(search, Reason.UNDER_NOISE, found[~kept], sums)
+    return _paths(search, found[kept], gain[kept]), found[kept]
 
 
-def _turn_away(
-    ledger: Ledger, name: str, found: Candidates, sums: Complexes, tracing: Tracing, phone: Phone, scene: Scene
-) -> None:
+def _reject(search: Search, reason: Reason, found: Candidates, sums: Complexes) -> None:
     """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
 
-    def described() -> Turned:
-        gain = path_gain(tracing, phone, scene.air, found, sums, np.array([REFERENCE_HZ]))
-        return Turned(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
+    def described() -> Rejected:
+        gain = path_gain(search, found, sums, np.array([REFERENCE_HZ]))
+        return Rejected(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
 
-    ledger.turn_away(name, len(found), described)
+    search.reject(reason, len(found), described)
+
+
+def _short_enough(search: Search, found: Candidates) -> Flags:
+    """(C,) whether an echo is within the range; the direct sound always is."""
+    return (found.order == 0) | (found.length_m <= search.limit_m)
+
+
+def _unhidden(search: Search, found: Candidates) -> Flags:
+    """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
+    return (found.order == 0) | (found.cell >= 0) | legs_free(search.tracing, found)
 
 
 def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
@@ -151,7 +148,7 @@ def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     return level >= 10.0 ** (floor_db / 20.0)
 
 
-def _first_of_twins(found: Candidates) -> Flags:
+def _first_of_twins(_search: Search, found: Candidates) -> Flags:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
@@ -176,7 +173,7 @@ def _unfolded_source(found: Candidates) -> Floats:
     return end + found.length_m[:, None] * direction
 
 
-def _out_of_focus(found: Candidates) -> Flags:
+def _out_of_focus(_search: Search, found: Candidates) -> Flags:
     """(C,) False where a concave mirror gathers rays on the receiver: the ray tube closes and its level diverges."""
     clear = np.ones(len(found), dtype=bool)
     rows = np.flatnonzero((found.face >= 0).any(axis=1))
@@ -186,26 +183,34 @@ def _out_of_focus(found: Candidates) -> Flags:
     return clear
 
 
-def _paths(
-    tracing: Tracing,
-    phone: Phone,
-    found: Candidates,
-    gain: Complexes,
-    speed_m_s: float,
-    ledger: Ledger,
-    left_out: tuple[str, ...],
-) -> Paths:
-    paths = Paths(
-        delay_s=found.length_m / speed_m_s,
+MASKS: dict[Reason, Callable[[Search, Candidates], Flags]] = {
+    Reason.TOO_LONG: _short_enough,
+    Reason.HIDDEN: _unhidden,
+    Reason.TWIN: _first_of_twins,
+    Reason.AT_FOCUS: _out_of_focus,
+}  # in turn: each is asked about what passed those before it
+
+
+def _paths(search: Search, found: Candidates, gain: Complexes) -> Paths:
+    tracing = search.tracing
+    return Paths(
+        delay_s=found.length_m / search.air.sound_speed_m_s,
         gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
         band_gain=gain, mic=found.mic, pose=found.pose, order=found.order,
         kind=kinds_of(tracing.world, found),
         obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
-        phone=phone, poses=len(tracing.pose), rejected=ledger.counts,
-        left_out=left_out, choices=tuple(ledger.choices),
+        phone=search.phone, poses=len(tracing.pose), rejected=search.log.totals,
+        left_out=_left_out(search.fidelity), choices=tuple(search.log.choices),
     )  # fmt: skip
-    return paths
+
+
+def _left_out(fidelity: Fidelity) -> tuple[str, ...]:
+    """What no run models, and what this fidelity leaves out."""
+    lines = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
+    if min(fidelity.edge_order, fidelity.max_order) < 2 and "edges" in fidelity.mechanisms:
+        lines += ("paths over several edges of a thin panel (edge_order 1)",)
+    return lines
 
 
 def kinds_of(world: World, found: Candidates) -> Strings:

@@ -29,10 +29,10 @@ from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
-from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, concatenated, nothing
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 MASKED = 10.0 ** (-40.0 / 20.0)  # a contribution this far under the strongest echo is lost in it
@@ -63,19 +63,18 @@ class Sighting:
         return Sighting(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def twice_curved(
-    tracing: Tracing, max_order: int, audible: Audible, singles: list[Candidates], loudest: Floats, ledger: Ledger
-) -> Candidates:
-    """Paths with two reflections off smooth surfaces of different obstacles, up to `max_order` in all.
+def twice_curved(search: Search, singles: list[Candidates], loudest: Floats) -> Candidates:
+    """Paths with two reflections off smooth surfaces of different obstacles.
+
+    What is under the audible floor, or `MASKED` under the strongest echo of the pose, is left out; a floor of 0 keeps
+    all.
 
     Args:
-        audible: what is under its floor, or `MASKED` under the strongest echo of the pose, is left out; a floor of 0
-            keeps all.
         singles: echoes with one curved reflection, in the order of the surfaces.
         loudest: (N, 2) strongest of all those found so far.
-        ledger: of what is turned away.
     """
-    parts = [nothing(max_order)]
+    tracing, audible = search.tracing, search.audible
+    parts = [nothing(search.max_order)]
     factor = _factors(tracing, singles)
     masked = min(MASKED, OVER_SHARE * audible.share) if audible.floor > 0.0 else 0.0
     threshold = np.maximum(audible.floor, masked * loudest.max(axis=1))
@@ -85,7 +84,7 @@ def twice_curved(
             bound = 10.0 ** (JUDGED_DB / 20.0) * factor[a] * factor[b] / np.maximum(shortest, 1e-3)
             poses = np.flatnonzero((bound >= threshold) & (shortest <= audible.limit_m))
             if len(poses):
-                parts += _between(tracing, (a, b), poses, max_order, audible.limit_m, threshold, ledger)
+                parts += _between(search, (a, b), poses, threshold)
     return concatenated(parts)
 
 
@@ -129,21 +128,18 @@ def _shortest(tracing: Tracing, a: int, b: int) -> Floats:
     return out + back + np.maximum(np.linalg.norm(second - first, axis=1) - sum(radius), 0.0)
 
 
-def _between(
-    tracing: Tracing, pair: tuple[int, int], poses: Ints, max_order: int, limit_m: float, threshold: Floats,
-    ledger: Ledger,
-) -> list[Candidates]:  # fmt: skip
+def _between(search: Search, pair: tuple[int, int], poses: Ints, threshold: Floats) -> list[Candidates]:
     """Paths over two surfaces, either first."""
-    a, b = pair
-    left = _sighted(tracing, a, _spots(tracing, b, a, poses), poses, max_order - 2, limit_m)
-    right = _sighted(tracing, b, _spots(tracing, a, b, poses), poses, max_order - 2, limit_m)
-    left, right = _combined(left, right, max_order - 2)
+    tracing, (a, b), mirrors = search.tracing, pair, search.max_order - 2
+    left = _sighted(tracing, a, _spots(tracing, b, a, poses), poses, mirrors, search.limit_m)
+    right = _sighted(tracing, b, _spots(tracing, a, b, poses), poses, mirrors, search.limit_m)
+    left, right = _combined(left, right, mirrors)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
     for mic, back in WAYS:
         ends, numbers = ((right, left), (b, a)) if back else ((left, right), (a, b))
-        _turn_faint_away(tracing, mic, ends[0][faint], ends[1][faint], numbers, max_order, ledger)
-    return _both_ways(tracing, pair, left[loud], right[loud], max_order, ledger) if len(loud) else []
+        _reject_faint(search, mic, ends[0][faint], ends[1][faint], numbers)
+    return _both_ways(search, pair, left[loud], right[loud]) if len(loud) else []
 
 
 def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
@@ -193,15 +189,13 @@ def _amplitude(start: Sighting, end: Sighting) -> Floats:
     return start.factor * end.factor / np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
 
 
-def _turn_faint_away(
-    tracing: Tracing, mic: int, start: Sighting, end: Sighting, pair: tuple[int, int], width: int, ledger: Ledger
-) -> None:
+def _reject_faint(search: Search, mic: int, start: Sighting, end: Sighting, pair: tuple[int, int]) -> None:
     """Book ways below the floor, over the places where they would have been looked for."""
     points = np.stack([start.point_m, end.point_m], axis=1)
-    turns = Turns(mic, start.images, end.images, points, _numbers(tracing, pair, len(points)), width)
-    ledger.turn_away(
-        "faint double bounce", len(points),
-        lambda: Turned(_amplitude(start, end), partial(straightened, tracing, turns)),
+    turns = Turns(mic, start.images, end.images, points, _numbers(search.tracing, pair, len(points)))
+    search.reject(
+        Reason.FAINT_DOUBLE, len(points),
+        lambda: Rejected(_amplitude(start, end), partial(straightened, search, turns)),
     )  # fmt: skip
 
 
@@ -210,10 +204,9 @@ def _numbers(tracing: Tracing, pair: tuple[int, int], rows: int) -> Ints:
     return np.broadcast_to(len(tracing.world.patches) + np.array(pair), (rows, 2))
 
 
-def _both_ways(
-    tracing: Tracing, pair: tuple[int, int], left: Sighting, right: Sighting, width: int, ledger: Ledger
-) -> list[Candidates]:
+def _both_ways(search: Search, pair: tuple[int, int], left: Sighting, right: Sighting) -> list[Candidates]:
     """Candidates over two surfaces, from left to right and back; all settle at once, as lengths have no direction."""
+    tracing = search.tracing
     source, mics = tracing.source_m[left.images.pose], tracing.mics_m[left.images.pose]
     near = [mics[:, mic] if back else source for mic, back in WAYS]
     far = [source if back else mics[:, mic] for mic, back in WAYS]
@@ -231,13 +224,13 @@ def _both_ways(
     for number, (mic, back) in enumerate(WAYS):
         kept = np.flatnonzero(settled & (way == number))
         met = [(pair[0], every_left.images[kept], first[kept]), (pair[1], every_right.images[kept], second[kept])]
-        parts.append(_paths(tracing, mic, met[::-1] if back else met, width, ledger))
+        parts.append(_paths(search, mic, met[::-1] if back else met))
     return parts
 
 
-def _paths(tracing: Tracing, mic: int, met: list[tuple[int, Images, Place]], width: int, ledger: Ledger) -> Candidates:
+def _paths(search: Search, mic: int, met: list[tuple[int, Images, Place]]) -> Candidates:
     """Candidates over two settled places, each given with its surface and the images on its side."""
-    (one, before, first), (two, after, second) = met
+    tracing, ((one, before, first), (two, after, second)) = search.tracing, met
     points = np.stack([first.point_m, second.point_m], axis=1)
     source = _through(tracing, tracing.source_m[before.pose], before)
     receiver = _through(tracing, tracing.mics_m[after.pose, mic], after)
@@ -247,8 +240,8 @@ def _paths(tracing: Tracing, mic: int, met: list[tuple[int, Images, Place]], wid
         normal, bend = (np.stack([getattr(x, n) for x in (first, second)], axis=1) for n in ("normal", "curvature"))
         return np.abs(spreading(way, normal, bend, np.full(len(way), 2)))
 
-    turns = Turns(mic, before, after, points, _numbers(tracing, (one, two), len(points)), width)
-    found, ok, place = unfolded(tracing, turns, ledger, amplitude)
+    turns = Turns(mic, before, after, points, _numbers(tracing, (one, two), len(points)))
+    found, ok, place = unfolded(search, turns, amplitude)
     for k, (index, place_met) in enumerate(((one, first[ok]), (two, second[ok]))):
         slot = np.arange(len(ok)), place + k
         found.normal[slot], found.curvature[slot] = place_met.normal, place_met.curvature

@@ -16,31 +16,29 @@ from simulator.images.unfolding import Turns, image_pairs, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
-from simulator.world.rejection_log import Ledger
-from simulator.world.world import Tracing
+from simulator.world.search_context import Search
 
 
-def mixed(tracing: Tracing, index: int, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
-    """One reflection off smooth surface `index`, with mirrors before and after it, up to `max_order` in all."""
-    surface = tracing.world.surfaces[index]
-    lit = images_lighting(tracing, surface, tracing.source_m, max_order - 1, limit_m)
+def mixed(search: Search, index: int) -> Candidates:
+    """One reflection off smooth surface `index`, with mirrors before and after it."""
+    tracing, surface, mirrors = search.tracing, search.tracing.world.surfaces[index], search.max_order - 1
+    lit = images_lighting(tracing, surface, tracing.source_m, mirrors, search.limit_m)
     parts = []
     for mic in range(2):
-        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], max_order - 1, limit_m)
-        left, right = image_pairs(lit, heard, max_order)
+        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], mirrors, search.limit_m)
+        left, right = image_pairs(lit, heard, search.max_order)
         before, after = lit[left], heard[right]
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
-        parts.append(_reflected(tracing, index, mic, before[hit.query], after[hit.query], hit, max_order, ledger))
+        parts.append(_reflected(search, index, mic, before[hit.query], after[hit.query], hit))
     return concatenated(parts)
 
 
 def _reflected(
-    tracing: Tracing, index: int, mic: int, before: Images, after: Images,
-    hit: curved.StationaryPoints, width: int, ledger: Ledger,
-) -> Candidates:  # fmt: skip
+    search: Search, index: int, mic: int, before: Images, after: Images, hit: curved.StationaryPoints
+) -> Candidates:
     """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
-    surface = tracing.world.surfaces[index]
+    tracing, surface = search.tracing, search.tracing.world.surfaces[index]
     frame = tracing.placed[before.pose, surface.obstacle]
     number = np.full(len(hit), len(tracing.world.patches) + index)
     point = out_of_rest(hit.point_m, frame)
@@ -50,9 +48,7 @@ def _reflected(
         ways = np.stack([before.point_m, point, after.point_m], axis=1)
         return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
 
-    found, ok, place = unfolded(
-        tracing, Turns(mic, before, after, point[:, None], number[:, None], width), ledger, amplitude
-    )
+    found, ok, place = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), amplitude)
     each = np.arange(len(ok))
     found.normal[each, place], found.curvature[each, place] = normal[ok], curvature[ok]
     found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]

@@ -29,7 +29,6 @@ Ways with a mirror beside are not looked for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -42,72 +41,44 @@ from simulator.diffraction.chain_paths import (
     face_factor,
     free_of_obstacles,
     joined_ways,
-    turned_ways,
+    rejected_ways,
 )
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.joint_apexes import joint_apexes, second_derivatives
 from simulator.diffraction.single import at_poses, edge_points, outside, seen
 from simulator.diffraction.thin_panels import LONGEST, Chains, chains_of, merge_chains
 from simulator.surfaces.wedges import Wedges
-from simulator.waves.band import REFERENCE_HZ
-from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
-from simulator.world.rejection_log import Ledger
+from simulator.world.rejection_log import Reason
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 
-@dataclass(frozen=True)
-class Strength:
-    """How strongly edges bend sound.
-
-    Attributes:
-        frequency_hz: (K,).
-        speed_m_s: of sound.
-    """
-
-    frequency_hz: Floats
-    speed_m_s: float
-
-    def __call__(self, view: EdgeView, part: Ints) -> Complexes:
-        """(R, K) gains of parts (R,) of rigid edges."""
-        return edge_terms(view, part, 2.0 * np.pi * self.frequency_hz / self.speed_m_s).sum(axis=1)
-
-    @property
-    def middle_1_m(self) -> float:
-        """Wavenumber in the middle of the band, rad/m."""
-        return 2.0 * np.pi * REFERENCE_HZ / self.speed_m_s
-
-
-def twice_diffracted(
-    tracing: Tracing, panels: list[Ints], longest: int, width: int, audible: Audible, loudest: Floats,
-    strength: Strength, ledger: Ledger,
-) -> tuple[Candidates, Complexes]:  # fmt: skip
+def apex_chains(search: Search, panels: list[Ints], longest: int, loudest: Floats) -> tuple[Candidates, Complexes]:
     """Ways over two to `longest` edges of one panel, without mirrors, as cells with their gains.
+
+    The edges are rigid; every leg along a face of reflection factor R has half of 1 + R beside.
 
     Args:
         panels: wedges of each.
-        width: reflections kept for each path.
-        audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
-        strength: of rigid edges. Every leg along a face of reflection factor R has half of 1 + R beside.
-        ledger: of what is turned away.
     """
-    wedges = tracing.world.wedges
+    tracing, wedges, wavenumber = search.tracing, search.tracing.world.wedges, search.wavenumber_1_m
     chains = merge_chains([chains_of(wedges, panel, longest) for panel in panels])
-    ways = _ways(tracing, chains, audible.limit_m)
-    weight = _weights(tracing, ways, strength.middle_1_m)
-    bound = weight * _bound(tracing, ways, strength.middle_1_m)
+    ways = _ways(tracing, chains, search.limit_m)
+    weight = _weights(tracing, ways, wavenumber)
+    bound = weight * _bound(tracing, ways, wavenumber)
     strongest = loudest.copy()
     np.maximum.at(strongest, (ways.pose, ways.mic), bound)
-    loud = audible(bound, strongest[ways.pose, ways.mic])
+    loud = search.audible(bound, strongest[ways.pose, ways.mic])
     free = np.zeros(len(ways), dtype=bool)
     free[loud] = free_of_obstacles(tracing, ways[loud])
-    for mask, away in (("faint second edge", ~loud), ("hidden", loud & ~free)):
+    for reason, away in ((Reason.FAINT_CHAIN, ~loud), (Reason.HIDDEN, loud & ~free)):
         rows = np.flatnonzero(away)
-        ledger.turn_away(mask, len(rows), partial(turned_ways, tracing, ways[rows], bound[rows], width))
+        search.reject(reason, len(rows), partial(rejected_ways, search, ways[rows], bound[rows]))
     rows = np.flatnonzero(free)
-    found = candidates_over(tracing, ways[rows], width)
-    gain = _gain(tracing, ways[rows], strength) * face_factor(tracing, ways[rows], strength.frequency_hz)
+    found = candidates_over(search, ways[rows])
+    gain = _gain(search, ways[rows]) * face_factor(tracing, ways[rows], search.band_hz)
     return found, weight[rows, None] * gain
 
 
@@ -260,10 +231,11 @@ def _bound(tracing: Tracing, ways: Ways, wavenumber: float) -> Floats:
     return bound
 
 
-def _gain(tracing: Tracing, ways: Ways, strength: Strength) -> Complexes:
+def _gain(search: Search, ways: Ways) -> Complexes:
     """(R, K) gains without the travel phase."""
-    gain = _spread(ways, _alongs(tracing, ways))[:, None] * strength(*_views(tracing, ways, 0)[1:])
-    for slot in range(1, LONGEST):
-        rows, view, part = _views(tracing, ways, slot)
-        gain[rows] *= strength(view, part)
+    spread = _spread(ways, _alongs(search.tracing, ways))
+    gain = np.repeat(spread[:, None].astype(np.complex128), len(search.band_hz), axis=1)
+    for slot in range(LONGEST):
+        rows, view, part = _views(search.tracing, ways, slot)
+        gain[rows] *= edge_terms(view, part, search.band_wavenumber_1_m).sum(axis=1)
     return gain

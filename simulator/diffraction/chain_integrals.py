@@ -15,7 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator.diffraction.chain_paths import Ways, candidates_over, face_factor, free_of_obstacles, turned_ways
+from simulator.diffraction.chain_paths import Ways, candidates_over, face_factor, free_of_obstacles, rejected_ways
 from simulator.diffraction.chain_windows import Windowed, ways_of, windowed_chains
 from simulator.diffraction.edge_integrals import Face, face_of, half_way, over_three, over_two
 from simulator.diffraction.edge_nodes import nodes_of
@@ -27,7 +27,8 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
@@ -38,32 +39,27 @@ class Panel:
     """One panel and what is asked of it.
 
     Attributes:
-        tracing: the poses.
+        search: what all searches share.
         edge: (E,) the panel's wedges.
         chains: all that sound can meet.
-        audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
-        wavenumber: (K,) rad/m at the nodes of the band.
-        speed_m_s: of sound.
     """
 
-    tracing: Tracing
+    search: Search
     edge: Ints
     chains: Windowed
-    audible: Audible
     loudest: Floats
-    wavenumber: Floats
-    speed_m_s: float
 
     @cached_property
     def face(self) -> Face:
         """Nodes and legs, worked out when first asked for."""
-        wedges = self.tracing.world.wedges[self.edge]
-        return face_of(nodes_of(wedges, self.speed_m_s), linked_edges(wedges), self.wavenumber)
+        search, wedges = self.search, self.search.tracing.world.wedges[self.edge]
+        nodes = nodes_of(wedges, search.air.sound_speed_m_s)
+        return face_of(nodes, linked_edges(wedges), search.band_wavenumber_1_m)
 
     def ways(self, rows: Ints, pose: Ints, mic: Ints) -> Ways:
         """Of chains (R,) at poses and microphones (R,)."""
-        return ways_of(self.tracing, self.edge, self.chains[rows], pose, mic)
+        return ways_of(self.search.tracing, self.edge, self.chains[rows], pose, mic)
 
 
 @dataclass(frozen=True)
@@ -92,37 +88,32 @@ def integrable(wedges: Wedges) -> bool:
 
 
 def integrated_chains(
-    tracing: Tracing, panel: Ints, mirrored: Flags, longest: int, width: int, audible: Audible, loudest: Floats,
-    frequency_hz: Floats, speed_m_s: float, ledger: Ledger,
-) -> tuple[Candidates, Complexes]:  # fmt: skip
+    search: Search, panel: Ints, mirrored: Flags, longest: int, loudest: Floats
+) -> tuple[Candidates, Complexes]:
     """Ways over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
 
     Args:
         panel: its wedges.
         mirrored: (N, 2) poses and microphones that see the speaker's mirror image in the panel: chains of edges then
             move the matched filter's peak by less than 0.005 dB (plates of 0.2 to 0.9 m), and are left out.
-        width: reflections kept for each path, or more if more edges are met.
-        audible: what is kept beside the strongest echo.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
-        frequency_hz: (K,) nodes of the band.
-        ledger: of what is turned away.
     """
-    chains = windowed_chains(tracing.world.wedges[panel], min(longest, LONGEST))
-    over = Panel(tracing, panel, chains, audible, loudest, 2.0 * np.pi * frequency_hz / speed_m_s, speed_m_s)
-    heard = _heard(tracing, panel, audible.limit_m)
-    _turn_mirrored_away(over, heard & mirrored, width, ledger)
+    chains = windowed_chains(search.tracing.world.wedges[panel], min(longest, LONGEST))
+    over = Panel(search, panel, chains, loudest)
+    heard = _heard(search.tracing, panel, search.limit_m)
+    _reject_mirrored(over, heard & mirrored)
     pose, mic, row = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
-    pressure = [np.zeros((0, len(frequency_hz)), dtype=np.complex128)]
+    pressure = [np.zeros((0, len(search.band_hz)), dtype=np.complex128)]
     for n in np.flatnonzero((heard & ~mirrored).any(axis=1)):
         for found in _at_pose(over, int(n), np.flatnonzero(heard[n] & ~mirrored[n]), NEGLIGIBLE):
             loud = np.flatnonzero(found.loud)
-            _turn_faint_away(over, found, width, ledger)
+            _reject_faint(over, found)
             pose.append(np.full(len(loud), found.pose))
             mic.append(np.full(len(loud), found.mic))
             row.append(loud)
             pressure.append(found.pressure[loud])
     ways = over.ways(np.concatenate(row), np.concatenate(pose), np.concatenate(mic))
-    return _kept(over, ways, np.concatenate(pressure), frequency_hz, width, ledger)
+    return _kept(over, ways, np.concatenate(pressure))
 
 
 def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> Flags:
@@ -146,7 +137,7 @@ def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> Flags:
 
 def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Heard]:
     """All chains at some microphones of one pose, of orders that are worth more than a share of the lower ones."""
-    tracing, face, longest = over.tracing, over.face, int(over.chains.count.max(initial=0))
+    tracing, face, longest = over.search.tracing, over.face, int(over.chains.count.max(initial=0))
     points = np.stack([tracing.source_m[pose], *tracing.mics_m[pose, mics]])
     frame = tracing.placed[[pose] * len(points), tracing.world.wedges.obstacle[over.edge[0]]]
     source, *receivers = into_rest(points, frame)
@@ -154,7 +145,9 @@ def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Hear
     if longest > 2:
         before, after = half_way(face, source), [half_way(face, each) for each in receivers]
         windowed = [[*sums, over_three(face, before, half)] for sums, half in zip(windowed, after, strict=True)]
-    kept = [_loud_enough(over.audible, windowed[n], float(over.loudest[pose, mic])) for n, mic in enumerate(mics)]
+    kept = [
+        _loud_enough(over.search.audible, windowed[n], float(over.loudest[pose, mic])) for n, mic in enumerate(mics)
+    ]
     longer: list[list[Order]] = [[] for _ in mics]
     if longest > 3:
         lower = [_wholes(over, pose, int(mic), sums) for mic, sums in zip(mics, windowed, strict=True)]
@@ -164,7 +157,7 @@ def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Hear
 
 def _wholes(over: Panel, pose: int, mic: int, windowed: list[Complexes]) -> Complexes:
     """(3, K) all that one, two and three edges bend."""
-    single = bent_once(over.tracing, over.edge, pose, mic, over.wavenumber)
+    single = bent_once(over.search.tracing, over.edge, pose, mic, over.search.band_wavenumber_1_m)
     return np.stack([single, *(each.reshape(-1, len(single)).sum(axis=0) for each in windowed)])
 
 
@@ -199,42 +192,40 @@ def _of_windows(sums: Complexes, chains: Windowed, count: int) -> Complexes:
     return sums[tuple(part[:, slot] for slot in range(count) for part in (some.edge, some.part))]
 
 
-def _turn_faint_away(over: Panel, found: Heard, width: int, ledger: Ledger) -> None:
+def _reject_faint(over: Panel, found: Heard) -> None:
     """Book what is faint by itself, and the orders that fewer edges drown."""
-    masks = {"faint second edge": found.counts & ~found.loud, "drowned by fewer edges": ~found.counts}
-    for name, chosen in masks.items():
+    masks = {Reason.FAINT_CHAIN: found.counts & ~found.loud, Reason.DROWNED_BY_FEWER_EDGES: ~found.counts}
+    for reason, chosen in masks.items():
         row = np.flatnonzero(chosen)
         pose, mic = (np.full(len(row), each) for each in (found.pose, found.mic))
-        ledger.turn_away(name, len(row), partial(_turned, over, row, pose, mic, found.bound[row], width))
+        over.search.reject(reason, len(row), partial(_rejected, over, row, pose, mic, found.bound[row]))
 
 
-def _turn_mirrored_away(over: Panel, where: Flags, width: int, ledger: Ledger) -> None:
+def _reject_mirrored(over: Panel, where: Flags) -> None:
     """Book every chain at poses and microphones (N, 2); how loud they are is only worked out for who asks."""
 
-    def described() -> Turned:
+    def described() -> Rejected:
         rows = [(int(n), np.flatnonzero(where[n])) for n in np.flatnonzero(where.any(axis=1))]
         found = [each for n, mics in rows for each in _at_pose(over, n, mics, 0.0)]
         pose, mic = (np.repeat([getattr(each, name) for each in found], len(over.chains)) for name in ("pose", "mic"))
         row, bound = np.tile(np.arange(len(over.chains)), len(found)), np.concatenate([each.bound for each in found])
-        return _turned(over, row, pose, mic, bound, width)
+        return _rejected(over, row, pose, mic, bound)
 
-    ledger.turn_away("drowned by a mirror image", int(where.sum()) * len(over.chains), described)
-
-
-def _turned(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats, width: int) -> Turned:
-    return Turned(bound, lambda some: candidates_over(over.tracing, over.ways(row[some], pose[some], mic[some]), width))
+    over.search.reject(Reason.DROWNED_BY_MIRROR, int(where.sum()) * len(over.chains), described)
 
 
-def _kept(
-    over: Panel, ways: Ways, pressure: Complexes, frequency_hz: Floats, width: int, ledger: Ledger
-) -> tuple[Candidates, Complexes]:
+def _rejected(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats) -> Rejected:
+    return Rejected(bound, lambda some: candidates_over(over.search, over.ways(row[some], pose[some], mic[some])))
+
+
+def _kept(over: Panel, ways: Ways, pressure: Complexes) -> tuple[Candidates, Complexes]:
     """Candidates of the ways that nothing hides, and their gains without the phase of their lengths."""
-    tracing, length = over.tracing, ways.legs_m.sum(axis=1)
-    near = length <= over.audible.limit_m
+    search, tracing, length = over.search, over.search.tracing, ways.legs_m.sum(axis=1)
+    near = length <= search.limit_m
     free = near.copy()
     free[near] = free_of_obstacles(tracing, ways[near])
     hidden, rows = np.flatnonzero(near & ~free), np.flatnonzero(free)
     bound = np.abs(pressure).max(axis=1, initial=0.0)
-    ledger.turn_away("hidden", len(hidden), partial(turned_ways, tracing, ways[hidden], bound[hidden], width))
-    gain = pressure[rows] * np.exp(1j * length[rows, None] * over.wavenumber)
-    return candidates_over(tracing, ways[rows], width), gain * face_factor(tracing, ways[rows], frequency_hz)
+    search.reject(Reason.HIDDEN, len(hidden), partial(rejected_ways, search, ways[hidden], bound[hidden]))
+    gain = pressure[rows] * np.exp(1j * length[rows, None] * search.band_wavenumber_1_m)
+    return candidates_over(search, ways[rows]), gain * face_factor(tracing, ways[rows], search.band_hz)

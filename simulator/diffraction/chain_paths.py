@@ -11,7 +11,8 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
 from simulator.diffraction.thin_panels import Chains, merge_chains
 from simulator.world.candidates import Candidates, candidates
-from simulator.world.rejection_log import Turned
+from simulator.world.rejection_log import Rejected
+from simulator.world.search_context import Search
 from simulator.world.sight import free_between
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
@@ -66,20 +67,20 @@ def free_of_obstacles(tracing: Tracing, ways: Ways) -> Flags:
     return free
 
 
-def turned_ways(tracing: Tracing, ways: Ways, bound: Floats, width: int) -> Turned:
-    """Ways that a mask turned away, for the ledger."""
-    return Turned(bound, lambda chosen: candidates_over(tracing, ways[chosen], width))
+def rejected_ways(search: Search, ways: Ways, bound: Floats) -> Rejected:
+    """Rejected ways, for the log."""
+    return Rejected(bound, lambda chosen: candidates_over(search, ways[chosen]))
 
 
-def candidates_over(tracing: Tracing, ways: Ways, width: int) -> Candidates:
-    """Candidates through the points of ways, each a cell of its own, of `width` reflectors or as many as they meet."""
+def candidates_over(search: Search, ways: Ways) -> Candidates:
+    """Candidates through the points of ways, each a cell of its own."""
     most = int(ways.chain.count.max(initial=0))
-    shape = len(ways), max(width, most)
+    shape = len(ways), max(search.max_order, most)
     sequence, hits = np.full(shape, -1), np.zeros((*shape, 3))
     met = ways.chain.edge[:, :most]
-    sequence[:, :most] = np.where(met >= 0, met + tracing.world.first_wedge, -1)
+    sequence[:, :most] = np.where(met >= 0, met + search.tracing.world.first_wedge, -1)
     hits[:, :most] = ways.points_m[:, 1 : 1 + most]
-    found = candidates(tracing, ways.pose, ways.mic, sequence, hits)
+    found = candidates(search.tracing, ways.pose, ways.mic, sequence, hits)
     found.cell[:] = np.arange(len(found))
     return found
 

@@ -8,7 +8,7 @@ First order only. Against full-wave plates of 0.2-0.45 m at 1.5-3 m, peak of the
 samples (192 kHz) where the echo is above -20 dB re wall, 0.4 dB and 2.1 samples to -30 dB, 0.94 dB and 2.4 samples
 below (30-60 degrees off the normal). Within some 10 degrees of edge-on a thin plate falls silent in truth, as nothing
 moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are in
-`twice_diffracted`.
+`apex_chains`.
 """
 
 from __future__ import annotations
@@ -23,27 +23,23 @@ from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.images.edge_images import EdgeImages, images_of
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
-from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import out_of_rest, turned
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
 
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
 
 
-def diffracted(
-    tracing: Tracing, max_order: int, audible: Audible, loudest: Floats, wavenumber: float, ledger: Ledger
-) -> Candidates:
-    """Apex and ends of every edge, with mirrors before and after, up to `max_order` in all.
+def diffracted(search: Search, loudest: Floats) -> Candidates:
+    """Apex and ends of every edge, with mirrors before and after, as far as they are audible beside the strongest echo.
 
     Args:
-        audible: what is kept beside the strongest echo, edges included.
         loudest: (N, 2) strongest other echo at each pose and microphone.
-        wavenumber: at which the strengths are bounded, rad/m.
-        ledger: of what is turned away.
     """
+    tracing, max_order, audible, wavenumber = search.tracing, search.max_order, search.audible, search.wavenumber_1_m
     lit = images_of(tracing, tracing.source_m, max_order - 1, audible.limit_m)
     parts = []
     for mic in range(2):
@@ -54,19 +50,19 @@ def diffracted(
         np.maximum.at(strongest, before.pose[pair], bound)
         kept = audible(bound, strongest[before.pose[pair]])
         faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
-        _turn_faint_away(tracing, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint], ledger)
+        _reject_faint(search, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint])
         before, after = before[pair[loud]], after[pair[loud]]
-        parts.append(_bent(tracing, mic, before, after, point[loud], part[loud], bound[loud], max_order, ledger))
+        parts.append(_bent(search, mic, before, after, point[loud], part[loud], bound[loud]))
     return joined(parts)
 
 
-def _turn_faint_away(
-    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, bound: Floats, ledger: Ledger
+def _reject_faint(
+    search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, bound: Floats
 ) -> None:
     """Book contributions below the floor; whether their mirrors would be met is not asked."""
-    number, width = tracing.world.first_wedge + before.wedge, before.sequence.shape[1] + 1
-    turns = Turns(mic, before, after, point[:, None], number[:, None], width)
-    ledger.turn_away("faint edge", len(point), lambda: Turned(bound, partial(straightened, tracing, turns)))
+    number = search.tracing.world.first_wedge + before.wedge
+    turns = Turns(mic, before, after, point[:, None], number[:, None])
+    search.reject(Reason.FAINT_EDGE, len(point), lambda: Rejected(bound, partial(straightened, search, turns)))
 
 
 def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
@@ -166,21 +162,19 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
 
 
 def _bent(
-    tracing: Tracing, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats,
-    width: int, ledger: Ledger,
-) -> Candidates:  # fmt: skip
+    search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats
+) -> Candidates:
     """Candidates over given points of edges; none that sits on a mirror it has just met."""
-    number = tracing.world.first_wedge + before.wedge
-    found, ok, place = unfolded(
-        tracing, Turns(mic, before, after, point[:, None], number[:, None], width), ledger, lambda: bound
-    )
+    number = search.tracing.world.first_wedge + before.wedge
+    turns = Turns(mic, before, after, point[:, None], number[:, None])
+    found, ok, place = unfolded(search, turns, lambda: bound)
     found.edge[:], found.part[:] = before.wedge[ok], part[ok]
     legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
     each = np.arange(len(ok))
     apart = np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M
     on_mirror = np.flatnonzero(~apart)
-    ledger.turn_away(
-        "edge on its mirror", len(on_mirror), lambda: Turned(bound[ok[on_mirror]], lambda i: found[on_mirror[i]])
+    search.reject(
+        Reason.EDGE_ON_MIRROR, len(on_mirror), lambda: Rejected(bound[ok[on_mirror]], lambda i: found[on_mirror[i]])
     )
     return found[apart]
 

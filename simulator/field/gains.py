@@ -15,13 +15,13 @@ from simulator.scene.pose import Pose
 from simulator.waves import band
 from simulator.waves.spreading import rays, spreading
 from simulator.world.candidates import Candidates
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
 
 
-def path_gain(
-    tracing: Tracing, phone: Phone, air: Air, found: Candidates, sums: Complexes, frequency_hz: Floats
-) -> Complexes:
+def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
+    tracing, phone, air = search.tracing, search.phone, search.air
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, whole = found.edge >= 0, found.cell >= 0
     ray = ~(over | whole)

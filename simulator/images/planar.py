@@ -10,25 +10,27 @@ from obstaclewatch.support.arrays import Floats, Ints
 from simulator.images import image_method as specular
 from simulator.images.image_tree import Goal, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-MISSES = {specular.BEHIND: "behind a patch", specular.OUTSIDE: "outside its patch"}
+MISSES = {specular.BEHIND: Reason.BEHIND_PATCH, specular.OUTSIDE: Reason.OUTSIDE_PATCH}
 
 
-def planar(tracing: Tracing, max_order: int, limit_m: float, ledger: Ledger) -> Candidates:
-    """Image sources in planar patches, up to `max_order`; what falls beside its patches is turned away."""
-    where, sequence, hits, counts = _heard(tracing, max_order, limit_m, ledger.listed > 0)
+def planar(search: Search) -> Candidates:
+    """Image sources in planar patches; what falls beside its patches is rejected."""
+    tracing = search.tracing
+    where, sequence, hits, counts = _reached(tracing, search.max_order, search.limit_m, search.log.listed > 0)
     code = where[:, 3]
-    for miss, name in MISSES.items():
+    for miss, reason in MISSES.items():
         rows = np.flatnonzero(code == miss)
-        ledger.turn_away(name, counts[miss], partial(_missed, tracing, where[rows], sequence[rows]))
+        search.reject(reason, counts[miss], partial(_missed, tracing, where[rows], sequence[rows]))
     rows = np.flatnonzero(code == specular.REACHED)
     found = candidates(tracing, where[rows, 0], where[rows, 1], sequence[rows], hits[rows])
     return with_plane_normals(tracing, found)
 
 
-def _heard(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool) -> tuple[Ints, Ints, Floats, Ints]:
+def _reached(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool) -> tuple[Ints, Ints, Floats, Ints]:
     """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent.
 
     Returns:
@@ -54,7 +56,7 @@ def _heard(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool) 
     return where[rows], sequence[rows], hits[rows], counts
 
 
-def _missed(tracing: Tracing, where: Ints, sequence: Ints) -> Turned:
+def _missed(tracing: Tracing, where: Ints, sequence: Ints) -> Rejected:
     """Sequences that miss a patch; their level is that of the image, as if the patches went on for ever."""
     source, mic = tracing.source_m[where[:, 0]], tracing.mics_m[where[:, 0], where[:, 1]]
     hits, length = straight(tracing, source, mic, where[:, 0], where[:, 2], sequence)
@@ -63,7 +65,7 @@ def _missed(tracing: Tracing, where: Ints, sequence: Ints) -> Turned:
         found = candidates(tracing, where[index, 0], where[index, 1], sequence[index], hits[index])
         return with_plane_normals(tracing, found)
 
-    return Turned(1.0 / length, chosen)
+    return Rejected(1.0 / length, chosen)
 
 
 def crossed(

@@ -11,38 +11,34 @@ from functools import partial
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Flags, Ints
 from simulator.curved.single import Images
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.image_pairs import Pairs
 from simulator.kirchhoff.integral import Cells, scattered
 from simulator.kirchhoff.lighting import lit_facets
 from simulator.surfaces.facets import Facets
-from simulator.waves import band
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import into_rest, out_of_rest, turned
-from simulator.world.rejection_log import Ledger, Turned
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 CELL_SHARE = 1e-3  # of the strongest: at 2 % the echoes of people moved by 1.7 dB
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
-def scattered_paths(
-    tracing: Tracing, facets: Facets, pairs: Pairs, max_order: int, audible: Audible, wavenumber: Floats, ledger: Ledger
-) -> tuple[Candidates, Complexes]:
+def scattered_paths(search: Search, facets: Facets, pairs: Pairs) -> tuple[Candidates, Complexes]:
     """Paths over an obstacle heard as a whole, and (M, K) gains of it; `cell` names the row.
 
     Args:
         pairs: the ways that are wanted.
-        max_order: reflections in all, the body counting as one.
-        wavenumber: (K,) at the nodes of the band, rad/m.
-        ledger: of what is turned away.
     """
+    tracing, wavenumber = search.tracing, search.band_wavenumber_1_m
     parts, gains, first = [], [], 0
     material = tracing.world.obstacles[facets.obstacle].material
-    reflection = material.reflection(band.nodes_hz(len(wavenumber)), np.linspace(0.0, 1.0, COSINES)[:, None])
+    reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     for mic in range(2):
         some = pairs[pairs.mic == mic]
         frame = tracing.placed[some.pose, facets.obstacle]
@@ -50,10 +46,10 @@ def scattered_paths(
         seen = lit_facets(tracing, facets, tracing.source_m, some.before)
         seen &= lit_facets(tracing, facets, tracing.mics_m[:, mic], some.after)
         cells = scattered(facets, *ends, seen, wavenumber, reflection)
-        loud = _loud(cells, some.pose[cells.pair], audible)
-        _turn_faint_away(tracing, facets, mic, some.before, some.after, cells[~loud], max_order, ledger)
+        loud = _loud(cells, some.pose[cells.pair], search.audible)
+        _reject_faint(search, facets, mic, some.before, some.after, cells[~loud])
         cells = cells[loud]
-        parts.append(_over_body(tracing, facets, mic, some.before, some.after, cells, first, max_order, ledger))
+        parts.append(_over_body(search, facets, mic, some.before, some.after, cells, first))
         gains.append(cells.gain)
         first += len(cells)
     return joined(parts), np.concatenate(gains)
@@ -72,32 +68,27 @@ def _loud(cells: Cells, pose: Ints, audible: Audible) -> Flags:
     return (cells.length_m <= audible.limit_m) & kept(gain, strongest[pose])
 
 
-def _turns(
-    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int
-) -> Turns:
+def _turns(tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells) -> Turns:
     """Ways through the facets that stand for cells."""
     before, after = before[cells.pair], after[cells.pair]
     point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
     number = np.full(len(cells), tracing.world.first_body + facets.obstacle)
-    return Turns(mic, before, after, point[:, None], number[:, None], width)
+    return Turns(mic, before, after, point[:, None], number[:, None])
 
 
-def _turn_faint_away(
-    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, width: int, ledger: Ledger
-) -> None:
-    turns = _turns(tracing, facets, mic, before, after, cells, width)
+def _reject_faint(search: Search, facets: Facets, mic: int, before: Images, after: Images, cells: Cells) -> None:
+    turns = _turns(search.tracing, facets, mic, before, after, cells)
     amplitude = np.abs(cells.gain).max(axis=1, initial=0.0)
-    ledger.turn_away("faint cell", len(cells), lambda: Turned(amplitude, partial(straightened, tracing, turns)))
+    search.reject(Reason.FAINT_CELL, len(cells), lambda: Rejected(amplitude, partial(straightened, search, turns)))
 
 
 def _over_body(
-    tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, first: int, width: int,
-    ledger: Ledger,
-) -> Candidates:  # fmt: skip
+    search: Search, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, first: int
+) -> Candidates:
     """Candidates through the facet that stands for each cell."""
-    turns = _turns(tracing, facets, mic, before, after, cells, width)
-    found, ok, place = unfolded(tracing, turns, ledger, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
-    normal = turned(facets.normal[cells.facet[ok]], tracing.placed[found.pose, facets.obstacle, 3])
+    turns = _turns(search.tracing, facets, mic, before, after, cells)
+    found, ok, place = unfolded(search, turns, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
+    normal = turned(facets.normal[cells.facet[ok]], search.tracing.placed[found.pose, facets.obstacle, 3])
     each = np.arange(len(ok))
     arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
     found.normal[each, place] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal

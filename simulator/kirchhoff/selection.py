@@ -17,7 +17,6 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.kirchhoff.image_pairs import Pairs, loudest_over, pairs_over, swapped_too
 from simulator.kirchhoff.shadows import hidden_share
-from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import can_cut
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.surfaces.surface_borders import Border
@@ -25,7 +24,8 @@ from simulator.waves.spreading import spreading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, out_of_rest, turned
-from simulator.world.rejection_log import Choice, Ledger
+from simulator.world.rejection_log import Choice
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
@@ -40,15 +40,14 @@ FEW = 8.0  # ways that err by less than the tolerance over this stay rays
 CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
 
 
-def heard_whole(
-    tracing: Tracing, fidelity: Fidelity, echoes: Candidates, audible: Audible, wavenumber: float, ledger: Ledger
-) -> list[Pairs]:
+def heard_whole(search: Search, echoes: Candidates) -> list[Pairs]:
     """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
     All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
     uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
-    left to rays. `ledger` books what was chosen, and the estimates behind it.
+    left to rays. The log books what was chosen, and the estimates behind it.
     """
+    tracing, fidelity, audible, wavenumber = search.tracing, search.fidelity, search.audible, search.wavenumber_1_m
     world, mechanisms = tracing.world, fidelity.mechanisms
     if "kirchhoff" not in mechanisms:
         return []
@@ -74,7 +73,7 @@ def heard_whole(
             doubts = (
                 _together(tracing, pairs, each).max(initial=0.0) for each in (error, np.where(needed, 0.0, error))
             )
-            ledger.choices.append(Choice(name, len(pairs), int(needed.sum()), *map(float, doubts)))
+            search.log.choices.append(Choice(name, len(pairs), int(needed.sum()), *map(float, doubts)))
             chosen.append(pairs[needed])
     return [pairs for pairs in chosen if len(pairs)]
 

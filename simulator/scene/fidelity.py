@@ -56,7 +56,7 @@ class Fidelity:
         edge_share_db: see `edge_floor_db`.
         edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 5; stationary points
             are followed over 3 at most, and below 3 `max_order` holds as well. First order is right to 0.1 dB until a
-            panel is turned away by 10 degrees, to 1 dB by 45, and 5 dB off at 75; three orders until 10 degrees before
+            panel is yawed by 10 degrees, to 1 dB by 45, and 5 dB off at 75; three orders until 10 degrees before
             edge-on.
         edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.2 dB off at
             most on plates of 0.2-0.9 m at any yaw where the echo is above -50 dB re a wall; 0.3 s a pose for a panel

@@ -1,9 +1,10 @@
-"""What the masks turn away while paths are traced: counted in every run, kept path by path where a run asks for it."""
+"""Why paths are rejected while they are traced: counted in every run, kept path by path where a run asks for it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -11,9 +12,29 @@ from obstaclewatch.support.arrays import Floats, Ints
 from simulator.world.candidates import Candidates
 
 
+class Reason(StrEnum):
+    """Why a path is rejected, in the words that `Paths.rejected` and `Rejections.mask` give."""
+
+    BEHIND_PATCH = "behind a patch"
+    OUTSIDE_PATCH = "outside its patch"
+    EDGE_ON_MIRROR = "edge on its mirror"
+    TOO_LONG = "too long"
+    HIDDEN = "hidden"
+    TWIN = "twin on a shared border"
+    AT_FOCUS = "at a focus"
+    UNDER_NOISE = "under the noise"
+    FAINT_EDGE = "faint edge"
+    FAINT_CHAIN = "faint chain of edges"
+    FAINT_DOUBLE = "faint double bounce"
+    FAINT_CELL = "faint cell"
+    DROWNED_BY_MIRROR = "drowned by a mirror image"
+    DROWNED_BY_FEWER_EDGES = "drowned by fewer edges"
+    LEFT_TO_INTEGRAL = "left to Kirchhoff's integral"
+
+
 @dataclass(frozen=True)
-class Turned:
-    """R candidates that one mask turned away.
+class Rejected:
+    """R candidates rejected for one reason.
 
     Attributes:
         amplitude: (R,) estimated gain.
@@ -46,27 +67,32 @@ class Choice:
         return f"{taken}; estimated error of rays {self.rays_db:.2f} dB, left {self.left_db:.2f} dB"
 
 
-@dataclass
-class Ledger:
-    """Collects, in the order in which the masks are applied.
+@dataclass(frozen=True)
+class RejectionLog:
+    """Collects what is rejected, in the order in which the masks are applied.
 
     Attributes:
-        listed: strongest candidates kept of each group turned away; 0 only counts.
-        counts: candidates turned away by each mask.
-        entries: (mask, amplitude, candidates) of what is kept.
+        listed: strongest candidates kept of each group rejected; 0 only counts.
+        counts: candidates rejected for each reason.
+        entries: (reason, amplitude, candidates) of what is kept.
         choices: what was chosen for each obstacle whose rays were doubted.
     """
 
     listed: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
-    entries: list[tuple[str, Floats, Candidates]] = field(default_factory=list)
+    counts: dict[Reason, int] = field(default_factory=dict)
+    entries: list[tuple[Reason, Floats, Candidates]] = field(default_factory=list)
     choices: list[Choice] = field(default_factory=list)
 
-    def turn_away(self, mask: str, count: int, describe: Callable[[], Turned]) -> None:
+    @property
+    def totals(self) -> dict[str, int]:
+        """How many were rejected for each reason, by its words."""
+        return {reason.value: count for reason, count in self.counts.items()}
+
+    def reject(self, reason: Reason, count: int, describe: Callable[[], Rejected]) -> None:
         """Book `count` candidates; `describe` is asked about them only if they are listed."""
-        self.counts[mask] = self.counts.get(mask, 0) + int(count)
+        self.counts[reason] = self.counts.get(reason, 0) + int(count)
         if not (self.listed and count):
             return
-        turned = describe()
-        strongest = np.argsort(-turned.amplitude, kind="stable")[: self.listed]
-        self.entries.append((mask, turned.amplitude[strongest], turned.candidates(strongest)))
+        rejected = describe()
+        strongest = np.argsort(-rejected.amplitude, kind="stable")[: self.listed]
+        self.entries.append((reason, rejected.amplitude[strongest], rejected.candidates(strongest)))

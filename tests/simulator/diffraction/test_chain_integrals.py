@@ -165,7 +165,7 @@ def test_hidden_and_faint_chains_are_booked(box):
     turned = trace_rejected(*traced([_panel(), screen], *ends), limit=9000)
     assert ((turned.mask == "hidden") & (turned.obstacle == "panel > panel")).sum() > 2
     faint = trace_rejected(*traced([_panel()], *ends, edge_floor_db=-40.0, edge_share_db=-20.0), limit=9000)
-    assert (faint.mask == "faint second edge").sum() > 20
+    assert (faint.mask == "faint chain of edges").sum() > 20
 
 
 def test_what_the_floor_leaves_out_is_faint():

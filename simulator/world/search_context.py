@@ -1,0 +1,72 @@
+"""What every search for paths of one call has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Floats
+from simulator.phone.phone import Phone
+from simulator.scene.air import Air
+from simulator.scene.fidelity import Fidelity
+from simulator.waves import band
+from simulator.waves.band import REFERENCE_HZ
+from simulator.world.audible import Audible
+from simulator.world.rejection_log import Reason, Rejected, RejectionLog
+from simulator.world.world import Tracing
+
+
+@dataclass(frozen=True)
+class Search:
+    """One call's poses, what is asked for, and the log of what is rejected.
+
+    Attributes:
+        tracing: the poses in the prepared world.
+        phone: transducers, levels and noise.
+        air: speed of sound and absorption.
+        fidelity: what is modelled.
+        log: collects rejections and choices; it holds no input of any search.
+    """
+
+    tracing: Tracing
+    phone: Phone
+    air: Air
+    fidelity: Fidelity
+    log: RejectionLog = field(default_factory=RejectionLog)
+
+    @property
+    def max_order(self) -> int:
+        """Greatest number of reflections of a path."""
+        return self.fidelity.max_order
+
+    @cached_property
+    def audible(self) -> Audible:
+        """What is loud enough to be kept."""
+        return Audible.of(self.fidelity)
+
+    @property
+    def limit_m(self) -> float:
+        """Longest path."""
+        return self.audible.limit_m
+
+    @cached_property
+    def band_hz(self) -> Floats:
+        """(K,) frequencies at which gains are worked out."""
+        return band.nodes_hz(self.fidelity.band_points)
+
+    @cached_property
+    def band_wavenumber_1_m(self) -> Floats:
+        """(K,) wavenumbers at these, rad/m."""
+        return 2.0 * np.pi * self.band_hz / self.air.sound_speed_m_s
+
+    @cached_property
+    def wavenumber_1_m(self) -> float:
+        """In the middle of the band, rad/m."""
+        return 2.0 * np.pi * REFERENCE_HZ / self.air.sound_speed_m_s
+
+    def reject(self, reason: Reason, count: int, describe: Callable[[], Rejected]) -> None:
+        """Book `count` candidates; `describe` is asked about them only if they are listed."""
+        self.log.reject(reason, count, describe)
