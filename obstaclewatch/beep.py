@@ -28,6 +28,12 @@ class BeepDesign:
     Raises:
         ValueError: a time or frequency is not a positive number, the two frequencies are equal, the band passes half
             the sample rate, the beep is shorter than two samples, or the period is not a whole number of samples.
+
+    >>> beep = BeepDesign()
+    >>> beep.period_samples, len(beep.samples())
+    (17280, 9600)
+    >>> print(f"{beep.chirp_rate_hz_s:.0f} Hz/s, reads {beep.range_doppler_s:.3f} s ahead")
+    100000 Hz/s, reads 0.205 s ahead
     """
 
     start_hz: float = 18_000.0

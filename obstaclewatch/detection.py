@@ -13,7 +13,11 @@ from obstaclewatch.support.arrays import Flags, Floats
 
 
 class Flag(IntFlag):
-    """Remarks on a candidate, or on a whole beep."""
+    """Remarks on a candidate, or on a whole beep.
+
+    >>> Flag.NO_BEEP in (Flag.NO_BEEP | Flag.CLAMPED)
+    True
+    """
 
     NONE = 0
     CLAMPED = 1
@@ -88,6 +92,20 @@ class Detection(Candidates):
         flags: (n,) int, a combination of `Flag`.
         beep_flags: remarks on the whole beep.
         decision: what the walker is told.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, PaperStandingDetector, PhoneGeometry
+    >>> beep = BeepDesign()
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> time_s = np.arange(beep.period_samples) / beep.sample_rate_hz
+    >>> direct_m, echo_m = [0.0, 0.14], [4.0, 4.14]  # a wall straight ahead, 2 m away
+    >>> block = [0.1 * beep.waveform(time_s - d / 343) + 0.001 * beep.waveform(time_s - e / 343)
+    ...          for d, e in zip(direct_m, echo_m)]
+    >>> found = PaperStandingDetector(beep, phone).process(block)
+    >>> found
+    Detection(index=0, range_m=[2.0], bearing_rad=[0.0], alert=False)
+    >>> found.columns()["radius_m"].shape
+    (1,)
     """
 
     index: int
@@ -96,6 +114,11 @@ class Detection(Candidates):
     flags: NDArray[np.int_]
     beep_flags: Flag
     decision: Decision
+
+    def __repr__(self) -> str:
+        rounded = [(np.round(column, 2) + 0.0).tolist() for column in (self.range_m, self.bearing_rad)]  # never -0.0
+        where = f"range_m={rounded[0]}, bearing_rad={rounded[1]}"
+        return f"Detection(index={self.index}, {where}, alert={self.decision.alert})"
 
     def taken(self, rows: NDArray[np.intp]) -> Self:
         """The same beep with the candidates of those rows alone."""
@@ -115,6 +138,10 @@ class Decision:
             paper's beep (see `signal.two_mics`). `TrackingDetector` has the expected time to the first touch of a body,
             just below 0 once that should have come.
         votes: collision votes among the last `votes_of` beeps; of `TrackingDetector`, the candidates that vote now.
+
+    >>> decision = Decision(alert=True, time_s=1.8, range_m=2.6, time_to_collision_s=2.0, votes=5)
+    >>> print(f"stop in {decision.range_m} m" if decision.alert else "go on")
+    stop in 2.6 m
     """
 
     alert: bool

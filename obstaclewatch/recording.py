@@ -25,6 +25,12 @@ class PhoneGeometry:
 
     Raises:
         ValueError: a shape is wrong, a coordinate is not finite, or the microphones coincide.
+
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> print(f"{phone.mic_separation_m:.2f} m")
+    0.14 m
+    >>> phone.speaker_to_mic_m.round(2).tolist()
+    [0.0, 0.14]
     """
 
     name: str
@@ -59,6 +65,9 @@ class Recording:
     Raises:
         ValueError: not two channels of real numbers, no samples, samples that are not finite, or a rate that is not
             positive.
+
+    >>> Recording([[0.0, 0.1], [0.0, 0.2]], sample_rate_hz=192_000.0)
+    Recording(2 x 2 samples at 192000 Hz, 0.00 s)
     """
 
     samples: Singles
@@ -78,6 +87,10 @@ class Recording:
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise ValueError(f"sample_rate_hz must be positive, got {self.sample_rate_hz}")
         object.__setattr__(self, "samples", samples)
+
+    def __repr__(self) -> str:
+        rate_hz, seconds = self.sample_rate_hz, self.duration_s
+        return f"Recording(2 x {self.samples.shape[1]} samples at {rate_hz:g} Hz, {seconds:.2f} s)"
 
     @property
     def duration_s(self) -> float:

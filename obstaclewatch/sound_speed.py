@@ -23,6 +23,9 @@ def assumed_sound_speed(temperature_c: float, relative_humidity: float = 0.5, pr
 
     Raises:
         ValueError: a value out of range.
+
+    >>> print(f"{assumed_sound_speed(20.0):.1f} m/s at 20 C, {assumed_sound_speed(0.0):.1f} m/s at 0 C")
+    343.9 m/s at 20 C, 331.5 m/s at 0 C
     """
     if not -80.0 <= temperature_c <= 70.0:
         raise ValueError(f"temperature_c must lie within -80..70, got {temperature_c}")

@@ -35,6 +35,11 @@ class Errata:
             two. Corrected: local maxima with a minimum separation.
         local_threshold: section 3.4's average x lambda follows the strongest clutter, wherever it stands.
             Corrected: a multiple of a local order statistic (OS-CFAR), which follows the floor over range.
+
+    >>> Errata(clamped_angle=False).clamped_angle
+    False
+    >>> any(vars(Errata.as_printed()).values())
+    False
     """
 
     correlate_once: bool = True

@@ -51,6 +51,13 @@ class PaperSettings:
 
     Raises:
         ValueError: a value out of order; the message names it.
+
+    >>> settings = PaperSettings(votes_needed=3)
+    >>> settings.votes_needed, settings.votes_of, settings.danger_m
+    (3, 9, 3.0)
+    >>> PaperSettings(votes_needed=12)
+    Traceback (most recent call last):
+    ValueError: votes_needed must be 1..votes_of, got 12 of 9
     """
 
     near_m: float = 0.3

@@ -17,7 +17,15 @@ walks reach 0.89 and more, their phone's response and all echoes included."""
 
 
 class NoBeepError(ValueError):
-    """The recording holds no beep of the given design."""
+    """The recording holds no beep of the given design.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, PaperDetector, PhoneGeometry, Recording
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> PaperDetector(BeepDesign(), phone).run(Recording(np.zeros((2, 40_000)), 192_000.0))
+    Traceback (most recent call last):
+    obstaclewatch.recordings.alignment.NoBeepError
+    """
 
 
 class BeepFinder:

@@ -35,6 +35,13 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
         FileNotFoundError: the folder does not exist.
         ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
             hertz or more than the format has, or more samples than a WAV holds.
+
+    >>> import tempfile
+    >>> from obstaclewatch import Recording, read_recording, write_recording
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_recording(Recording([[0.0, 0.5], [0.0, 0.25]], 192_000.0), f"{folder}/two.wav")
+    ...     read_recording(f"{folder}/two.wav").samples.tolist()
+    [[0.0, 0.5], [0.0, 0.25]]
     """
     target = Path(path)
     if not target.parent.is_dir():
@@ -66,6 +73,13 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     Raises:
         FileNotFoundError: there is no such file.
         ValueError: not audio, cut short, empty, not two channels, or samples that are not finite.
+
+    >>> import tempfile
+    >>> from obstaclewatch import Recording, read_recording, write_recording
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_recording(Recording([[0.0, 0.5], [0.0, 0.25]], 192_000.0), f"{folder}/two.wav")
+    ...     read_recording(f"{folder}/two.wav").samples.tolist()
+    [[0.0, 0.5], [0.0, 0.25]]
     """
     with _opened(Path(path)) as sound:
         samples = _read(sound, sound.frames, Path(path))

@@ -53,7 +53,11 @@ MID_BEEP_ENERGY = 0.05
 
 
 class Fault(Enum):
-    """What can be wrong, and what follows: True for what no detector can use, False for what it lives with."""
+    """What can be wrong, and what follows: True for what no detector can use, False for what it lives with.
+
+    >>> Fault.CLIPPED.label, Fault.CLIPPED.fatal
+    ('clipped', False)
+    """
 
     NO_BEEP = "no beep", True
     OTHER_BEEP = "other beep", True
@@ -101,6 +105,13 @@ class RecordingHealth:
         findings: empty for a clean recording; where the beep is missing or another one, that alone.
         heard: the beep that repeats in the recording; None if none does.
         calibration: what the direct sound tells; None without a beep.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, PhoneGeometry, Recording, inspect_recording
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> health = inspect_recording(Recording(np.zeros((2, 40_000)), 192_000.0), BeepDesign(), phone)
+    >>> health.usable, [finding.fault.label for finding in health.findings]
+    (False, ['no beep'])
     """
 
     findings: tuple[Finding, ...]
@@ -139,6 +150,15 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
 
     Raises:
         ValueError: the recording's rate is not the beep's.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, inspect_recording, PhoneGeometry, Recording
+    >>> beep = BeepDesign()
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> time_s = np.arange(6 * beep.period_samples) / beep.sample_rate_hz
+    >>> samples = [0.1 * beep.waveform((time_s - d / 343) % beep.period_s) for d in (0.0, 0.14)]
+    >>> inspect_recording(Recording(samples, beep.sample_rate_hz), beep, phone).usable
+    True
     """
     heard = heard_beep(recording.samples[0], recording.sample_rate_hz)
     try:

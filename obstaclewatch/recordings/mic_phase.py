@@ -48,6 +48,10 @@ class MicPhase:
         std_rad: its standard deviation, by noise, by that of the mirror's direction, and by other echoes.
         distance_m: from the speaker to the mirror.
         beeps: how many were used.
+
+    >>> measured = MicPhase(phase_rad=0.4, std_rad=0.1, distance_m=1.0, beeps=10)
+    >>> print(f"TrackingDetector(..., mic_phase_rad={measured.phase_rad})")
+    TrackingDetector(..., mic_phase_rad=0.4)
     """
 
     phase_rad: float
@@ -83,6 +87,18 @@ def measure_mic_phase(
         NoBeepError: the recording holds no beep.
         ValueError: arguments out of range; fewer than 8 beeps in which both microphones hear the echo; an echo that
             reaches microphone 1 at another time than the mirror's, or whose phase does not stay.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, measure_mic_phase, PhoneGeometry, Recording
+    >>> beep = BeepDesign()
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> time_s = np.arange(10 * beep.period_samples) / beep.sample_rate_hz
+    >>> def train(path_m):
+    ...     return beep.waveform((time_s - path_m / 343) % beep.period_s)
+    >>> wall = [0.1 * train(0.0) + 0.01 * train(2.0), 0.1 * train(0.14) + 0.01 * train(2.14)]
+    >>> found = measure_mic_phase(Recording(wall, beep.sample_rate_hz), beep, phone, 0.0, 0.03, reach_m=(0.5, 1.5))
+    >>> print(f"{found.distance_m:.2f} m to the wall, {abs(found.phase_rad):.2f} rad of the channel")
+    1.00 m to the wall, 0.00 rad of the channel
     """
     _check(recording, beep, tilt_std_rad, reach_m, sound_speed_m_s)
     _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=direct_delay_s or 0.0)

@@ -32,6 +32,11 @@ class EchoProfile:
         start_s: delay of the first sample, relative to the first sample of the block.
         rate_hz: samples per second of delay.
         reference_hz: frequency that was moved to zero.
+
+    >>> import numpy as np
+    >>> profile = EchoProfile(np.array([[0.0, 0.5j, 0.0]]), start_s=0.0, rate_hz=24_000.0, reference_hz=20_500.0)
+    >>> profile.magnitude[0].tolist(), profile.position(4e-5)
+    ([0.0, 0.5, 0.0], 1)
     """
 
     envelope: Complexes
@@ -75,6 +80,14 @@ class MatchedFilter:
     Raises:
         ValueError: a delay that is negative or not finite, a rate that is not positive and finite, or a block shorter
             than the beep.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign
+    >>> beep = BeepDesign()
+    >>> time_s = np.arange(beep.period_samples) / beep.sample_rate_hz
+    >>> profile = MatchedFilter(beep, reach_s=0.03).compress(0.5 * beep.waveform(time_s - 0.01)[None])
+    >>> print(f"{profile.magnitude.max():.2f} at {1e3 * profile.delay_s[profile.magnitude[0].argmax()]:.2f} ms")
+    0.50 at 10.00 ms
     """
 
     def __init__(

@@ -54,6 +54,18 @@ class StandingDetector(StreamingDetector):
 
     Raises:
         ValueError: arguments out of range; the message names the value and the rule.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, StandingDetector, PhoneGeometry
+    >>> beep = BeepDesign()
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> time_s = np.arange(beep.period_samples) / beep.sample_rate_hz
+    >>> direct_m, echo_m = [0.0, 0.14], [4.0, 4.14]  # a wall straight ahead, 2 m away
+    >>> block = [0.1 * beep.waveform(time_s - d / 343) + 0.001 * beep.waveform(time_s - e / 343)
+    ...          for d, e in zip(direct_m, echo_m)]
+    >>> found = StandingDetector(beep, phone).process(block)
+    >>> print(f"{found.range_m[0]:.3f} m, {np.degrees(found.bearing_rad[0]):.0f} degrees")
+    2.000 m, 0 degrees
     """
 
     def __init__(

@@ -69,6 +69,24 @@ class TrackingDetector(StreamingDetector):
 
     Raises:
         ValueError: arguments out of range; the message names the value and the rule.
+
+    >>> import numpy as np
+    >>> from obstaclewatch import BeepDesign, TrackingDetector, PhoneGeometry, Recording
+    >>> beep = BeepDesign()
+    >>> phone = PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]])
+    >>> time_s = np.arange(25 * beep.period_samples) / beep.sample_rate_hz
+    >>> def train(path_m, speed_m_s=0.0):  # beeps by a path that shortens by twice the speed of the walker
+    ...     emitted_s = ((343 + speed_m_s) * time_s - path_m) / (343 - speed_m_s)
+    ...     return beep.waveform(emitted_s % beep.period_s)
+    >>> walk = [0.1 * train(d) + 0.001 * train(e, 1.3) for d, e in [(0.0, 8.0), (0.14, 8.0 + 0.14)]]
+    >>> detector = TrackingDetector(beep, phone)
+    >>> detector
+    TrackingDetector(flat, 18-23 kHz)
+    >>> found = next(d for d in detector.stream(Recording(walk, beep.sample_rate_hz)) if d.decision.alert)
+    >>> found
+    Detection(index=23, range_m=[1.27], bearing_rad=[0.07], alert=True)
+    >>> print(f"{found.closing_speed_m_s[0]:.1f} m/s, contact in {found.decision.time_to_collision_s:.1f} s")
+    1.3 m/s, contact in 1.0 s
     """
 
     def __init__(
