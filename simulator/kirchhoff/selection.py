@@ -6,11 +6,15 @@ of stationary phase: the echo that an endless surface would return, times
     sqrt(1/l + 1/m) / (sqrt(2 pi k) g)
 
 with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
-counts as an error as far as it reaches into the obstacle's strongest echo after the matched filter. Ways over an
-obstacle whose rims err together by more than the tolerance are left to Kirchhoff's integral, the others stay rays.
+counts as an error as far as it reaches, after the matched filter, into any echo of the obstacle that stands apart from
+louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack. Ways
+over an obstacle whose rims err together by more than the tolerance are left to Kirchhoff's integral, the others stay
+rays.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -90,12 +94,11 @@ def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
     """(R,) error of rays over ways where the obstacle is audible at all.
 
     Whole over ways with one mirror at the most, whether rays were found or missed; over longer ones as far as a ray
-    off a fold, loud by chance, reaches into the strongest echo.
+    off a fold, loud by chance, stands out of the echoes beside it.
     """
     met = _mirrored(_meeting(tracing, obstacle, echoes))
-    level, _ = _strongest(tracing, met)
-    here = level[pairs.pose, pairs.mic]
-    by_chance = loudest_over(tracing, met, _amplitude(met), pairs) / np.maximum(here, UNEVEN_GAIN)
+    here = _Echoes.of(tracing, met).level.max(axis=2, initial=0.0)[pairs.pose, pairs.mic]
+    by_chance = loudest_over(tracing, met, _share(tracing, met, _amplitude(met)), pairs)
     short = pairs.before.order + pairs.after.order <= 1
     return np.where(here > UNEVEN_GAIN, UNEVEN_DB * np.where(short, 1.0, np.minimum(by_chance, 1.0)), 0.0)
 
@@ -103,14 +106,16 @@ def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
 def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
     """(R,) error of rays over ways whose zone round the reflection point is hidden in part, as far as they are loud."""
     met = _mirrored(_meeting(tracing, obstacle, echoes))
-    level, _ = _strongest(tracing, met)
     owner = np.append(tracing.world.owner, -1)
-    amplitude = _amplitude(met)
     slot = (owner[met.sequence] == obstacle).argmax(axis=1)
-    loss = amplitude * hidden_share(tracing, met, slot, wavenumber)
-    here = level[pairs.pose, pairs.mic]
-    share = loudest_over(tracing, met, loss, pairs) / np.maximum(here, UNEVEN_GAIN)
-    return np.where(here > UNEVEN_GAIN, DB_PER_SHARE * share, 0.0)
+    loss = _amplitude(met) * hidden_share(tracing, met, slot, wavenumber)
+    return DB_PER_SHARE * loudest_over(tracing, met, _share(tracing, met, loss), pairs)
+
+
+def _share(tracing: Tracing, met: Candidates, part: Floats) -> Floats:
+    """(C,) parts of rays re the obstacle's loudest echo at their delays; 0 of what is under the noise."""
+    envelope = _Echoes.of(tracing, met).at_rays
+    return np.where(envelope > UNEVEN_GAIN, part / np.maximum(envelope, UNEVEN_GAIN), 0.0)
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
@@ -137,15 +142,53 @@ def rim_error_db(
         wavenumber: rad/m.
     """
     surface = tracing.world.surfaces[index]
-    level, length = _strongest(tracing, _mirrored(_meeting(tracing, surface.obstacle, echoes)))
+    echo = _Echoes.of(tracing, _mirrored(_meeting(tracing, surface.obstacle, echoes)))
     at = pairs.pose, pairs.mic
     rim, path = _rim_echo(tracing, index, pairs, wavenumber)
-    heard = (path <= audible.limit_m) & (np.maximum(rim, level[at]) >= audible.floor)
-    rim = np.where(heard, rim, 0.0)
-    near = np.exp(-(((path - length[at]) / PULSE_M) ** 2))
-    louder = rim > level[at]
-    share = rim * near / np.where(level[at] > 0.0, level[at], 1.0)
-    return np.where(louder, np.inf, DB_PER_SHARE * share)
+    near = _overlap(path[:, None] - echo.length_m[at])
+    beside = (echo.level[at] * near).max(axis=1, initial=0.0)
+    apart = echo.envelope[at]
+    share = np.where(apart >= audible.floor, rim[:, None] * near / np.maximum(apart, audible.floor), 0.0)
+    error = np.where(rim > beside, np.inf, DB_PER_SHARE * share.max(axis=1, initial=0.0))
+    received = (path <= audible.limit_m) & (np.maximum(rim, beside) >= audible.floor)
+    return np.where(received, error, 0.0)
+
+
+@dataclass(frozen=True)
+class _Echoes:
+    """Up to E echoes of one obstacle at each of N poses and each microphone; those that are not there have level 0.
+
+    Attributes:
+        level, length_m: (N, 2, E) amplitude and path.
+        envelope: (N, 2, E) greatest amplitude that any of them has there after the matched filter.
+        at_rays: (C,) the same for each ray that they came from.
+    """
+
+    level: Floats
+    length_m: Floats
+    envelope: Floats
+    at_rays: Floats
+
+    @classmethod
+    def of(cls, tracing: Tracing, met: Candidates) -> _Echoes:
+        """Those of the candidates, by pose and microphone."""
+        at = 2 * met.pose + met.mic
+        order = np.argsort(at, kind="stable")
+        place = np.arange(len(met)) - np.searchsorted(at[order], at[order])
+        level, length = (np.zeros((len(tracing.pose), 2, place.max(initial=-1) + 1)) for _ in range(2))
+        where = met.pose[order], met.mic[order], place
+        level[where], length[where] = _amplitude(met)[order], met.length_m[order]
+        envelope = level.copy()
+        for k in range(level.shape[2]):
+            np.maximum(envelope, level[..., k, None] * _overlap(length - length[..., k, None]), out=envelope)
+        at_rays = np.empty(len(met))
+        at_rays[order] = envelope[where]
+        return cls(level, length, envelope, at_rays)
+
+
+def _overlap(apart_m: Floats) -> Floats:
+    """How much of an echo's peak is left, after the matched filter, at a path by so much longer or shorter."""
+    return np.exp(-((apart_m / PULSE_M) ** 2))
 
 
 def _meeting(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
@@ -159,16 +202,6 @@ def _mirrored(echoes: Candidates) -> Candidates:
 
 def _amplitude(echoes: Candidates) -> Floats:
     return np.abs(spreading(echoes.points_m, echoes.normal, echoes.curvature, echoes.order))
-
-
-def _strongest(tracing: Tracing, met: Candidates) -> tuple[Floats, Floats]:
-    """(N, 2) amplitude and (N, 2) path of the strongest echo at each pose and microphone; 0 and 0 without one."""
-    amplitude = _amplitude(met)
-    rising = np.argsort(amplitude, kind="stable")
-    level, length = (np.zeros((len(tracing.pose), 2)) for _ in range(2))
-    level[met.pose[rising], met.mic[rising]] = amplitude[rising]
-    length[met.pose[rising], met.mic[rising]] = met.length_m[rising]
-    return level, length
 
 
 def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
