@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
+from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import legs_free
 from simulator.field.gains import path_gain
 from simulator.paths import Paths
@@ -33,7 +35,7 @@ NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noi
 
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (10 m2 at 12 mm)",
-    "concave creases that are no corner of mirrors",
+    "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges; one with a curved reflection",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
@@ -148,13 +150,19 @@ def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     return level >= 10.0 ** (floor_db / 20.0)
 
 
-def _first_of_twins(_search: Search, found: Candidates) -> Flags:
-    """(C,) False for a path whose image coincides with an earlier one's: both cross a common border."""
+def _first_of_twins(search: Search, found: Candidates) -> Flags:
+    """(C,) False for a path whose image coincides with an earlier one's: both cross a common border.
+
+    The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side.
+    """
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit[(found.face < 0).all(axis=1)] = 0
-    columns = np.column_stack([found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, found.cell])
+    end_slot = np.where((found.edge >= 0) & (found.part != APEX), point_slot(search.tracing, found), -1)
+    columns = np.column_stack(
+        [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell]
+    )
     _, first = np.unique(columns, axis=0, return_index=True)
     mask = np.zeros(len(found), dtype=bool)
     mask[first] = True

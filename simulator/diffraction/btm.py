@@ -14,7 +14,8 @@ which falls apart into the apex (u = 0) and the two ends, each with a delay of i
 transform, so smooth over the band. The paths of steepest descent never cross a pole (Huybrechs and Vandewalle,
 SIAM J. Numer. Anal. 44 (2006) 1026-1048). The poles of beta lie at u^2 = -(L0 - L_p), L_p the length of the mirror
 or direct path whose zone ends at the edge, with the residue 2 sqrt(delta) / (nu L_p): they are taken out and
-integrated in closed form. Rigid faces; a wedge in the open, that is of open angle pi to 2 pi.
+integrated in closed form. Rigid faces, at an open angle of 2 pi / 3 to 2 pi: of each term one pole at the most then
+lies next to the real axis.
 
 Measured: within 1.3e-8 of the strongest part of panel-wise Gauss quadrature over z, for 60 random edges of 0.05-1.5 m
 at 0.3-4 m and 15-25 kHz, zone boundaries and corners included.
@@ -31,6 +32,7 @@ from scipy.special import wofz
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.edge_view import APEX, START, EdgeView
 
+NARROWEST_RAD = 2.0 * np.pi / 3.0  # of a face and its mirror image; the open angle of a sharp edge is pi or more
 INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
 
 NEAR_POLE_RAD = 16.0  # k (L0 - L_p) below which a pole is taken out before quadrature
@@ -77,7 +79,7 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
         (R, 3, K) without the travel phase; groups INCIDENT, FACE_0, FACE_N.
 
     Raises:
-        ValueError: a radius of 0, an open angle outside pi to 2 pi, wavenumbers not positive.
+        ValueError: a radius of 0, an open angle outside 2 pi / 3 to 2 pi, wavenumbers not positive.
     """
     check(view, wavenumber)
     center = float(np.mean(wavenumber))
@@ -137,8 +139,9 @@ def check(view: EdgeView, wavenumber: Floats) -> None:
         if not (radius > 0.0).all():
             raise ValueError(f"source and receiver must stand off the edge, got a distance of {radius.min()} m")
     angle = view.open_angle_rad
-    if not ((angle >= np.pi) & (angle <= 2.0 * np.pi + 1e-9)).all():
-        raise ValueError(f"open_angle_rad must be pi to 2 pi, got {angle.min()} to {angle.max()}")
+    if not ((angle >= NARROWEST_RAD - 1e-9) & (angle <= 2.0 * np.pi + 1e-9)).all():
+        rule = "pi to 2 pi, or 2 pi / 3 on with an image"
+        raise ValueError(f"open_angle_rad must be {rule}, got {angle.min()} to {angle.max()}")
     if not (wavenumber > 0.0).all():
         raise ValueError(f"wavenumber must be positive, got {wavenumber.min()}")
 

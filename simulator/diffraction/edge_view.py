@@ -21,7 +21,7 @@ class EdgeView:
         source_angle_rad, receiver_angle_rad: (R,) from face 0 through the open space, 0 to `open_angle_rad`.
         source_height_m, receiver_height_m: (R,) along the edge, from its start.
         length_m: (R,) of the edge.
-        open_angle_rad: (R,) between the faces through the open space, pi to 2 pi.
+        open_angle_rad: (R,) between the faces through the open space, 2 pi / 3 to 2 pi.
     """
 
     source_radius_m: Floats

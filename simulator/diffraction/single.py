@@ -21,6 +21,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.images.edge_images import EdgeImages, images_of
+from simulator.images.image_method import mirrored
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates, joined
@@ -44,8 +45,8 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     parts = []
     for mic in range(2):
         heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
-        before, after = _pairs(lit, heard, max_order, len(tracing.world.wedges))
-        pair, part, point, bound = _contributions(tracing, before, after, audible.limit_m, wavenumber)
+        before, after = _pairs(lit, heard, max_order, tracing.world.wedges)
+        pair, part, point, bound = _contributions(tracing, before, after, max_order, audible.limit_m, wavenumber)
         strongest = loudest[:, mic].copy()
         np.maximum.at(strongest, before.pose[pair], bound)
         kept = audible(bound, strongest[before.pose[pair]])
@@ -71,7 +72,7 @@ def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
     return Wedges(
         out_of_rest(rest.start_m, frame), out_of_rest(rest.end_m, frame), turned(rest.inwards, frame[:, 3]),
         turned(rest.normal, frame[:, 3]), rest.open_angle_rad, rest.patch, rest.obstacle, rest.sheet_m,
-        rest.radiates,
+        rest.radiates, rest.mirror, rest.leans_on,
     )  # fmt: skip
 
 
@@ -107,25 +108,36 @@ def outside(wedges: Wedges, view: EdgeView) -> Flags:
     return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + wedges.sheet_m > 0.0) & apart
 
 
-def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: int) -> tuple[EdgeImages, EdgeImages]:
-    """Every image of the speaker with every image of the microphone at the same pose and edge, within the order."""
-    left, right = matches(lit.pose * wedges + lit.wedge, heard.pose * wedges + heard.wedge)
+def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: Wedges) -> tuple[EdgeImages, EdgeImages]:
+    """Every image of the speaker with every image of the microphone at the same pose and edge, within the order.
+
+    What a face on a mirror and its image bend has that mirror before it or not: behind it, it would be the same again.
+    """
+    left, right = matches(lit.pose * len(wedges) + lit.wedge, heard.pose * len(wedges) + heard.wedge)
     keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    keep &= ~_beside(heard, wedges.mirror[heard.wedge])[right]
     return lit[left[keep]], heard[right[keep]]
 
 
+def _beside(images: EdgeImages, mirror: Ints) -> Flags:
+    """(I,) whether the last mirror of an image is a given one; never for -1."""
+    last = images.sequence[np.arange(len(images)), images.order - 1] if images.sequence.shape[1] else images.wedge
+    return (images.order > 0) & (mirror >= 0) & (last == mirror)
+
+
 def _contributions(
-    tracing: Tracing, before: EdgeImages, after: EdgeImages, limit_m: float, wavenumber: float
+    tracing: Tracing, before: EdgeImages, after: EdgeImages, max_order: int, limit_m: float, wavenumber: float
 ) -> tuple[Ints, Ints, Floats, Floats]:
     """What each pair of images hears of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
     wedges = at_poses(tracing, before.wedge, before.pose)
     view = seen(wedges, before.point_m, after.point_m)
     facing = np.flatnonzero(outside(wedges, view))
-    wedges, view = wedges[facing], view[facing]
+    wedges, view, lit, heard = wedges[facing], view[facing], before[facing], after[facing]
     pairs, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
         which = np.full(len(view), part)
-        rows = np.flatnonzero(_has(wedges, view, part) & (view.path_m(which) <= limit_m))
+        there = _has(wedges, view, part) & _has_partner(wedges, lit, heard, part, max_order)
+        rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
         pairs.append(facing[rows])
         parts.append(which[rows])
         points.append(edge_points(wedges[rows], view[rows], part))
@@ -136,6 +148,18 @@ def _contributions(
 def _has(wedges: Wedges, view: EdgeView, part: int) -> Flags:
     """(R,) whether an apex lies on its edge, or an end is one that radiates."""
     return view.has(part) if part == APEX else wedges.radiates[:, part - START]
+
+
+def _has_partner(wedges: Wedges, before: EdgeImages, after: EdgeImages, part: int, max_order: int) -> Flags:
+    """(R,) whether an end that stands on a mirror comes with what nearly cancels it: the end of the edge's image.
+
+    Its path has that mirror on both sides where this one has it on neither.
+    """
+    if part == APEX:
+        return np.ones(len(wedges), dtype=bool)
+    mirror = wedges.leans_on[:, part - START]
+    neither = (mirror >= 0) & ~_beside(before, mirror) & ~_beside(after, mirror)
+    return ~neither | (before.order + after.order + 3 <= max_order)
 
 
 def bent_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
@@ -164,19 +188,11 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
 def _bent(
     search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats
 ) -> Candidates:
-    """Candidates over given points of edges; none that sits on a mirror it has just met."""
+    """Candidates over given points of edges."""
     number = search.tracing.world.first_wedge + before.wedge
-    turns = Turns(mic, before, after, point[:, None], number[:, None])
-    found, ok, place = unfolded(search, turns, lambda: bound)
+    found, ok, _ = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), lambda: bound)
     found.edge[:], found.part[:] = before.wedge[ok], part[ok]
-    legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
-    each = np.arange(len(ok))
-    apart = np.minimum(legs[each, place], legs[each, place + 1]) > COINCIDENT_M
-    on_mirror = np.flatnonzero(~apart)
-    search.reject(
-        Reason.EDGE_ON_MIRROR, len(on_mirror), lambda: Rejected(bound[ok[on_mirror]], lambda i: found[on_mirror[i]])
-    )
-    return found[apart]
+    return found
 
 
 def point_slot(tracing: Tracing, found: Candidates) -> Ints:
@@ -186,16 +202,16 @@ def point_slot(tracing: Tracing, found: Candidates) -> Ints:
 
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
-    every, at = np.arange(len(found)), point_slot(tracing, found) + 1
-    wedges = at_poses(tracing, found.edge, found.pose)
-    legs = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
-    reached = np.cumsum(legs, axis=1)[every, at - 1]
-    point = found.points_m[every, at]
-    ends = []
-    for beside, length, leg in ((at - 1, reached, at - 1), (at + 1, legs.sum(axis=1) - reached, at)):
-        ray = (found.points_m[every, beside] - point) / legs[every, leg][:, None]
-        ends.append(point + length[:, None] * ray)
-    return wedges, seen(wedges, *ends)
+    at, wedges = point_slot(tracing, found), at_poses(tracing, found.edge, found.pose)
+    source, receiver = found.points_m[:, 0], found.points_m[:, -1]
+    offset = np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
+    for k in range(found.sequence.shape[1]):
+        met = (k < at)[:, None]
+        source = np.where(met, mirrored(source, found.normal[:, k], offset[:, k]), source)
+    for k in reversed(range(found.sequence.shape[1])):
+        met = ((k > at) & (k < found.order))[:, None]
+        receiver = np.where(met, mirrored(receiver, found.normal[:, k], offset[:, k]), receiver)
+    return wedges, seen(wedges, source, receiver)
 
 
 def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
@@ -205,8 +221,12 @@ def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
 
 
 def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
-    """Direction off the edge nearest to a leg's own that is square to the faces or steeper."""
+    """Direction off the edge nearest to a leg's own that is square to the faces or steeper.
+
+    Where a face stands on a mirror, the direction between the two.
+    """
     turn = wedges.open_angle_rad
     margin = np.minimum(0.5 * np.pi, 0.5 * turn)
-    angle = np.clip(angle_rad, margin, turn - margin)[:, None]
+    corner = wedges.free_angle_rad < turn
+    angle = np.where(corner, 0.25 * turn, np.clip(angle_rad, margin, turn - margin))[:, None]
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal

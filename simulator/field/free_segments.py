@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.diffraction.single import lifts, point_slot
 from simulator.world.candidates import Candidates
 from simulator.world.sight import free_between
-from simulator.world.visibility import OFFSET
+from simulator.world.visibility import COINCIDENT_M, OFFSET
 from simulator.world.world import Tracing
 
 
@@ -36,4 +36,21 @@ def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     at, (arriving, leaving) = point_slot(tracing, found[over]), lifts(tracing, found[over])
     end[over, at] += OFFSET * extent * arriving
     start[over, at + 1] += OFFSET * extent * leaving
+    _part_from_corner(found, over, at, -1, end, start)
+    _part_from_corner(found, over, at + 1, 1, start, end)
     return start, end
+
+
+def _part_from_corner(found: Candidates, over: Ints, leg: Ints, step: int, here: Floats, there: Floats) -> None:
+    """Where an edge (R,) stands on the mirror beside it, the leg between them has no length: clear both of both.
+
+    Args:
+        leg: (R,) the leg from the edge to the mirror; the mirror's other leg is `step` further.
+        here, there: (C, N + 1, 3) ends of all legs: at the edge for `leg`, and at the mirror.
+    """
+    length = np.linalg.norm(found.points_m[over, leg + 1] - found.points_m[over, leg], axis=1)
+    rows = np.flatnonzero((length < COINCIDENT_M) & (leg + step >= 0) & (leg < found.order[over] + (step < 0)))
+    row, at = over[rows], leg[rows]
+    lift = here[row, at] + there[row, at] - found.points_m[row, at] - found.points_m[row, at + 1]
+    point = found.points_m[row, at] + lift
+    here[row, at] = there[row, at] = here[row, at + step] = point

@@ -16,6 +16,7 @@ from simulator.waves import band
 from simulator.waves.spreading import rays, spreading
 from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
+from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing, World
 
 
@@ -73,17 +74,35 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
     """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own."""
     owner = world.owner
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
-    _, arriving = rays(found.points_m, found.normal)
+    cosines = _cosines(world, found)
     for k in range(found.sequence.shape[1]):
         reflector = found.sequence[:, k]
         mirrors = (reflector >= 0) & (reflector < world.first_wedge)
         met = np.full(len(found), -1)
         met[mirrors] = owner[found.sequence[mirrors, k]]
-        cosine = np.abs(np.sum(arriving[:, k] * found.normal[:, k], axis=1))
         for index in np.unique(met[met >= 0]):
             rows = np.flatnonzero(met == index)
-            product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosine[rows, None])
+            product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosines[rows, k, None])
     return product
+
+
+def _cosines(world: World, found: Candidates) -> Floats:
+    """(C, N) of incidence at every reflection, the same for a path and for its reverse.
+
+    An end of an edge that stands on a mirror has no leg to that mirror: behind the edge, the leg that leaves the mirror
+    counts. A crease on a mirror continues reflections both before and after its face: the mean of both legs counts.
+    """
+    length, ray = rays(found.points_m, found.normal)
+    slot = np.arange(found.sequence.shape[1])
+    every = np.abs(np.einsum("cnx,cmx->cnm", found.normal, ray))
+    cosine = every[:, slot, slot]
+    short = (length[:, :-1] < COINCIDENT_M) & (found.edge >= 0)[:, None]
+    cosine = np.where(short, every[:, slot, slot + 1], cosine)
+    rows = np.flatnonzero(found.edge >= 0)
+    rows = rows[world.wedges.mirror[found.edge[rows]] >= 0]
+    row, at = np.nonzero(short[rows, 1:])  # the crease is one slot on, and the leg that leaves it another
+    cosine[rows[row], at] = np.sqrt(every[rows[row], at, at] * every[rows[row], at, at + 2])
+    return cosine
 
 
 def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:

@@ -35,7 +35,7 @@ def images_of(tracing: Tracing, point_m: Floats, max_order: int, limit_m: float)
     for level in image_levels(mirrors, np.ones(len(patches), dtype=bool), point_m, max_order, goal):
         row, wedge = _lit(
             mirrors, level.order, level.pose, level.sequence, level.images_m, start, end,
-            tracing.world.wedges.patch, limit_m,
+            tracing.world.wedges.patch, tracing.world.wedges.mirror, limit_m,
         )  # type: ignore[call-arg]  # fmt: skip
         parts.append((*level.lit(row), wedge))
     found = EdgeImages(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -54,8 +54,8 @@ def placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
 
 
 @numba.njit(cache=True)
-def _lit(mirrors, order, pose, sequence, images, start, end, patch, limit):
-    """(R,) image and (R,) edge of all that can light an edge."""
+def _lit(mirrors, order, pose, sequence, images, start, end, patch, own_mirror, limit):
+    """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
     middle = 0.5 * (start + end)
     half = np.empty(middle.shape[:2])
@@ -72,7 +72,8 @@ def _lit(mirrors, order, pose, sequence, images, start, end, patch, limit):
                 p = sequence[r, order - 1]
                 if p == patch[w, 0] or p == patch[w, 1]:
                     continue
-                if not _through(mirrors, n, p, image, start[n, w], end[n, w], middle[n, w], half[n, w]):
+                through = _through(mirrors, n, p, image, start[n, w], end[n, w], middle[n, w], half[n, w])
+                if p != own_mirror[w] and not through:
                     continue
             if found == len(rows):
                 rows, wedges = grown(rows), grown(wedges)

@@ -30,13 +30,17 @@ class Wedges:
         start_m, end_m: (W, 3).
         inwards: (W, 3) unit vector from the edge into face 0, at right angles to the edge.
         normal: (W, 3) unit normal of face 0 on the open side; angles run from `inwards` over `normal`.
-        open_angle_rad: (W,) from face 0 through the open space to the last face: pi to 2 pi.
+        open_angle_rad: (W,) from face 0 through the open space to the last face: pi to 2 pi, 2 pi / 3 to 2 pi where a
+            face meets its own mirror image.
         patch: (W, 2) planar patches of face 0 and of the last face; the same one twice at a free border.
         obstacle: (W,) index of the obstacle.
         sheet_m: (W,) for the rim of a thin plate, its thickness; infinite for all others. A plate has one such edge
             on either face, of which the one nearer to source and receiver counts.
         radiates: (W, 2) whether the start and the end are corners; where the edge runs into another surface the
             image in that surface continues it, and the end is none.
+        mirror: (W,) patch in which face 0 meets its own image, so that the other face is that image; -1 for all others.
+        leans_on: (W, 2) patch into which the edge runs at its start and its end other than squarely, so that it makes a
+            corner with its image; -1 where it does not.
     """
 
     start_m: Floats
@@ -48,6 +52,8 @@ class Wedges:
     obstacle: Ints
     sheet_m: Floats
     radiates: Flags
+    mirror: Ints
+    leans_on: Ints
 
     def __len__(self) -> int:
         return len(self.obstacle)
@@ -65,13 +71,18 @@ class Wedges:
         """(W, 3) unit vectors from start to end."""
         return (self.end_m - self.start_m) / self.length_m[:, None]
 
+    @property
+    def free_angle_rad(self) -> Floats:
+        """(W,) the open angle without images: up to the mirror on which a face stands."""
+        return np.where(self.mirror >= 0, 0.5, 1.0) * self.open_angle_rad
+
 
 def no_wedges() -> Wedges:
     """An empty set."""
     none = np.zeros((0, 3))
     return Wedges(
         none, none, none, none, np.zeros(0), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), np.zeros(0),
-        np.zeros((0, 2), dtype=bool),
+        np.zeros((0, 2), dtype=bool), np.zeros(0, np.int64), np.zeros((0, 2), np.int64),
     )  # fmt: skip
 
 
@@ -176,6 +187,7 @@ def _wedges(
     return Wedges(
         mesh.vertices[edge[:, 0]], mesh.vertices[edge[:, 1]], inwards, np.asarray(normal), open_angle_rad, patch,
         np.full(count, index), sheet_m, np.ones((count, 2), dtype=bool),
+        np.full(count, -1), np.full((count, 2), -1),
     )  # fmt: skip
 
 
@@ -203,7 +215,7 @@ def _in_line(pieces: Wedges) -> Wedges:
     whole = Wedges(
         (origin + low[:, None] * along)[~bent], (origin + high[:, None] * along)[~bent], straight.inwards,
         straight.normal, straight.open_angle_rad, straight.patch, straight.obstacle, straight.sheet_m,
-        straight.radiates,
+        straight.radiates, straight.mirror, straight.leans_on,
     )  # fmt: skip
     return merge_wedges([whole, pieces[np.flatnonzero(bent[group])]])
 

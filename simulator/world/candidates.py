@@ -11,6 +11,8 @@ from obstaclewatch.support.arrays import Floats, Ints
 from simulator.world.frames import turned
 from simulator.world.world import Tracing
 
+ON_PLANE_M = 1e-9
+
 
 @dataclass(frozen=True)
 class Candidates:
@@ -124,6 +126,9 @@ def with_plane_normals(tracing: Tracing, found: Candidates) -> Candidates:
         flat = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
         patch = found.sequence[flat, k]
         normal = turned(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
-        arriving = np.sum(normal * (found.points_m[flat, k + 1] - found.points_m[flat, k]), axis=1)
+        arriving, leaving = (
+            np.sum(normal * (found.points_m[flat, k + 1 + i] - found.points_m[flat, k + i]), axis=1) for i in (0, 1)
+        )
+        arriving = np.where(np.abs(arriving) > ON_PLANE_M, arriving, -leaving)  # after the end of an edge on the plane
         found.normal[flat, k] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
     return found

@@ -1,7 +1,8 @@
 """Where a sharp edge is free: not buried in another surface, and not run into one.
 
-The lower edge of a box on the ground is no wedge: with the ground it makes a corner, whose echo the mirrors know.
-An upright edge that stands on the ground has no corner there: its image in the ground continues it.
+The lower edge of a box on the ground is no wedge: with the ground it makes a corner (`corners`), whose echo the mirrors
+know. An upright edge that stands on the ground has no corner there: its image in the ground continues it. One that
+leans makes a corner with its image, and ends there.
 """
 
 from __future__ import annotations
@@ -10,21 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats
+from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
+from simulator.world.corners import TOUCHING_M, leaning_ends
 from simulator.world.visibility import Blocker
 
-CIRCUIT_M = 2e-3  # a surface this close to an edge touches it: an eighth of the wavelength
+CIRCUIT_M = TOUCHING_M  # a surface this close to an edge touches it
 CELL_M, MAX_CELLS = 0.1, 64
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
 
-def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags) -> Wedges:
+def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patches: PlanarPatches) -> Wedges:
     """The free stretches of wedges, and whether their ends are corners.
 
     Args:
         wedges: as recognised, body by body, where they stand at time 0.
         blockers: everything that stands there.
         carried: (O,) obstacles that go with the walker: they touch nothing but themselves.
+        patches: mirrors that stand there.
     """
     if len(wedges) == 0:
         return wedges
@@ -40,11 +44,13 @@ def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags) -> We
     low, high = place[first] / cells[owner[first]], (place[last] + 1) / cells[owner[last]]
     along = stretch.end_m - stretch.start_m
     corner = np.stack([low == 0.0, high == 1.0], axis=1)
-    corner[:, 0] &= ~_runs_on(stretch, 0, blockers, carried)
-    corner[:, 1] &= ~_runs_on(stretch, 1, blockers, carried)
+    runs_on = corner & np.stack([_runs_on(stretch, end, blockers, carried) for end in (0, 1)], axis=1)
+    leans_on = leaning_ends(stretch, runs_on, patches, carried)
+    corner &= ~runs_on | (leans_on >= 0)
     return Wedges(
         stretch.start_m + low[:, None] * along, stretch.start_m + high[:, None] * along, stretch.inwards,
         stretch.normal, stretch.open_angle_rad, stretch.patch, stretch.obstacle, stretch.sheet_m, corner,
+        stretch.mirror, leans_on,
     )  # fmt: skip
 
 
@@ -70,8 +76,8 @@ def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: F
 
 
 def _open_direction(wedges: Wedges, share: float) -> Floats:
-    """(W, 3) unit vectors off the edge at a share of the open angle."""
-    angle = share * wedges.open_angle_rad[:, None]
+    """(W, 3) unit vectors off the edge at a share of the angle without images."""
+    angle = share * wedges.free_angle_rad[:, None]
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 

@@ -17,7 +17,6 @@ class Reason(StrEnum):
 
     BEHIND_PATCH = "behind a patch"
     OUTSIDE_PATCH = "outside its patch"
-    EDGE_ON_MIRROR = "edge on its mirror"
     TOO_LONG = "too long"
     HIDDEN = "hidden"
     TWIN = "twin on a shared border"

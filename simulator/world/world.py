@@ -22,6 +22,7 @@ from simulator.surfaces.reflectors import (
 from simulator.surfaces.surface_borders import Border, border_of
 from simulator.surfaces.wedges import Wedges, merge_wedges, no_wedges, wedges_of
 from simulator.world.contacts import exposed
+from simulator.world.corners import corner_wedges
 from simulator.world.frames import Carrier, Frames
 from simulator.world.mirrors import Mirrors, facing, placed_mirrors
 from simulator.world.visibility import Blocker, blocker
@@ -121,7 +122,9 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     if "edges" in mechanisms:
         first = np.cumsum([0] + [len(planar) for planar, _ in found])
         every = merge_wedges([wedges_of(reading, i, int(first[i])) for i, reading in enumerate(readings)])
-        wedges = exposed(every, blockers, np.array([o is phone.body for o in obstacles], dtype=bool))
+        carried = np.array([o is phone.body for o in obstacles], dtype=bool)
+        corners = corner_wedges(patches, velocities(obstacles), carried)
+        wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
     return World(
         obstacles, origin_m, patches, facing(patches, moves), surfaces, wedges,
         tuple((reading, surface) for reading, (_, surface) in zip(readings, found, strict=True)), blockers,
