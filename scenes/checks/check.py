@@ -14,7 +14,6 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from obstaclewatch.support.arrays import Floats
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
 from scenes.obstacles.solids import shifted
 from scenes.truth.truth import NOT_IN_THE_WAY, contact
@@ -96,14 +95,14 @@ def _triangle_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
     flat = int((~with_area(mesh)).sum())
     if flat:
         yield Finding("warning", name, "slivers", f"has {flat} triangles without area, which are left out")
-    twice = len(mesh.faces) - len(np.unique(np.sort(mesh.faces, axis=1), axis=0))
+    twice = int((~mesh.unique_faces()).sum())
     if twice:
         yield Finding("warning", name, "doubles", f"has {twice} triangles on the same corners as others")
 
 
 def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
     if not mesh.is_watertight:
-        used = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]
+        used = np.bincount(mesh.edges_unique_inverse)
         open_, many = int((used == 1).sum()), int((used > 2).sum())
         parts = [f"{open_} open edges"] * (open_ > 0) + [f"{many} edges of more than two triangles"] * (many > 0)
         message = f"is not watertight ({', '.join(parts)}): both sides of its faces reflect"
@@ -112,32 +111,21 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
         message = "has neighbouring triangles wound against each other: both sides of its faces reflect"
         yield Finding("warning", name, "winding", message)
     elif mesh.is_watertight:
-        inverted = _inverted(_bodies(mesh))
+        inverted = _inverted(mesh.split(only_watertight=False))
         if inverted:
             message = f"has {inverted} closed bodies with normals inwards: they return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
 
 
-def _bodies(mesh: trimesh.Trimesh) -> list[Floats]:
-    """Triangles (F, 3, 3) of every connected part."""
-    parts = trimesh.graph.connected_components(mesh.face_adjacency, nodes=np.arange(len(mesh.faces)))
-    return [np.asarray(mesh.triangles)[part] for part in parts]
-
-
-def _inverted(bodies: list[Floats]) -> int:
+def _inverted(bodies: list[trimesh.Trimesh]) -> int:
     """How many bodies point inwards, but for those that are cavities in others."""
     count = 0
     for k, body in enumerate(bodies):
-        if _signed_volume(body) < 0.0:
-            around = np.concatenate([*bodies[:k], *bodies[k + 1 :], np.zeros((0, 3, 3))])
-            count += float(winding_number(around, body[:1, 0])[0]) < 0.5
+        if body.volume < 0.0:
+            others = [np.asarray(other.triangles) for other in bodies[:k] + bodies[k + 1 :]]
+            around = np.concatenate([*others, np.zeros((0, 3, 3))])
+            count += float(winding_number(around, np.asarray(body.vertices[:1]))[0]) < 0.5
     return count
-
-
-def _signed_volume(triangles_m: Floats) -> float:
-    """Volume, negative if the normals point inwards; about the part's own middle, to keep the digits."""
-    a, b, c = np.moveaxis(triangles_m - triangles_m.mean(axis=(0, 1)), 1, 0)
-    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0)
 
 
 def _ground_findings(scene: Scene) -> Iterator[Finding]:

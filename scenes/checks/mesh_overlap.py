@@ -2,7 +2,8 @@
 
 Inside is where the generalised winding number exceeds a half (Jacobson et al. 2013, ACM Trans. Graph. 32(4):33): for a
 closed mesh that is the usual inside, for one with a hole nearly so, and it does not mind parts that run into each
-other, nor normals that point inwards.
+other, nor normals that point inwards. `trimesh.Trimesh.contains` counts the crossings of a ray instead and errs where
+parts overlap; crossings of edges stay here because Embree's are in single precision.
 """
 
 from __future__ import annotations

@@ -174,9 +174,8 @@ def _strips(count: int) -> Ints:
 
 def merged(parts: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
     """One mesh of several closed parts, which may overlap; each part keeps its own vertices."""
-    first = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
-    faces = [part.faces + offset for part, offset in zip(parts, first, strict=True)]
-    return trimesh.Trimesh(np.concatenate([p.vertices for p in parts]), np.concatenate(faces), process=False)
+    mesh: trimesh.Trimesh = trimesh.util.concatenate(parts)  # type: ignore[assignment]
+    return mesh
 
 
 def shifted(mesh: trimesh.Trimesh, offset_m: ArrayLike) -> trimesh.Trimesh:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from obstaclewatch.support.arrays import Floats
-from scenes.streets.approaches import Approach
 from scenes.truth.swept import Body
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene
@@ -66,29 +62,12 @@ def preview_scene(
     return Path(path)
 
 
-def preview_approach(approach: Approach, path: str | Path) -> Path:
-    """Top view of an approach as a PNG, its window 3 m around the walk and the middle of the target."""
-    return preview_around(approach.scene, approach.walk, approach.target, path)
-
-
 def preview_around(scene: Scene, walk: Walk, target: str, path: str | Path) -> Path:
     """Top view of a walk as a PNG, its window 3 m around the walk and the middle of the target."""
     place = walk.pose(np.linspace(0.0, walk.duration_s, 50)).position_m[:, :2]
     middle = scene.obstacle(target).mesh.bounds[:, :2].mean(axis=0)[None]
     (left, bottom), (right, top) = (f(np.concatenate([place, middle]), axis=0) for f in (np.min, np.max))
     return preview_scene(scene, path, walk, target, (left - 3.0, right + 3.0, bottom - 3.0, top + 3.0))
-
-
-def contact_sheet(meshes: Mapping[str, trimesh.Trimesh], path: str | Path, columns: int = 5) -> Path:
-    """Shaded pictures of meshes, each scaled to its cell, as a PNG."""
-    rows = -(-len(meshes) // columns)
-    figure = Figure(figsize=(3.2 * columns, 3.2 * rows), layout="constrained")
-    for number, (name, mesh) in enumerate(meshes.items(), start=1):
-        axes: Any = figure.add_subplot(rows, columns, number, projection="3d")
-        _draw_solid(axes, mesh)
-        axes.set_title(f"{name}\n{len(mesh.faces)} triangles", fontsize=9)
-    figure.savefig(path, dpi=90, metadata={"Software": None})
-    return Path(path)
 
 
 def _draw_plan(axes: Axes, obstacle: Obstacle, framed: bool) -> None:
@@ -127,33 +106,12 @@ def _draw_walk(axes: Axes, walk: Walk) -> None:
     time = np.linspace(0.0, walk.duration_s, 200)
     pose = walk.pose(time)
     body, heading = Body(), pose.body_heading_rad()
-    stadiums = [_stadium(core, body.half_width_m) for core in body.core(pose.position_m, heading)]
+    cores = shapely.linestrings(body.core(pose.position_m, heading))
+    stadiums = [shapely.get_coordinates(stadium) for stadium in shapely.buffer(cores, body.half_width_m)]
     axes.add_collection(PolyCollection(stadiums, facecolors="#f5d76e", edgecolors="none"))
     axes.add_collection(PolyCollection([stadiums[0], stadiums[-1]], facecolors="none", edgecolors="#7f6000"))
     axes.plot(*pose.position_m[:, :2].T, color="#7f6000", linewidth=1.4)
     axes.plot(*pose.position_m[0, :2], "o", color="#7f6000", markersize=4)
-
-
-def _stadium(core_m: Floats, radius_m: float) -> Floats:
-    """(50, 2) outline of all points within a radius of a segment (2, 2)."""
-    along = core_m[0] - core_m[1]
-    turn = np.arctan2(along[1], along[0]) + np.linspace(-np.pi / 2, np.pi / 2, 25)
-    arc = radius_m * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    return np.concatenate([core_m[0] + arc, core_m[1] - arc])
-
-
-def _draw_solid(axes: Any, mesh: trimesh.Trimesh) -> None:
-    """The faces turned towards the viewer, who stands at the front left above."""
-    azimuth, elevation = np.deg2rad(-125.0), np.deg2rad(22.0)
-    viewer = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    seen = mesh.face_normals @ viewer > 0.0
-    colors = _shaded(mesh.face_normals[seen], "#b0b7c3")
-    axes.add_collection3d(Poly3DCollection(mesh.triangles[seen], facecolors=colors, edgecolors=colors, linewidths=0.2))
-    low, high = mesh.bounds
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(np.maximum(high - low, 0.05), zoom=0.9)
-    axes.view_init(elev=np.rad2deg(elevation), azim=np.rad2deg(azimuth))
-    axes.set_axis_off()
 
 
 def _shaded(normals: Floats, color: str) -> Floats:

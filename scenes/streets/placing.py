@@ -56,12 +56,14 @@ def apart(obstacle: Obstacle, others: Sequence[Occupied], duration_s: float, gap
     center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     velocity = obstacle.velocity_m_s[:2]
     tracks = (np.stack([center, center + duration_s * (velocity - other.velocity_m_s)]) for other in others)
-    return all(other.slab.distance(track) >= radius + gap_m for other, track in zip(others, tracks, strict=True))
+    return all(
+        other.slab.distance(track[None])[0] >= radius + gap_m for other, track in zip(others, tracks, strict=True)
+    )
 
 
 def extents(obstacle: Obstacle, direction: Floats, height_m: float) -> tuple[float, float]:
     """Least and greatest coordinate along a horizontal (2,) direction of the obstacle below a height, m."""
-    along = Slab.of(obstacle.mesh, 0.0, height_m).points() @ direction
+    along = Slab.of(obstacle.mesh, 0.0, height_m).triangle_m.reshape(-1, 2) @ direction
     return float(along.min()), float(along.max())
 
 
@@ -90,13 +92,13 @@ def distance_along(obstacle: Obstacle, start_m: Floats, lateral_m: Floats, ahead
     """
     slab = Slab.of(obstacle.mesh, 0.0, 3.0)
 
-    def excess(along_m: float) -> float:
-        point = start_m - lateral_m - along_m * ahead
-        return slab.distance(np.stack([point, point])) - distance_m
+    def excess(along_m: ArrayLike) -> Floats:
+        point = start_m - lateral_m - np.reshape(along_m, (-1, 1)) * ahead
+        return slab.distance(np.stack([point, point], axis=1)) - distance_m
 
     reach = distance_m + float(np.linalg.norm(obstacle.mesh.bounds[:, :2], axis=1).max())
     grid = np.arange(-reach, reach + 0.5, 0.5)  # it may lie askew, its near end far ahead of its middle
-    near = np.flatnonzero([excess(along) <= 0.0 for along in grid])
+    near = np.flatnonzero(excess(grid) <= 0.0)
     if len(near) == 0:
         raise ValueError(f"distance_m must be above the offset of '{obstacle.name}' from the course, got {distance_m}")
-    return float(brentq(excess, grid[near[-1]], grid[near[-1] + 1], xtol=1e-9))
+    return float(brentq(lambda along: excess(along)[0], grid[near[-1]], grid[near[-1] + 1], xtol=1e-9))

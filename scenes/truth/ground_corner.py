@@ -2,7 +2,8 @@
 
 A point and its image in the ground are the foci of ellipsoids; the smallest that touches the obstacle touches it where
 sound that also meets the ground comes back first (Fermat). On an upright thing that is its foot; on one that leans it
-is higher up. Each triangle is solved exactly: its inside by a mirror image, its edges by unfolding.
+is higher up. Each triangle is solved exactly: its inside by a mirror image, its edges by unfolding. No library at hand
+solves this.
 """
 
 from __future__ import annotations

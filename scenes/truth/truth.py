@@ -190,11 +190,11 @@ def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact
     worn = Body() if body is None else body
     slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
     time, phone, core = _track(obstacle, walk, worn)
-    index = slab.first_contact(core, worn.half_width_m)
+    distance = slab.distance(core)
     return Contact(
-        miss_distance_m=slab.closest_approach(_mean_line(obstacle, walk, time, phone)),
-        clearance_m=max(0.0, slab.closest_approach(core) - worn.half_width_m),
-        contact_time_s=_at_index(index, time),
+        miss_distance_m=float(slab.distance(_mean_line(obstacle, walk, time, phone)).min()),
+        clearance_m=max(0.0, float(distance.min()) - worn.half_width_m),
+        contact_time_s=_at_index(slab.first_contact(core, distance, worn.half_width_m), time),
     )
 
 
@@ -202,8 +202,8 @@ def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float, body: Body | None
     """Whether an obstacle ever comes within a gap of the walker's body; quicker than the exact clearance."""
     worn = Body() if body is None else body
     _, _, core = _track(obstacle, walk, worn)
-    slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
-    return bool(np.isfinite(slab.first_contact(core, worn.half_width_m + gap_m)))
+    distance = Slab.of(obstacle.mesh, 0.0, worn.height_m).distance(core)
+    return bool(distance.min() <= worn.half_width_m + gap_m)
 
 
 def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05, body: Body | None = None) -> float:
@@ -211,7 +211,8 @@ def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05, body: B
     worn = Body() if body is None else body
     time, _, core = _track(obstacle, walk, worn)
     slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
-    return _at_index(slab.first_contact(core, slab.closest_approach(core) + within_m), time)
+    distance = slab.distance(core)
+    return _at_index(slab.first_contact(core, distance, float(distance.min()) + within_m), time)
 
 
 def _track(obstacle: Obstacle, walk: Walk, body: Body) -> tuple[Floats, Floats, Floats]:
@@ -290,10 +291,10 @@ def _signed_bearing(offset_m: Floats, heading_rad: Floats) -> Floats:
 
 def _radius(obstacle: Obstacle, heading_rad: Floats, body: Body) -> Floats:
     slab = Slab.of(obstacle.mesh, 0.0, body.height_m)
-    if len(slab) == 0:
+    if len(slab.triangle_m) == 0:
         return np.full(len(heading_rad), np.nan)
     headings, where = np.unique(heading_rad, return_inverse=True)
-    across = slab.points() @ np.stack([-np.sin(headings), np.cos(headings)])
+    across = slab.triangle_m.reshape(-1, 2) @ np.stack([-np.sin(headings), np.cos(headings)])
     return (0.5 * np.ptp(across, axis=0))[where]
 
 

@@ -63,11 +63,7 @@ class PlanFrame:
 def outline(obstacle: Obstacle, frame: PlanFrame, window: Window) -> list[Floats]:
     """Closed lines (K, 2), in the frame, around what of the obstacle lies in the window at time 0; none if nothing."""
     slab = Slab.of(obstacle.mesh, 0.0, Body().height_m)
-    pieces = [
-        corners
-        for polygon, count in zip(frame.of_world(slab.corner_m), slab.count, strict=True)
-        if _touches(corners := polygon[:count], window)
-    ]
+    pieces = [corners for corners in frame.of_world(slab.triangle_m) if _touches(corners, window)]
     if not pieces:
         return []
     mask, corner_m = _painted(pieces, window)

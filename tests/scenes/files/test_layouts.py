@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from scenes import list_scenes, load_scene
-from scenes.obstacles.solids import box
-from scenes.preview.pictures import contact_sheet, preview_approach, preview_scene
-from scenes.streets.approaches import DATA_COLLECTION
+from scenes.preview.pictures import preview_around, preview_scene
+from scenes.streets.approaches import DATA_COLLECTION, make_approach
 from scenes.truth.swept import Slab
 
 
@@ -31,7 +30,7 @@ def test_nothing_in_a_street_stands_in_anything_else(name: str, seed: int) -> No
         outline = _outline(thing)
         for other in [*walls, *things[number + 1 :]]:
             slab = Slab.of(other.mesh, 0.0, 3.0)
-            assert min(slab.distance(edge) for edge in outline) > 0.05, (thing.name, other.name)
+            assert slab.distance(np.stack(outline)).min() > 0.05, (thing.name, other.name)
 
 
 def test_seeds_give_other_streets_and_repeat() -> None:
@@ -48,12 +47,10 @@ def test_an_unknown_scene_is_refused_with_the_names_there_are() -> None:
 
 
 def test_previews_are_pictures(tmp_path: Path) -> None:
-    from scenes import make_approach
-
+    approach = make_approach("supermarket", "sign", 1)
     paths = [
         preview_scene(load_scene("campus"), tmp_path / "scene.png"),
-        preview_approach(make_approach("supermarket", "sign", 1), tmp_path / "approach.png"),
-        contact_sheet({"block": box([1.0, 1.0, 1.0])}, tmp_path / "sheet.png"),
+        preview_around(approach.scene, approach.walk, approach.target, tmp_path / "approach.png"),
     ]
     for path in paths:
         assert path.read_bytes().startswith(b"\x89PNG")

@@ -58,7 +58,7 @@ def test_a_wall_askew_comes_to_the_wanted_distance(yaw: float, lateral: float) -
     long = placed(Obstacle(wall(20.0), Material.rigid(), "wall"), (0.0, 0.0), yaw)
     along = distance_along(long, np.zeros(2), np.array([0.0, lateral]), AHEAD, 5.0)
     slab = Slab.of(placed(long, (along, lateral)).mesh, 0.0, 1.8)
-    assert slab.distance(np.zeros((2, 2))) == pytest.approx(5.0, abs=1e-6)
+    assert slab.distance(np.zeros((1, 2, 2)))[0] == pytest.approx(5.0, abs=1e-6)
 
 
 def test_a_distance_below_the_offset_is_refused() -> None:

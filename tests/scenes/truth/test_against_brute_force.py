@@ -157,4 +157,4 @@ def test_the_body_is_the_one_that_is_sampled() -> None:
     core = body.core(np.zeros((1, 3)), np.zeros(1))[0]
     np.testing.assert_allclose(core, [[-0.15, 0.0], [-0.35, 0.0]], atol=1e-15)
     assert (body.half_width_m, body.height_m) == (0.25, 1.8)
-    assert len(Slab.of(random_obstacle("wall", np.random.default_rng(0), "w").mesh, 0.0, 1.8)) > 0
+    assert len(Slab.of(random_obstacle("wall", np.random.default_rng(0), "w").mesh, 0.0, 1.8).triangle_m) > 0

@@ -15,37 +15,41 @@ def straight_cores(start: tuple[float, float], end: tuple[float, float], count: 
     return np.repeat(place[:, None], 2, axis=1)
 
 
+def first_contact(slab: Slab, cores: np.ndarray, half_width: float = 0.25) -> float:
+    return slab.first_contact(cores, slab.distance(cores), half_width)
+
+
 def test_distance_to_a_box_in_plan() -> None:
-    slab = Slab.of(box([1.0, 1.0, 1.0]), 0.0, 1.8)
-    assert slab.distance(np.array([[3.0, 0.0], [4.0, 0.0]])) == pytest.approx(2.5)
-    assert slab.distance(np.array([[2.5, 2.5], [2.5, 2.5]])) == pytest.approx(2.0 * np.sqrt(2.0))
-    assert slab.distance(np.array([[-3.0, 0.1], [3.0, 0.1]])) == 0.0
-    assert slab.distance(np.array([[0.1, 0.1], [0.2, 0.1]])) == 0.0
+    """Ahead of it, off its corner, across it, and within it."""
+    segments = [[[3.0, 0.0], [4.0, 0.0]], [[2.5, 2.5], [2.5, 2.5]], [[-3.0, 0.1], [3.0, 0.1]], [[0.1, 0.1], [0.2, 0.1]]]
+    distance = Slab.of(box([1.0, 1.0, 1.0]), 0.0, 1.8).distance(np.array(segments))
+    assert distance == pytest.approx([2.5, 2.0 * np.sqrt(2.0), 0.0, 0.0], abs=1e-15)
 
 
 def test_only_what_is_within_the_slab_counts() -> None:
     """A cone is met where it is widest below the walker's height."""
     cone = cylinder(0.1, 4.0, segments=720, rows=1, top_radius_m=1.0)
     slab = Slab.of(cone, 0.0, 2.0)
-    assert slab.distance(np.array([[3.0, 0.0], [3.0, 0.0]])) == pytest.approx(3.0 - 0.55, abs=1e-5)
-    beam = box([1.0, 1.0, 0.2], [0.0, 0.0, 2.5])
-    assert len(Slab.of(beam, 0.0, 1.8)) == 0
-    assert Slab.of(beam, 0.0, 1.8).distance(np.zeros((2, 2))) == np.inf
-    assert np.isnan(Slab.of(beam, 0.0, 1.8).first_contact(straight_cores((-3, 0), (3, 0)), 0.25))
+    assert slab.distance(np.array([[[3.0, 0.0], [3.0, 0.0]]]))[0] == pytest.approx(3.0 - 0.55, abs=1e-5)
+    beam = Slab.of(box([1.0, 1.0, 0.2], [0.0, 0.0, 2.5]), 0.0, 1.8)
+    cores = straight_cores((-3, 0), (3, 0))
+    assert len(beam.triangle_m) == 0
+    assert np.isposinf(beam.distance(cores)).all()
+    assert np.isnan(first_contact(beam, cores))
 
 
 def test_first_contact_with_a_wall_is_where_the_gap_closes() -> None:
     slab = Slab.of(wall(thickness_m=0.2), 0.0, 1.8)
-    index = slab.first_contact(straight_cores((-5.0, 0.0), (1.0, 0.0), 601), 0.25)
+    index = first_contact(slab, straight_cores((-5.0, 0.0), (1.0, 0.0), 601))
     assert index == pytest.approx((5.0 - 0.1 - 0.25) / 0.01, abs=1e-6)
 
 
 def test_passing_by_is_not_contact_and_its_gap_is_exact() -> None:
     slab = Slab.of(cylinder(0.3, 1.0, segments=720), 0.0, 1.8)
     cores = straight_cores((-4.0, 0.6), (4.0, 0.6))
-    assert slab.closest_approach(cores) == pytest.approx(0.3, abs=1e-4)
-    assert np.isnan(slab.first_contact(cores, 0.299))
-    assert np.isfinite(slab.first_contact(cores, 0.301))
+    assert slab.distance(cores).min() == pytest.approx(0.3, abs=1e-4)
+    assert np.isnan(first_contact(slab, cores, 0.299))
+    assert np.isfinite(first_contact(slab, cores, 0.301))
 
 
 @pytest.mark.parametrize("mesh", [car("suv"), person(), dumpster()], ids=["car", "person", "dumpster"])
@@ -62,26 +66,28 @@ def test_distances_agree_with_dense_samples(mesh) -> None:
         core = reach * np.array([np.cos(angle), np.sin(angle)]) + rng.uniform(-0.2, 0.2, (2, 2))
         along = np.linspace(core[0], core[1], 20)
         expected = min(np.linalg.norm(samples - point, axis=1).min() for point in along)
-        found = slab.distance(core)
+        found = slab.distance(core[None])[0]
         assert found <= expected + 1e-3  # samples are rounded to 1 mm
         assert expected - found < 0.01
 
 
-def test_marching_agrees_with_looking_at_every_core() -> None:
+def test_contact_lies_between_the_last_core_apart_and_the_first_that_touches() -> None:
+    """At the index that is found, between two cores, the distance is the half width: to 1e-12 of a step of 2 cm."""
     slab = Slab.of(person(), 0.0, 1.8)
     rng = np.random.default_rng(5)
     contacts = 0
     for _ in range(12):
         offset = rng.uniform(-0.8, 0.8)
         cores = straight_cores((-3.0, offset), (3.0, offset + rng.uniform(-0.2, 0.2)), 300)
-        every = np.array([slab.distance(core) for core in cores])
-        assert slab.closest_approach(cores) == pytest.approx(every.min(), abs=1e-12)
-        index = slab.first_contact(cores, 0.25)
-        touching = np.flatnonzero(every <= 0.25)
+        touching = np.flatnonzero(slab.distance(cores) <= 0.25)
+        index = first_contact(slab, cores)
         assert np.isfinite(index) == (len(touching) > 0)
         if len(touching):
             contacts += 1
             assert touching[0] - 1 < index <= touching[0]
+            share = index - (touching[0] - 1)
+            core = (1.0 - share) * cores[touching[0] - 1] + share * cores[touching[0]]
+            assert slab.distance(core[None])[0] == pytest.approx(0.25, abs=1e-12)
     assert 0 < contacts < 12
 
 
