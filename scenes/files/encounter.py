@@ -26,6 +26,15 @@ class Encounter:
         phone: held by the walker's body.
         targets: name of the obstacle that the walk is about: the one that the file names, else the one that the
             walker meets first, else the one passed most closely.
+
+    Example:
+        >>> import trimesh
+        >>> from scenes import Encounter, GaitWalk
+        >>> from simulator import Material, Obstacle, Phone, Scene
+        >>> post = trimesh.creation.cylinder(radius=0.1, segment=[[4.0, 0.0, 0.0], [4.0, 0.0, 2.0]])
+        >>> scene = Scene([Obstacle(post, Material.named("metal"), "post")])
+        >>> Encounter(scene, GaitWalk([0.0, 0.0, 1.3]), Phone.named("galaxy-s5"), ("post",)).target.name
+        'post'
     """
 
     scene: Scene
@@ -50,6 +59,18 @@ def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) ->
     Raises:
         ValueError: the file does not fit the schema, has no walk, or nothing to walk to; with file, line and field.
         FileNotFoundError: the file or one of its meshes is missing.
+
+    Example:
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> from scenes import load_encounter
+        >>> post, walk = "{kind: bollard, name: post, at_m: [4, 0]}", "{waypoints_m: [[0, 0], [6, 0]]}"
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "street.yaml"
+        ...     _ = path.write_text(f"name: yard\\nobstacles: [{post}]\\nwalk: {walk}")
+        ...     encounter = load_encounter(path)
+        >>> encounter.targets, round(encounter.walk.duration_s, 2)
+        (('post',), 4.62)
     """
     source = YamlFile.read(path)
     spec = source.as_model(SceneSpec)

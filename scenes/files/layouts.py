@@ -114,7 +114,13 @@ GROUNDS = {"supermarket": "asphalt", "campus": "concrete-paving"}
 
 
 def list_scenes() -> list[str]:
-    """Names that `load_scene` and `make_approach` know."""
+    """Names that `load_scene` and `make_approach` know.
+
+    Example:
+        >>> from scenes import list_scenes
+        >>> list_scenes()
+        ['campus', 'supermarket']
+    """
     return sorted(SPOTS)
 
 
@@ -128,6 +134,12 @@ def load_scene(name_or_yaml: str | Path, seed: int = 0) -> Scene:
     Raises:
         ValueError: an unknown scene, or a file that does not fit the schema.
         FileNotFoundError: there is no such file.
+
+    Example:
+        >>> from scenes import load_scene
+        >>> street = load_scene("supermarket", seed=1)
+        >>> sorted({obstacle.category for obstacle in street.obstacles})
+        ['car', 'clutter', 'dustbin', 'ground', 'pedestrian', 'sign', 'wall']
     """
     check_seed(seed=seed)
     if not isinstance(name_or_yaml, str | Path):

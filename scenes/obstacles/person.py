@@ -64,7 +64,8 @@ def walker_body(
 ) -> Obstacle:
     """The user behind the phone, in the walker's frame: origin at the phone, x forwards, y to the left, z up.
 
-    Torso, head and legs; the legs end 8 cm above the ground, so that the bob of the gait never sinks them into it.
+    Torso, head and legs. The rounded legs end 3 to 4 cm above the ground, so that the bob of the gait never sinks them
+    into it.
 
     Args:
         phone_distance_m: from the phone's origin to the front of the chest.
@@ -73,6 +74,13 @@ def walker_body(
 
     Raises:
         ValueError: a distance or height that is not positive, or a stature or girth that `person` refuses.
+
+    Example:
+        >>> from scenes import walker_body
+        >>> from simulator import Phone
+        >>> phone = Phone.named("galaxy-s5").held_by(walker_body(stature_m=1.8))
+        >>> phone.body.mesh.bounds[:, 2].round(2)  # from the legs to the crown, the phone at 0
+        array([-1.27,  0.5 ])
     """
     for label, value in (("phone_distance_m", phone_distance_m), ("phone_height_m", phone_height_m)):
         if not (np.isfinite(value) and value > 0.0):

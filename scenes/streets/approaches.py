@@ -55,6 +55,12 @@ class Approach:
         walk: of the phone; it ends 10 ms after contact, or past the target, after a whole number of beeps.
         phone: held by the walker's body.
         stretch: part of the route that it happens on.
+
+    Example:
+        >>> from scenes import make_approach
+        >>> approach = make_approach("supermarket", "sign", index=7, collision=False)
+        >>> approach.scene.obstacle(approach.target).category, approach.phone_name
+        ('sign', 'galaxy-s5')
     """
 
     index: int
@@ -77,6 +83,11 @@ class SceneCollection:
     Attributes:
         cases: approaches by category of the obstacle.
         phones: presets used there.
+
+    Example:
+        >>> from scenes import DATA_COLLECTION
+        >>> {name: sum(collected.cases.values()) for name, collected in DATA_COLLECTION.items()}
+        {'supermarket': 821, 'campus': 478}
     """
 
     cases: dict[str, int]
@@ -120,6 +131,13 @@ def make_approach(
         ValueError: an unknown scene, category or phone, an index or a seed that is no whole number, or a period
             outside 0-1 s.
         RuntimeError: no placement with the wanted outcome was found.
+
+    Example:
+        >>> from scenes import ground_truth, make_approach
+        >>> approach = make_approach("campus", "car", index=3, collision=True)
+        >>> truth = ground_truth(approach.scene, approach.walk, approach.phone, [0.0], approach.target)
+        >>> truth.collides
+        True
     """
     if scene_name not in SETTINGS:
         raise ValueError(f"scene_name must be one of {sorted(SETTINGS)}, got {scene_name!r}")

@@ -85,6 +85,12 @@ class Gait:
 
     Raises:
         ValueError: a step frequency or amplitude that is negative or not finite.
+
+    Example:
+        >>> from scenes import Gait
+        >>> gait = Gait.at_speed(1.3)
+        >>> print(f"{gait.step_hz:.2f} steps a second, up and down by {100 * gait.bob_m:.1f} cm")
+        1.83 steps a second, up and down by 2.1 cm
     """
 
     step_hz: float = 0.0
@@ -147,6 +153,14 @@ class GaitWalk:
 
     Raises:
         ValueError: a negative speed, a duration that is not positive, numbers that are not finite, another holding.
+
+    Example:
+        >>> import numpy as np
+        >>> from scenes import GaitWalk
+        >>> walk = GaitWalk([0.0, 0.0, 1.3], speed_m_s=1.3, duration_s=4.0)
+        >>> height_m = walk.pose(np.linspace(0.0, 4.0, 400)).position_m[:, 2]
+        >>> print(f"{height_m.min():.3f} to {height_m.max():.3f} m")
+        1.279 to 1.321 m
     """
 
     start_m: Floats

@@ -54,6 +54,13 @@ class Route:
 
     Raises:
         ValueError: fewer than two waypoints, legs shorter than twice the rounding, a turn of more than 150 degrees.
+
+    Example:
+        >>> import numpy as np
+        >>> from scenes import Route
+        >>> corner = Route([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
+        >>> corner.length_m, np.rad2deg(corner.heading_rad([4.0, 7.0])).round(1)
+        (7.0, array([45., 90.]))
     """
 
     waypoints_m: Floats
@@ -129,7 +136,13 @@ class Route:
 
 
 class Stop(NamedTuple):
-    """A pause: the speed falls around `at_s` and rises again around `at_s + for_s`."""
+    """A pause: the speed falls around `at_s` and rises again around `at_s + for_s`.
+
+    Example:
+        >>> from scenes import Pace, Stop
+        >>> Pace(1.2, stops=[Stop(at_s=3.0, for_s=2.5)]).stops
+        (Stop(at_s=3.0, for_s=2.5),)
+    """
 
     at_s: float
     for_s: float
@@ -146,6 +159,13 @@ class Pace:
 
     Raises:
         ValueError: a speed or ramp that is not positive, stops that overlap or are shorter than it takes to stop.
+
+    Example:
+        >>> import numpy as np
+        >>> from scenes import Pace, Stop
+        >>> pace = Pace(1.2, stops=[Stop(at_s=3.0, for_s=2.5)])
+        >>> pace.distance(np.array([2.0, 8.5])).round(2), pace.speed(np.array([2.0, 4.2])).round(2)
+        (array([2.4, 7.2]), array([1.2, 0. ]))
     """
 
     speed_m_s: float
@@ -213,6 +233,13 @@ class RouteWalk:
 
     Raises:
         ValueError: a duration that is not positive, numbers that are not finite, another holding.
+
+    Example:
+        >>> from scenes import Pace, Route, RouteWalk
+        >>> walk = RouteWalk(Route([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]]), Pace(1.3), duration_s=5.0)
+        >>> walk.mean_plan_m([0.0, 5.0]).round(3)
+        array([[0. , 0. ],
+               [4. , 2.5]])
     """
 
     route: Route
