@@ -61,7 +61,7 @@ def compute(cell: Cell) -> dict[str, Any]:
     if cell.kind not in SITUATIONS:
         raise ValueError(f"a cell's kind must be one of {sorted(SITUATIONS | PROBES)}, got '{cell.kind}'")
     begin = perf_counter()
-    setting, beep, recording = heard(cell)
+    setting, beep, recording = recording_of(cell)
     simulated = perf_counter()
     truths = truths_at_beeps(cell, setting, beep, recording)
     found = {detector_label(name): _judged(cell, name, setting, beep, recording, truths) for name in cell.detectors}
@@ -77,8 +77,8 @@ def compute(cell: Cell) -> dict[str, Any]:
     return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost} | echoes
 
 
-def heard(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
-    """What a cell of a walk or a standing measurement simulates, its beep, and what the detectors hear."""
+def recording_of(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
+    """What a walk or a standing measurement simulates, its beep, and the recording that the detectors run on."""
     setting, recorded = _simulated(simulated_part(cell).model_dump_json())
     beep = BeepDesign(**cell.beep.model_dump())
     return setting, beep, through_channel(with_interferer(recorded, setting, beep, cell.interferer), cell.recording)
@@ -163,7 +163,7 @@ def _progress_m(walk: Walk, time_s: float) -> float:
 
 
 def echo_range_m(truth: GroundTruth) -> np.ndarray:
-    """(T, 2) range at which each microphone should hear the target: of low ones that of their foot on the ground."""
+    """(T, 2) range of the target at each microphone: of low ones that of their foot on the ground."""
     range_m: np.ndarray = np.where(truth.by_ground[:, None], truth.mic_ground_range_m, truth.mic_range_m)
     return range_m
 
@@ -174,9 +174,9 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     index = np.rint([detection.time_s / cell.beep.period_s for detection in detections]).astype(np.int64)
     kept = (index >= 0) & (index < len(truth.time_s))
     rows = index[kept]
-    heard = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
+    within = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
     path_m = echo_range_m(truth)
-    estimates: Estimates = associate(heard, path_m[rows, 0], cell.scoring.gate_m)
+    estimates: Estimates = associate(within, path_m[rows, 0], cell.scoring.gate_m)
     inside = (truth.range_m[rows] <= cell.scoring.max_range_m) & ~(truth.time_s[rows] > truth.contact_time_s)
     columns = {
         "beep": rows,

@@ -1,4 +1,4 @@
-"""The detector as it comes with a phone: told what a phone knows of itself, and no more."""
+"""The detector as it comes with a phone: given what a phone knows of itself, and no more."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
 
 
 def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
-    """What the weather makes the detector assume, by a formula of its own; None if it is not told.
+    """What the weather makes the detector assume, by a formula of its own; None if it is not given.
 
-    Air whose speed a scene fixes has no weather: that speed is told.
+    Air whose speed a scene fixes has no weather: that speed is given.
     """
     if not cell.knowledge.air:
         return None
@@ -68,7 +68,7 @@ def phone_delay_s(phone: Phone, beep: BeepSetting) -> float:
 
 
 def mean_pitch_rad(walk: Walk) -> float:
-    """Mean lift of the phone's top edge over a walk."""
+    """Mean pitch of the phone's top edge over a walk."""
     pose = walk.pose(np.linspace(0.0, walk.duration_s, 101))
     edge = pose.to_world([0.0, 1.0, 0.0]) - pose.to_world([0.0, 0.0, 0.0])
     return float(np.arcsin(np.clip(edge[:, 2], -1.0, 1.0)).mean())

@@ -1,8 +1,8 @@
-"""A second phone nearby (paper section 5.3): its beeps, as our two microphones hear them directly.
+"""A second phone nearby (paper section 5.3): its beeps, as our two microphones receive them directly.
 
 It stands still at the height of our phone. Its sound reaches each microphone along the straight line, weakened by
 distance and by the microphone's own direction and response at the middle of the band; echoes of it are left out, which
-are weaker than the direct sound by at least the echo's longer way.
+are weaker than the direct sound by at least the echo's longer path.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def with_interferer(recording: Recording, setting: Situation, beep: BeepDesign, 
     time = np.arange(recording.samples.shape[1]) / recording.sample_rate_hz
     delay, gain = _paths(setting, other, theirs, time[-1])
     knots = np.arange(delay.shape[1]) * KNOT_S
-    heard = [
+    received = [
         np.interp(time, knots, g) * _emitted(theirs, time - np.interp(time, knots, d) - other.delay_s)
         for d, g in zip(delay, gain, strict=True)
     ]
     scale = 10.0 ** ((other.level_spl_db - setting.phone.full_scale_spl_db) / 20.0)
-    return replace(recording, samples=recording.samples + (scale * np.stack(heard)).astype(np.float32))
+    return replace(recording, samples=recording.samples + (scale * np.stack(received)).astype(np.float32))
 
 
 def other_beep(beep: BeepDesign, other: Interferer) -> BeepDesign:

@@ -1,4 +1,4 @@
-"""Where a target is heard, beside where it is: a diagnostic of standing measurements, never their truth.
+"""Where a target's echoes come from, beside where it is: a diagnostic of standing measurements, never their truth.
 
 The truth is the target's nearest point, from geometry alone. Of people and of bins that lean nothing near that point
 echoes, and no estimator of ranges can know of it. How near an estimate comes to what does echo tells what noise and
@@ -24,7 +24,7 @@ LOUD_DB = 6.0
 
 
 def loud_echo_ranges(setting: Situation, fidelity: Fidelity) -> list[list[float]]:
-    """Ranges, m, at which each microphone hears the target's loud echoes, nearest first; none if it has no echo.
+    """Ranges, m, of the target's loud echoes at each microphone, nearest first; none if it has no echo.
 
     Echoes are those of paths that meet the first target and nothing else but the ground. Rays alone are asked: the
     cells of Kirchhoff's integral cancel but for a remainder, and none of them is an echo.

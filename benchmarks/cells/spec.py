@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -29,15 +30,15 @@ class BeepSetting(BaseModel, extra="forbid", frozen=True):
 
 
 class Knowledge(BaseModel, extra="forbid", frozen=True):
-    """What the detector is told of its phone, beside the geometry.
+    """What the detector is given of its phone, beside the geometry.
 
     Attributes:
-        pitch: the mean lift of the phone's top edge, as its accelerometer gives it.
+        pitch: the mean pitch of the phone's top edge, as its accelerometer gives it.
         direct_delay: the delay of the direct sound, measured once in free space: sound through the case is earlier
             than sound through the air.
         air: temperature and humidity of the air, as a weather service gives them, and so the speed of sound; False
             leaves what the detector assumes by itself.
-        pitch_error_rad: what the accelerometer adds to the lift.
+        pitch_error_rad: what the accelerometer adds to the pitch.
         temperature_error_c: what the weather service adds to the temperature.
     """
 
@@ -73,7 +74,7 @@ class SceneChange(BaseModel, extra="forbid", frozen=True):
     Attributes:
         target_material, ground_material: names of `simulator.Material.named`; None leaves what was drawn.
         surroundings: whether things, walls and people besides the target and the ground stay.
-        ground_echo: whether the ground's own echo is heard; an oracle gates it out of the sound, and what the ground
+        ground_echo: whether the ground's own echo is rendered; an oracle leaves it out, and what the ground
             adds to the echoes of other things stays.
     """
 
@@ -87,8 +88,8 @@ class WalkChange(BaseModel, extra="forbid", frozen=True):
     """What is different about a walk that was drawn.
 
     Attributes:
-        speed_m_s: mean speed instead of the drawn one; the way stays, so the walk lasts as much longer or shorter.
-        pitch_rad, roll_rad: how the phone is held, instead of the drawn lift and of no roll.
+        speed_m_s: mean speed instead of the drawn one; the path stays, so the walk lasts as much longer or shorter.
+        pitch_rad, roll_rad: how the phone is held, instead of the drawn pitch and of no roll.
         gait_scale: factor on all amplitudes of the gait; 0 glides.
         holding: "vertical" with the top edge forwards, or "horizontal" with the top edge to the left,
             instead of how the walk holds it.
@@ -105,7 +106,7 @@ class PhoneChange(BaseModel, extra="forbid", frozen=True):
     """What is different about a phone; see the fields of the same names of `simulator.Phone`.
 
     Attributes:
-        mic_level_db: added to what each microphone hears, not to its noise: a better or a worse microphone.
+        mic_level_db: added to what each microphone receives, not to its noise: a better or a worse microphone.
         body: whether the walker's body stands behind the phone.
     """
 
@@ -120,7 +121,7 @@ class RecordingChange(BaseModel, extra="forbid", frozen=True):
     """What happens to the samples between the microphones and the detector, in this order.
 
     Attributes:
-        mic_gain_db: of each microphone; -200 silences it.
+        mic_gain_db: of each microphone; -200 mutes it.
         mic_delay_samples: whole samples by which each channel lags.
         clock_ppm: how much faster than the loudspeaker's clock the recorder's runs.
         clip_level: greatest amplitude, relative to digital full scale; None does not clip.
@@ -135,7 +136,7 @@ class RecordingChange(BaseModel, extra="forbid", frozen=True):
 
 
 class Interferer(BaseModel, extra="forbid", frozen=True):
-    """A second phone nearby that sends beeps of its own; only its direct sound is heard.
+    """A second phone nearby that sends beeps of its own; only its direct sound is rendered.
 
     Attributes:
         distance_m, bearing_rad: where it stands, seen from the start of the walk; positive bearings are to the left.
@@ -217,19 +218,46 @@ class Cell(Conditions, frozen=True):
     def label(self) -> str:
         """Short name for people: "supermarket/dustbin/17", and what of a sweep it is: "[beep.start_hz=16000]"."""
         distance = "" if self.range_m is None else f"/{self.range_m:g}m"
-        turned = "" if self.bearing_rad == 0.0 else f"/{np.rad2deg(self.bearing_rad):.3g}deg"
-        return f"{self.scene}/{self.category}{distance}{turned}/{self.index}{variant_text(self.variant)}"
+        aside = "" if self.bearing_rad == 0.0 else f"/{np.rad2deg(self.bearing_rad):.3g}deg"
+        return f"{self.scene}/{self.category}{distance}{aside}/{self.index}{variant_text(self.variant)}"
 
     def digest(self, fingerprint: str) -> str:
         """SHA-256 of the cell and of the source that computes it, hexadecimal."""
         return hashlib.sha256(f"{fingerprint}\n{self.model_dump_json()}".encode()).hexdigest()
 
 
-def first_error(error: ValidationError) -> str:
-    """The first thing that pydantic found wrong, in one line: where, the rule, and the value."""
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """ ", did you mean 'ranging'?" for the known name that is nearest; empty where none is near."""
+    near = get_close_matches(name, known, n=1)
+    return f", did you mean '{near[0]}'?" if near else ""
+
+
+def first_error(error: ValidationError, model: type[BaseModel]) -> str:
+    """The first thing that pydantic found wrong, in one line: where, the rule, and the value.
+
+    Args:
+        error: of validating a model.
+        model: which; an unknown key is answered with the nearest one at its place.
+    """
     first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
-    where = ".".join(str(part) for part in first["loc"]) or "the suite"
-    return f"{where}: {first['msg']}, got {first['input']!r}" if first["type"] != "missing" else f"{where} is missing"
+    where = ".".join(str(part) for part in first["loc"]) or "the file"
+    if first["type"] == "missing":
+        return f"{where} is missing"
+    if first["type"] == "extra_forbidden":
+        *place, key = first["loc"]
+        return f"{where}: no such key{did_you_mean(str(key), _keys(model, place))}"
+    return f"{where}: {first['msg']}, got {first['input']!r}"
+
+
+def _keys(model: type[BaseModel], place: Iterable[str | int]) -> list[str]:
+    """Keys that a model has at a place within it, from its schema."""
+    schema = model.model_json_schema()
+    node = schema
+    for part in place:
+        node = node.get("properties", {}).get(part, {}) if isinstance(part, str) else node.get("items", {})
+        node = next((each for each in (node, *node.get("anyOf", ())) if "$ref" in each), node)
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node
+    return list(node.get("properties", ()))
 
 
 def counts_as(cell: Mapping[str, Any], kind: str) -> bool:

@@ -1,4 +1,4 @@
-"""`obstaclewatch detect`: a detector on a recording, or on what this machine hears."""
+"""`obstaclewatch detect`: a detector on a recording, or on what this machine records."""
 
 from __future__ import annotations
 
@@ -24,22 +24,24 @@ PIECE_SAMPLES = 1 << 20
 """Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
 LIVE_RATE_HZ = 48_000.0
 LIVE_LOOK_S = 1.0
+LEGEND = """   time    candidates: range, bearing off the walking direction, r = radius +- standard deviation
+           ?: no estimate   !: on a collision course   ALERT: the walker is alerted"""
 
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
-@click.option("--live", type=float, metavar="SECONDS", help="play beeps and listen here instead (extra `live`)")
+@click.option("--live", type=float, metavar="SECONDS", help="play beeps and record here instead (extra `live`)")
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones`, or a scene file")
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
-@click.option("--pitch", type=float, help="lift of the phone's top edge, degrees, if known")
+@click.option("--pitch", type=float, help="pitch of the phone's top edge, degrees, if known")
 @click.option(
     "--mic-phase", type=float, help="of the bottom microphone's channel, degrees; TrackingDetector  [default: 0]"
 )
 @click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
 @click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
 @click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted")
-@click.option("--gap-ms", default=40.0, show_default=True, help="silence between two beeps")
-@click.option("--reach", default=7.0, show_default=True, help="greatest range listened to, m")
+@click.option("--gap-ms", default=40.0, show_default=True, help="gap between two beeps")
+@click.option("--reach", default=7.0, show_default=True, help="greatest range searched, m")
 @click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
 @click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with track and alerts, PNG")
@@ -55,7 +57,7 @@ def detect(
     if (recording is None) == (live is None):
         raise click.UsageError("either RECORDING or --live SECONDS must be given")
     if live is not None and plot is not None:
-        raise click.UsageError("--plot needs a RECORDING: what is heard live is not kept")
+        raise click.UsageError("--plot needs a RECORDING: a live recording is not kept")
     if mic_phase is not None and detector != "TrackingDetector":
         raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
     if pitch is not None and not abs(pitch) < 90.0:
@@ -75,9 +77,9 @@ def detect(
     pitch_rad = None if pitch is None else math.radians(pitch)
     speed = obstaclewatch.assumed_sound_speed(temperature)
     known = {} if mic_phase is None else {"mic_phase_rad": math.radians(mic_phase)}
-    listener = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
+    detecting = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
     _inspect(first, beep, geometry, to_stderr=as_json)
-    found = listener.stream_pieces(chain([first], pieces))
+    found = detecting.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)
         return
@@ -89,7 +91,7 @@ def detect(
 
 
 def _check_picture(path: Path) -> None:
-    """Before the recording is listened to: that may take long."""
+    """Before the detector runs: that may take long."""
     if path.suffix.lower() != ".png":
         raise ValueError(f"--plot draws a .png, got '{path.name}'")
     if not path.parent.is_dir():
@@ -129,15 +131,17 @@ def _noting(found: Iterable[Detection], columns: Any) -> Iterator[Detection]:
 
 
 def _tell(found: Iterable[Detection], as_json: bool) -> None:
-    """Print every detection as it comes, and a summary."""
+    """Print every detection as it comes, between a legend and a summary."""
+    if not as_json:
+        click.echo(LEGEND)
     count, first = 0, None
     for detection in found:
         click.echo(json.dumps(_entry(detection)) if as_json else _line(detection))
         count += 1
         first = first or (detection.decision if detection.decision.alert else None)
     if not as_json:
-        told = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
-        click.echo(f"{count} beeps, {told}")
+        alert = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
+        click.echo(f"{count} beeps, {alert}")
 
 
 def _phone(text: str) -> Phone:

@@ -50,8 +50,8 @@ def scene() -> None:
 def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
     """Check NAME (a scene or a YAML file) and say what the simulator will need for it.
 
-    The cost is measured on a simulated walk. In a street of two dozen things that takes minutes; --no-cost is done in
-    seconds.
+    The cost is measured on a simulated walk. In a street of two dozen obstacles that takes minutes;
+    --no-cost takes seconds.
 
     Exit codes: 0 fit, warnings or none; 2 an error that would make its echoes wrong.
     """

@@ -37,7 +37,7 @@ STRAIGHT = ("start", "heading", "speed", "duration", "pitch")
 @click.option("--heading", default=0.0, show_default=True, help="direction of a walk, degrees from +x")
 @click.option("--speed", default=1.3, show_default=True, help="of a walk, m/s")
 @click.option("--duration", default=4.5, show_default=True, help="of a walk, s")
-@click.option("--pitch", default=30.0, show_default=True, help="lift of the phone's top edge, degrees")
+@click.option("--pitch", default=30.0, show_default=True, help="pitch of the phone's top edge, degrees")
 @click.option("--paths", type=click.Path(path_type=Path), help="also write the traced paths as JSON")
 def simulate(
     scene: str, output: Path, phone: str, seed: int, category: str | None, index: int, collision: bool,

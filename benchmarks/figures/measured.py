@@ -12,7 +12,7 @@ from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, Curve, distribution_steps
 from benchmarks.figures.plots import Line
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.paper_values import PaperValue
+from benchmarks.scoring.paper_values import SHOWN, PaperValue
 from benchmarks.scoring.scores import Table, absolute_errors, quantile_with_interval, rate
 from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Flags, Floats, Strings
@@ -24,7 +24,6 @@ TN = "TN: other walks without an alert"
 INTERVALS = "Whiskers: 95 % Wilson intervals; counts below the bars."
 TOP = 112.0
 """Upper end of an axis of percentages, with room for numbers on the bars."""
-DISPLAY = {"m": (100.0, "cm"), "rad": (180.0 / np.pi, "°")}
 
 
 def detectors_of(run: RunData) -> list[str]:
@@ -118,7 +117,7 @@ def error_curve(
         unit: "m" or "rad", of the columns; the curve is in cm or degrees.
         quantile: the second quantile of the summary, beside the median.
     """
-    scale, shown = DISPLAY[unit]
+    scale, shown = SHOWN[unit]
     errors = scale * absolute_errors(table, estimate, truth)
     value, share = distribution_steps(errors)
     found = int(np.isfinite(errors).sum())
@@ -140,12 +139,15 @@ def quantile_over_walks(errors: Floats, quantile: float, walks: Strings) -> tupl
 
 
 def quantile_text(errors: Floats, quantile: float, unit: str, walks: Strings) -> str:
-    """ "0.41 cm (0.38-0.45)": a quantile and its interval over walks; "no data" without a value."""
+    """ "0.41 cm (0.38-0.45)": a quantile and its interval over walks; "no data" without a value.
+
+    The unit is one of `SHOWN`, with its space.
+    """
     value, low, high, count = quantile_over_walks(errors, quantile, walks)
     if count == 0:
         return NO_DATA
     ends = f" ({significant(low)}–{significant(high)})" if np.isfinite(low) else ""
-    return f"{significant(value)}{'' if unit == '°' else ' '}{unit}{ends}"
+    return f"{significant(value)}{unit}{ends}"
 
 
 def significant(value: float) -> str:

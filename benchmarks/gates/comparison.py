@@ -9,6 +9,7 @@ from typing import Any
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
+from benchmarks.scoring.paper_values import SHOWN
 
 Walk = tuple[str, int]
 """Label and seed, which tell a walk."""
@@ -94,7 +95,7 @@ def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[
 
 
 def comparison_lines(found: Comparison) -> list[str]:
-    """A table in plain text."""
+    """A table in plain text, in cm and degrees."""
     lines = [found.first if found.first == found.second else f"{found.first} -> {found.second}"]
     if found.turned:
         lines.append(f"  {found.turned} walks collide in one run only and are left out")
@@ -104,9 +105,11 @@ def comparison_lines(found: Comparison) -> list[str]:
             f"of {change.n}, McNemar p = {change.p:.2g}"
         )
     for (kind, quantity, unit), shift in found.shifts.items():
-        sure = "" if shift.low <= 0.0 <= shift.high else "   *"
+        scale, shown = SHOWN.get(unit, (1.0, f" {unit}"))
+        value, low, high = (scale * each for each in (shift.value, shift.low, shift.high))
+        sure = "" if low <= 0.0 <= high else "   *"
         lines.append(
-            f"  {quantity + ', ' + kind:<34}{shift.value:+8.3g} {unit:<7}  {shift.low:+.3g} to {shift.high:+.3g} "
+            f"  {quantity + ', ' + kind:<34}{value:+8.3g} {shown.strip():<7}  {low:+.3g} to {high:+.3g} "
             f"over {shift.n} walks{sure}"
         )
     return lines

@@ -160,7 +160,7 @@ def load_gates(path: Path) -> Gates:
     try:
         return Gates.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"gates file '{path}': {first_error(error)}") from error
+        raise ValueError(f"gates file '{path}': {first_error(error, Gates)}") from error
 
 
 def _quantity(name: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from benchmarks.cells.spec import did_you_mean
+
 
 @dataclass(frozen=True)
 class FigureRule:
@@ -54,5 +56,6 @@ def known_figures(names: tuple[str, ...]) -> tuple[str, ...]:
     """
     unknown = [name for name in names if name not in FIGURE_RULES]
     if unknown:
-        raise ValueError(f"figures must be among {list(FIGURE_RULES)}, got {unknown}")
+        near = did_you_mean(unknown[0], FIGURE_RULES)
+        raise ValueError(f"figures must be among {list(FIGURE_RULES)}, got {unknown}{near}")
     return names

@@ -11,7 +11,7 @@ import yaml
 from pydantic import AfterValidator, BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.detectors import detector_label, parse_detector
-from benchmarks.cells.spec import Conditions, first_error
+from benchmarks.cells.spec import Conditions, did_you_mean, first_error
 from benchmarks.plan.figure_names import known_figures
 from benchmarks.plan.sweep import Sweep
 
@@ -174,7 +174,7 @@ def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None
     try:
         return Suite.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"suite '{name_or_path}': {first_error(error)}") from error
+        raise ValueError(f"suite '{name_or_path}': {first_error(error, Suite)}") from error
 
 
 def _read(name_or_path: str) -> dict[str, Any]:
@@ -186,7 +186,9 @@ def _read(name_or_path: str) -> dict[str, Any]:
     elif name_or_path in list_suites():
         text = (resources.files("benchmarks") / "suites" / f"{name_or_path}.yaml").read_text(encoding="utf-8")
     else:
-        raise ValueError(f"suite must be one of {list_suites()} or a .yaml file, got '{name_or_path}'")
+        names = list_suites()
+        near = did_you_mean(name_or_path, names)
+        raise ValueError(f"suite must be one of {names} or a .yaml file, got '{name_or_path}'{near}")
     return _mapping(text, name_or_path)
 
 

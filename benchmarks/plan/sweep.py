@@ -165,7 +165,7 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
     try:
         return Cell.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"sweep, at {variant_text(dict(point))}: {first_error(error)}") from error
+        raise ValueError(f"sweep, at {variant_text(dict(point))}: {first_error(error, Cell)}") from error
 
 
 def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:

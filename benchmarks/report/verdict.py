@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.measured import (
     BASELINE,
-    DISPLAY,
     NO_DATA,
     against_paper,
     detectors_of,
@@ -25,7 +24,7 @@ from benchmarks.figures.measured import (
 from benchmarks.figures.paper.errors import NARROW_M
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
-from benchmarks.scoring.paper_values import PaperValue
+from benchmarks.scoring.paper_values import SHOWN, PaperValue
 from benchmarks.scoring.scores import (
     Table,
     approach_table,
@@ -192,10 +191,10 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
         (
             "Alerts",
             f"median distance {at_alert}",
-            partial(_of_alerts, column="alert_distance_m", unit="m"),
+            partial(_of_alerts, column="alert_distance_m", unit=" m"),
             None,
         ),
-        ("Alerts", f"median time {at_alert}", partial(_of_alerts, column="alert_lead_s", unit="s"), None),
+        ("Alerts", f"median time {at_alert}", partial(_of_alerts, column="alert_lead_s", unit=" s"), None),
         *standing,
         ("Standing", STANDING[0], error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),
         ("Standing", STANDING[1], error("standing", "range2_m", "m", 0.9), paper_values.DISTANCE2_P90),
@@ -211,7 +210,7 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
 
 def _error_to_echo(tables: Tables, paper: PaperValue | None, column: str, quantile: float) -> Measured:
     table = tables.standing
-    return _quantile(np.abs(table[column] - table[f"echo_{column}"]), quantile, table["label"], *DISPLAY["m"], paper)
+    return _quantile(np.abs(table[column] - table[f"echo_{column}"]), quantile, table["label"], *SHOWN["m"], paper)
 
 
 _AGAINST_ECHOES: tuple[tuple[str, str, Quantity, None], ...] = tuple(
@@ -235,7 +234,7 @@ def _error(
 ) -> Measured:
     table: Table = getattr(tables, state)
     error = table[column] - table[f"true_{column}"]
-    return _quantile(error if signed else np.abs(error), quantile, table["label"], *DISPLAY[unit], paper)
+    return _quantile(error if signed else np.abs(error), quantile, table["label"], *SHOWN[unit], paper)
 
 
 def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quantile: float, range_m: float) -> Measured:
@@ -261,9 +260,8 @@ def _quantile(
     if count == 0:
         return Measured(NO_DATA, "", of)
     word = "" if paper is None else WORDS[against_paper(value, low, high, paper, higher_is_better=False)]
-    space = "" if unit == "°" else " "
-    interval = f"{significant(scale * low)} to {significant(scale * high)}{space}{unit}" if np.isfinite(low) else ""
-    return Measured(f"{significant(scale * value)}{space}{unit}", interval, of, word)
+    interval = f"{significant(scale * low)} to {significant(scale * high)}{unit}" if np.isfinite(low) else ""
+    return Measured(f"{significant(scale * value)}{unit}", interval, of, word)
 
 
 def _tables(run: RunData, name: str) -> Tables:

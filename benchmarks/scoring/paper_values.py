@@ -14,7 +14,8 @@ import numpy as np
 Relation = Literal["=", "~", ">", "<="]
 Unit = Literal["1", "m", "rad"]
 
-_DISPLAY: dict[str, tuple[float, str]] = {"1": (100.0, " %"), "m": (100.0, " cm"), "rad": (180.0 / np.pi, "°")}
+SHOWN: dict[str, tuple[float, str]] = {"1": (100.0, " %"), "m": (100.0, " cm"), "rad": (180.0 / np.pi, "°")}
+"""Unit in memory -> factor and the unit that people read."""
 _SIGNS: dict[str, str] = {"=": "", "~": "about ", ">": ">", "<=": "≤"}
 
 
@@ -37,7 +38,7 @@ class PaperValue:
     @property
     def display(self) -> float:
         """The number in the unit people read: %, cm or degrees."""
-        return round(self.value * _DISPLAY[self.unit][0], 6)
+        return round(self.value * SHOWN[self.unit][0], 6)
 
     @property
     def short(self) -> str:
@@ -47,7 +48,7 @@ class PaperValue:
     @property
     def text(self) -> str:
         """The number for a sentence: "94.6 %", ">93 %", "about 1 cm"."""
-        return f"{_SIGNS[self.relation]}{self.display:.3g}{_DISPLAY[self.unit][1]}"
+        return f"{_SIGNS[self.relation]}{self.display:.3g}{SHOWN[self.unit][1]}"
 
 
 class RatePair(NamedTuple):

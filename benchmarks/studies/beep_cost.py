@@ -13,7 +13,7 @@ from time import perf_counter
 import click
 import numpy as np
 
-from benchmarks.cells.compute import heard
+from benchmarks.cells.compute import recording_of
 from benchmarks.cells.equipment import detector_for
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
@@ -54,7 +54,7 @@ def main(walks: int, rounds: int, seed: int | None) -> None:
     chosen = [cells[k] for k in np.linspace(0, len(cells) - 1, walks).round().astype(int)]
     cost_ms: dict[str, list[Floats]] = {name: [] for name in suite.detectors}
     for cell in chosen:
-        setting, beep, recording = heard(cell)
+        setting, beep, recording = recording_of(cell)
         count = recording.samples.shape[1] // beep.period_samples
         blocks = recording.samples[:, : count * beep.period_samples].reshape(2, count, -1).swapaxes(0, 1).copy()
         for name, costs in cost_ms.items():

@@ -1,7 +1,7 @@
 """What fidelity costs and what it buys: the echo of an approach's target at every level and knob.
 
 The measure of error is the simulator's own finest level, itself held against exact solutions in its tests, and the
-yardstick the detector's: level, time and shape of the target's compressed echo, all its paths summed coherently.
+measure the detector's: level, time and shape of the target's compressed echo, all its paths summed coherently.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ POINTS: dict[str, dict[str, Any]] = {
     "3 frequencies": {"level": "reference", "band_points": 3},
 }
 MATTERS_DB = -60.0  # re the free field at 1 m: 15 dB under a quiet street's noise after the matched filter
-FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)  # 50 ms of lag: the longest path of the listening range is 41 ms
+FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)  # 50 ms of lag: the longest path of the search range is 41 ms
 LAGS = 8192
 
 

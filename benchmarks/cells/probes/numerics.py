@@ -108,7 +108,7 @@ def coincident(gap_m: float) -> Errors:
 
 
 def temperature(temperature_c: float) -> Errors:
-    """A wall at 3 m in real air, against 2 d / c and the air's own absorption over that way."""
+    """A wall at 3 m in real air, against 2 d / c and the air's own absorption over that path."""
     air, pose = Air(temperature_c=temperature_c), Pose(np.zeros(3), held_rotation(0.0))
     found = _echoes(Scene([_wall(3.0)], air), pose, 3.0)
     length = _length(pose, 3.0)
@@ -125,12 +125,12 @@ def sample_rate(sample_rate_hz: float) -> Errors:
     scene, fidelity = Scene([_wall(1.5)], Air.lossless(SPEED_M_S)), Fidelity(max_order=1, mechanisms=("specular",))
     phone = Phone.ideal(SPEAKER_M, MICS_M)
     still = StraightWalk(np.zeros(3), 0.0, 0.0, beep.period_s)
-    heard = render_walk(scene, phone, still, beep, fidelity=fidelity).samples / phone.full_scale_gain
-    time = np.arange(heard.shape[1]) / sample_rate_hz
+    rendered = render_walk(scene, phone, still, beep, fidelity=fidelity).samples / phone.full_scale_gain
+    time = np.arange(rendered.shape[1]) / sample_rate_hz
     direct = np.linalg.norm(MICS_M - SPEAKER_M, axis=1)
-    ways = np.stack([direct, _length(still.pose(0.0), 1.5)])
-    expected = sum(beep.waveform(time - way[:, None] / SPEED_M_S) / way[:, None] for way in ways)
-    return {"samples": float(np.abs(heard - expected).max() / np.abs(expected).max())}
+    lengths = np.stack([direct, _length(still.pose(0.0), 1.5)])
+    expected = sum(beep.waveform(time - length[:, None] / SPEED_M_S) / length[:, None] for length in lengths)
+    return {"samples": float(np.abs(rendered - expected).max() / np.abs(expected).max())}
 
 
 def detector_snr(snr_db: float, seed: int = 0) -> Errors:
@@ -139,10 +139,10 @@ def detector_snr(snr_db: float, seed: int = 0) -> Errors:
     phone = PhoneGeometry("ideal", SPEAKER_M, MICS_M)
     range_m = 2.0  # straight ahead of microphone 0
     point = MICS_M[0] + np.array([0.0, range_m, 0.0])
-    ways = np.stack([
+    lengths = np.stack([
         phone.speaker_to_mic_m, np.linalg.norm(point - SPEAKER_M) + np.linalg.norm(point - MICS_M, axis=1)
     ])  # fmt: skip
-    block, echo = _beep_period(beep, ways)
+    block, echo = _beep_period(beep, lengths)
     noise = np.sqrt(np.sum(echo[0] ** 2) / 10.0 ** (snr_db / 10.0))
     samples = np.tile(block, TRIALS) + noise * rng.standard_normal((2, TRIALS * beep.period_samples))
     detector = PaperStandingDetector(beep, phone, sound_speed_m_s=SPEED_M_S)
@@ -185,7 +185,7 @@ def _echoes(scene: Scene, pose: Pose, distance_m: float) -> Paths:
 
 
 def _length(pose: Pose, distance_m: float) -> Floats:
-    """(2,) way from the speaker over the wall's image to each microphone."""
+    """(2,) path from the speaker over the wall's image to each microphone."""
     speaker, mics = pose.to_world(SPEAKER_M).reshape(3), pose.to_world(MICS_M).reshape(2, 3)
     image = np.array([2.0 * distance_m - speaker[0], speaker[1], speaker[2]])
     return np.linalg.norm(mics - image, axis=1)
@@ -209,7 +209,7 @@ def _relative(field: Complexes, reference: Complexes) -> float:
 
 
 def _beep_period(beep: BeepDesign, ways_m: Floats) -> tuple[Floats, Floats]:
-    """(2, n) samples of direct sound and one echo (second row of the ways), and of the echo alone."""
+    """(2, n) samples of direct sound and one echo (second row of the lengths), and of the echo alone."""
     time = np.arange(beep.period_samples) / beep.sample_rate_hz
     direct, echo = (beep.waveform(time - way[:, None] / SPEED_M_S) for way in ways_m)
     return 30.0 * direct + echo, echo

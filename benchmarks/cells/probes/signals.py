@@ -67,7 +67,7 @@ def envelope(cell: Cell, things: Sequence[Sequence[Any]]) -> Signal:
     setting = _setting(cell, [(str(kind), float(r), float(b)) for kind, r, b in things], 0.0, 0.45)
     recording = rendered(setting, cell)
     profile, start_s = _profile(cell, recording, beep=2)
-    magnitude, range_m = _heard(profile, start_s)
+    magnitude, range_m = _searched(profile, start_s)
     # no beep before it says what moves, so that every peak is a candidate: the picture is of one standing beep
     detection = detector_for(cell, "PaperStandingDetector", setting, _beep(cell)).process(_block(cell, recording, 2))
     top = float(magnitude[0].max())
@@ -101,7 +101,7 @@ def approach(cell: Cell, category: str, start_m: float = 5.0, speed_m_s: float =
     range_m = np.zeros(0)
     for k in range(len(time_s)):
         profile, start_s = _profile(cell, recording, beep=k)
-        magnitude, range_m = _heard(profile, start_s)
+        magnitude, range_m = _searched(profile, start_s)
         rows.append(_db(magnitude[0], float(profile.magnitude[0].max())))
         detection = detector.process(_block(cell, recording, k), float(time_s[k]))
         found.append(_short(detection.range_m))
@@ -148,7 +148,7 @@ def body(cell: Cell, range_m: float = 1.5) -> Signal:
 
 
 def crests(cell: Cell, range_m: float = 2.0) -> Signal:
-    """Figure 10: the crests of things of different breadth at one distance, on a common scale."""
+    """Figure 10: the crests of objects of different width at one distance, on a common scale."""
     beep = _beep(cell)
     shown: Signal = {"things": [], "range_m": [], "level_db": [], "crest_samples": [], "true_radius_m": []}
     for category in ("sign", "pedestrian", "dustbin", "wall"):
@@ -209,8 +209,8 @@ def _profile(cell: Cell, recording: Recording, beep: int) -> tuple[EchoProfile, 
     return profile, peak - direct_delay_s(cell.phone, cell.beep)
 
 
-def _heard(profile: EchoProfile, start_s: float) -> tuple[Floats, Floats]:
-    """(2, n) envelope over the listening range, and (n,) its one-way range."""
+def _searched(profile: EchoProfile, start_s: float) -> tuple[Floats, Floats]:
+    """(2, n) envelope over the search range, and (n,) its one-way range."""
     range_m = 0.5 * SPEED_M_S * (profile.delay_s - start_s)
     first = int(np.searchsorted(range_m, NEAR_M))
     count = round(2.0 * (FAR_M - NEAR_M) / SPEED_M_S * profile.rate_hz)
@@ -219,7 +219,7 @@ def _heard(profile: EchoProfile, start_s: float) -> tuple[Floats, Floats]:
 
 def _crest_samples(profile: EchoProfile, start_s: float, range_m: float, beep: BeepDesign) -> float:
     """W_p of the highest peak within 25 cm of a range, at the beep's rate; NaN if it stays below the average."""
-    magnitude, axis = _heard(profile, start_s)
+    magnitude, axis = _searched(profile, start_s)
     near = np.flatnonzero(np.abs(axis - range_m) < 0.25)
     if len(near) == 0:
         return float("nan")

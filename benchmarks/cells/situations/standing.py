@@ -13,7 +13,7 @@ from simulator import Material, Obstacle, Phone, Scene
 
 PHONE_HEIGHT_M = 1.3
 BEEPS = 12
-SIDE_WALL_M = 2.2  # the second obstacle: a wall along the way, so that several are heard at once
+SIDE_WALL_M = 2.2  # the second obstacle: a wall along the path, so that several obstacles echo
 
 
 def standing_situation(cell: Cell) -> Situation:

@@ -52,7 +52,7 @@ def changed_scene(setting: Situation, change: SceneChange) -> Scene:
 
 
 def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
-    """The walk with another speed, lift, gait or holding; its way stays as long, or up to two beeps longer.
+    """The walk with another speed, pitch, gait or holding; its path stays as long, or up to two beeps longer.
 
     Raises:
         ValueError: the walk is not a straight one with gait; a route takes another holding alone.
@@ -97,7 +97,7 @@ def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[st
     gait, walks = walk.motion, walk.speed_m_s > 0.0
     speed_m_s = walk.speed_m_s if change.speed_m_s is None else change.speed_m_s
     if walks and (change.speed_m_s is not None or change.gait_scale != 1.0):
-        # one beep more than the way takes: another gait surges otherwise, and contact must not fall off the end
+        # one beep more than the path takes: another gait oscillates otherwise, and contact must not fall off the end
         beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / speed_m_s / period_s - 1e-9)
         fields |= {"speed_m_s": speed_m_s, "duration_s": beeps * period_s}
     if walks and change.speed_m_s is not None:

@@ -17,6 +17,7 @@ from benchmarks.figures.paper.signals import signals_of
 from benchmarks.figures.paper.sizes import radius_medians
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
+from benchmarks.scoring.paper_values import SHOWN
 from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
 from obstaclewatch.support.arrays import Flags, Floats
 
@@ -43,13 +44,7 @@ class Measurement:
 
     def shown(self, value: float) -> str:
         """A value in the unit people read."""
-        scale, unit = {
-            "1": (100.0, " %"),
-            "m": (100.0, " cm"),
-            "rad": (180.0 / np.pi, "°"),
-            "mAh": (1.0, " mAh"),
-            "": (1.0, ""),
-        }[self.unit]
+        scale, unit = (SHOWN | {"mAh": (1.0, " mAh"), "": (1.0, "")})[self.unit]
         digits = f"{scale * value:.1f}" if self.unit == "1" else significant(scale * value)
         return f"{digits}{unit}"
 

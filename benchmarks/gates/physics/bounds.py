@@ -53,10 +53,10 @@ def path_bound_m(snr_db: float) -> float:
 
 
 def _ratio(values: NDArray, bound: float) -> Measured:
-    heard = values[np.isfinite(values)]
-    if len(heard) < 0.9 * TRIALS:
+    found = values[np.isfinite(values)]
+    if len(found) < 0.9 * TRIALS:
         return Measured(np.nan, "x bound", 0)
-    return Measured(float(np.std(heard) / bound), "x bound", len(heard))
+    return Measured(float(np.std(found) / bound), "x bound", len(found))
 
 
 @lru_cache(maxsize=8)
@@ -77,8 +77,8 @@ def _trials(seed: int, snr_db: float) -> tuple[NDArray, NDArray]:
     true_range = np.linalg.norm(POINT_M - mics[0])
     rng, found = np.random.default_rng(seed), np.full((TRIALS, 2), np.nan)
     for row in found:
-        heard = detector.process(FULL_SCALE * (clean + noise * rng.standard_normal(clean.shape, dtype=np.float32)))
-        near = np.flatnonzero(np.abs(heard.range_m - true_range) < NEAR_M)
+        detection = detector.process(FULL_SCALE * (clean + noise * rng.standard_normal(clean.shape, dtype=np.float32)))
+        near = np.flatnonzero(np.abs(detection.range_m - true_range) < NEAR_M)
         if len(near) == 1:
-            row[:] = heard.range_m[near[0]], heard.range2_m[near[0]] - heard.range_m[near[0]]
+            row[:] = detection.range_m[near[0]], detection.range2_m[near[0]] - detection.range_m[near[0]]
     return found[:, 0], found[:, 1]

@@ -19,7 +19,7 @@ PHONE = Phone.ideal([0.0, 0.05, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
 START_M = np.array([0.0, 0.0, 1.3])
 WALKING_M_S = (1.0, 1.3, 1.6)
 DIRECT, ECHO, NOISE = 10.0, 1.0, 0.01
-"""Amplitudes as a phone hears them: the direct sound 40 dB over a wall's echo at 3 m (0.17), noise for 35 dB there."""
+"""Amplitudes as recorded: the direct sound 40 dB over a wall's echo at 3 m (0.17), noise for 35 dB there."""
 
 
 def motion_error(seed: int) -> Measured:
@@ -31,11 +31,11 @@ def motion_error(seed: int) -> Measured:
         echo = paths.order == 1
         if echo.sum() != 2 * count:
             return Measured(np.nan, "relative", 0)
-        heard = to_rate(sum_envelopes(paths[echo], motion[echo], BEEP, count), PHONE, BEEP, count * BEEP.period_samples)
-        time = np.arange(heard.shape[1]) / BEEP.sample_rate_hz
+        block = to_rate(sum_envelopes(paths[echo], motion[echo], BEEP, count), PHONE, BEEP, count * BEEP.period_samples)
+        time = np.arange(block.shape[1]) / BEEP.sample_rate_hz
         for mic in (0, 1):
             exact = _retarded(walk, mic, 3.0, time)
-            worst = max(worst, float(np.linalg.norm(heard[mic] - exact) / np.linalg.norm(exact)))
+            worst = max(worst, float(np.linalg.norm(block[mic] - exact) / np.linalg.norm(exact)))
         beeps += count
     return Measured(worst, "relative", beeps)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.compute import detections_of, echo_range_m, first_alert, heard, truths_at_beeps
+from benchmarks.cells.compute import detections_of, echo_range_m, first_alert, recording_of, truths_at_beeps
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.situations.situation import Situation
@@ -35,7 +35,7 @@ TRACED_EVERY = 3
 """Beeps from one instant with drawn echoes to the next: tracing them all costs as much as the walk did."""
 DRAWN_ECHOES = 10
 SHORTEST_M = 0.3
-"""Echoes whose way reaches less far in plan than this (the ground below, the walker) would be a dot."""
+"""Echoes whose path reaches less far in plan than this (the ground below, the walker) would be a dot."""
 
 
 def replay(cell: Cell) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def replay(cell: Cell) -> dict[str, Any]:
     """
     if cell.kind not in ("approach", "scene"):
         raise ValueError(f"only walks can be replayed, kinds 'approach' and 'scene', got '{cell.kind}'")
-    setting, beep, recording = heard(cell)
+    setting, beep, recording = recording_of(cell)
     truths = truths_at_beeps(cell, setting, beep, recording)
     start = setting.walk.pose([0.0])
     frame = PlanFrame(start.position_m[0, :2], float(start.body_heading_rad()[0]))
@@ -103,11 +103,11 @@ def _obstacles(setting: Situation, frame: PlanFrame, window: Window) -> list[dic
 
 
 def _echoes(cell: Cell, setting: Situation, beep: BeepDesign, beeps: int, frame: PlanFrame) -> list[dict[str, Any]]:
-    """The strongest ways to microphone 0 at the middle of every so many beeps."""
+    """The strongest paths to microphone 0 at the middle of every so many beeps."""
     time = np.arange(0, beeps, TRACED_EVERY) * beep.period_s + 0.5 * beep.duration_s
     paths = trace_paths(setting.scene, setting.phone, setting.walk.pose(time), Fidelity(**cell.fidelity), time)
     return [
-        {"time_s": round(float(instant), 4), "ways": _strongest(paths, number, frame)}
+        {"time_s": round(float(instant), 4), "paths": _strongest(paths, number, frame)}
         for number, instant in enumerate(time)
     ]
 
@@ -120,8 +120,8 @@ def _strongest(paths: Paths, pose: int, frame: PlanFrame) -> list[dict[str, Any]
     order = np.argsort(-np.abs(paths.gain[rows[long]]), kind="stable")[:DRAWN_ECHOES]
     return [
         {"kind": str(paths.kind[row]), "level_db": round(float(20.0 * np.log10(np.abs(paths.gain[row]))), 1),
-         "points": _cm(way[: paths.order[row] + 2].ravel())}
-        for row, way in zip(rows[long][order], plan[long][order], strict=True)
+         "points": _cm(points[: paths.order[row] + 2].ravel())}
+        for row, points in zip(rows[long][order], plan[long][order], strict=True)
     ]  # fmt: skip
 
 

@@ -76,3 +76,13 @@ def test_one_detector_against_several_and_no_minus_zero(tmp_path):
     both = [(DETECTOR, DETECTOR)] * 2
     assert len(compare_runs(run, run, both)) == 2
     assert not any("-0.0" in line for found in compare_runs(run, run, both) for line in comparison_lines(found))
+
+
+def test_people_read_centimetres_and_degrees_and_machines_si(tmp_path):
+    """The table gave ranges in m and bearings in rad, the report beside it cm and degrees."""
+    run = good_run(tmp_path)
+    (found,) = compare_runs(run, changed(run, one_channel_late))
+    (line,) = [line for line in comparison_lines(found) if "path_difference_bias, approach" in line]
+    assert f"{100.0 * LATE_M:+.3g} cm" in line
+    assert not any(" rad " in line for line in comparison_lines(found))
+    assert ("approach", "bearing_error", "rad") in found.shifts

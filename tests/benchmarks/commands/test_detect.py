@@ -64,6 +64,10 @@ def test_a_table_with_health_candidates_and_the_alert(stored):
     assert told[1].startswith("beep heard: 18.0-21.5 kHz in 50 ms every 90.0 ms")
     assert any("speed of sound: 34" in line for line in told[:6])
     assert sum(" deg r " in line for line in told) >= 18
+    head = next(k for k, line in enumerate(told) if line.strip().startswith("time"))
+    assert "range, bearing" in told[head]
+    assert "?: no estimate" in told[head + 1]
+    assert all(" deg r " not in line for line in told[:head])
     assert "24 beeps, first alert at" in told[-1]
 
 

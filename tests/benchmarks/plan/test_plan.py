@@ -129,3 +129,22 @@ def test_unknown_names_and_broken_files_say_what_there_is(tmp_path: Path) -> Non
         plan_cells(load_suite("paper"), "tiny")
     with pytest.raises(ValueError, match="limit must be at least 1, got 0"):
         plan_cells(load_suite("paper"), "smoke", limit=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "says"),
+    [
+        ("rangin", [], "got 'rangin', did you mean 'ranging'?"),
+        ("paper", ["colision_fraction=0.3"], "colision_fraction: no such key, did you mean 'collision_fraction'?"),
+        ("paper", ["walk.speed=1.3"], "walk.speed: no such key, did you mean 'speed_m_s'?"),
+        ("paper", ["standing.rang_m=[1.0]"], "standing.rang_m: no such key, did you mean 'range_m'?"),
+        ("paper", ["groups=[{scene: campus, phones: [a], counts: {}, aproach: {}}]"], "did you mean 'approach'?"),
+        ("paper", ["figures=[fig116]"], "did you mean 'fig16'?"),
+        ("paper", ["zzz=1"], "zzz: no such key"),
+    ],
+)
+def test_what_was_meant_is_said(name, settings, says):
+    """A misspelt key was answered with "Extra inputs are not permitted"."""
+    with pytest.raises(ValueError) as error:
+        load_suite(name, settings)
+    assert says in str(error.value)
