@@ -13,7 +13,7 @@ from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
-from simulator.trace import instants, kinds_of, names_of, still_tracing, traced
+from simulator.trace import instants, names_of, still_tracing, traced
 from simulator.world.candidates import concatenated, nothing
 from simulator.world.rejection_log import RejectionLog
 from simulator.world.search_context import Search
@@ -131,6 +131,6 @@ def _listed(world: World, log: RejectionLog, width: int) -> Rejections:
     rank = np.argsort(-amplitude, kind="stable")[: log.listed]
     found = concatenated([nothing(width)] + [found for _, _, found in log.entries])[rank]
     return Rejections(
-        mask[rank], 20.0 * np.log10(amplitude[rank]), found.pose, found.mic, found.order, kinds_of(world, found),
+        mask[rank], 20.0 * np.log10(amplitude[rank]), found.pose, found.mic, found.order, found.kind,
         names_of(world, found), found.sequence, found.points_m + world.origin_m, log.totals,
     )  # fmt: skip

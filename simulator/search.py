@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
@@ -43,7 +45,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     rays = [_not_heard_whole(search, each, whole) for each in rays]
     cells, sums = _integrals(search, whole)
     chains, gains = _chains(search, rays[1], whole, loudest)
-    chains.cell[:] += len(sums)
+    chains = replace(chains, cell=chains.cell + len(sums))
     return joined([*rays, *cells, chains]), np.concatenate([sums, gains])
 
 
@@ -58,8 +60,7 @@ def _integrals(search: Search, whole: list[Pairs]) -> tuple[list[Candidates], Co
     for pairs in whole:
         skin = facets_of(*search.tracing.world.skins[pairs.obstacle], pairs.obstacle, search.fidelity.facet_m)
         found, gain = scattered_paths(search, skin, pairs)
-        found.cell[:] += len(sums)
-        parts, sums = [*parts, found], np.concatenate([sums, gain])
+        parts, sums = [*parts, replace(found, cell=found.cell + len(sums))], np.concatenate([sums, gain])
     return parts, sums
 
 
@@ -77,7 +78,7 @@ def _chains(search: Search, mirrors: Candidates, whole: list[Pairs], loudest: Fl
             rest.append(panel)
     parts.append(apex_chains(search, rest, min(longest, LONGEST), loudest))
     found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
-    owner, kept = search.tracing.world.owner[found.sequence[:, 0]], np.ones(len(found), dtype=bool)
+    owner, kept = search.tracing.world.obstacle_of(found.sequence[:, 0]), np.ones(len(found), dtype=bool)
     for pairs in whole:
         direct_ways = (pairs.before.order == 0) & (pairs.after.order == 0)
         heard = 2 * pairs.pose[direct_ways] + pairs.mic[direct_ways]
@@ -87,8 +88,7 @@ def _chains(search: Search, mirrors: Candidates, whole: list[Pairs], loudest: Fl
         Reason.LEFT_TO_INTEGRAL, len(rows),
         lambda: Rejected(np.abs(gains[rows]).max(axis=1), lambda some: found[rows[some]]),
     )  # fmt: skip
-    found.cell[kept] = np.arange(int(kept.sum()))
-    return found[kept], gains[kept]
+    return replace(found[kept], cell=np.arange(int(kept.sum()))), gains[kept]
 
 
 def longest_chain(fidelity: Fidelity) -> int:

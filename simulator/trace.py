@@ -150,7 +150,7 @@ def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     return level >= 10.0 ** (floor_db / 20.0)
 
 
-def _first_of_twins(search: Search, found: Candidates) -> Flags:
+def _first_of_twins(_search: Search, found: Candidates) -> Flags:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border.
 
     The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side.
@@ -159,7 +159,7 @@ def _first_of_twins(search: Search, found: Candidates) -> Flags:
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit[(found.face < 0).all(axis=1)] = 0
-    end_slot = np.where((found.edge >= 0) & (found.part != APEX), point_slot(search.tracing, found), -1)
+    end_slot = np.where((found.edge >= 0) & (found.part != APEX), point_slot(found), -1)
     columns = np.column_stack(
         [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell]
     )
@@ -205,7 +205,7 @@ def _paths(search: Search, found: Candidates, gain: Complexes) -> Paths:
         delay_s=found.length_m / search.air.sound_speed_m_s,
         gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
         band_gain=gain, mic=found.mic, pose=found.pose, order=found.order,
-        kind=kinds_of(tracing.world, found),
+        kind=found.kind,
         obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
         phone=search.phone, poses=len(tracing.pose), rejected=search.log.totals,
@@ -221,23 +221,11 @@ def _left_out(fidelity: Fidelity) -> tuple[str, ...]:
     return lines
 
 
-def kinds_of(world: World, found: Candidates) -> Strings:
-    """(C,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" for one of the latter among mirrors."""
-    starts = np.array([len(world.patches), world.first_wedge, world.first_body])
-    alone = np.array(["specular", "curved", "edge", "kirchhoff"])
-    highest = found.sequence.max(axis=1, initial=-1)
-    kind = alone[np.searchsorted(starts, highest, side="right")]
-    kind = np.where((found.order > 1) & (kind != "specular"), "mixed", kind)
-    return np.where(found.order == 0, "direct", kind)
-
-
 def names_of(world: World, found: Candidates) -> Strings:
     """(C,) obstacles met, joined by " > "."""
-    owner = world.owner
     if not len(found):
         return np.zeros(0, dtype="<U1")
-    met = np.where(found.sequence >= 0, owner[found.sequence] if len(owner) else -1, -1)
-    unique, which = np.unique(met, axis=0, return_inverse=True)
+    unique, which = np.unique(world.obstacle_of(found.sequence), axis=0, return_inverse=True)
     labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in unique]
     return np.array(labels, dtype=np.str_)[which.ravel()]
 

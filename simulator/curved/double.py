@@ -31,6 +31,7 @@ from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated, nothing
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
@@ -201,7 +202,7 @@ def _reject_faint(search: Search, mic: int, start: Sighting, end: Sighting, pair
 
 def _numbers(tracing: Tracing, pair: tuple[int, int], rows: int) -> Ints:
     """(R, 2) two surfaces among the reflectors."""
-    return np.broadcast_to(len(tracing.world.patches) + np.array(pair), (rows, 2))
+    return np.broadcast_to(tracing.world.numbering.number(Interaction.CURVED, pair), (rows, 2))
 
 
 def _both_ways(search: Search, pair: tuple[int, int], left: Sighting, right: Sighting) -> list[Candidates]:
@@ -243,10 +244,11 @@ def _paths(search: Search, mic: int, met: list[tuple[int, Images, Place]]) -> Ca
     turns = Turns(mic, before, after, points, _numbers(tracing, (one, two), len(points)))
     found, ok, place = unfolded(search, turns, amplitude)
     for k, (index, place_met) in enumerate(((one, first[ok]), (two, second[ok]))):
-        slot = np.arange(len(ok)), place + k
-        found.normal[slot], found.curvature[slot] = place_met.normal, place_met.curvature
-        found.lift_m[slot] = 2.0 * tracing.world.surfaces[index].sag_m[place_met.face]
-        found.face[slot], found.uv[slot] = place_met.face, place_met.uv
+        sag_m = tracing.world.surfaces[index].sag_m[place_met.face]
+        found = found.with_reflection(
+            place + k, normal=place_met.normal, curvature=place_met.curvature, lift_m=2.0 * sag_m,
+            face=place_met.face, uv=place_met.uv,
+        )  # fmt: skip
     return found
 
 

@@ -16,6 +16,7 @@ from simulator.images.unfolding import Turns, image_pairs, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
 
 
@@ -40,7 +41,7 @@ def _reflected(
     """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
     tracing, surface = search.tracing, search.tracing.world.surfaces[index]
     frame = tracing.placed[before.pose, surface.obstacle]
-    number = np.full(len(hit), len(tracing.world.patches) + index)
+    number = np.full(len(hit), tracing.world.numbering.number(Interaction.CURVED, index))
     point = out_of_rest(hit.point_m, frame)
     normal, curvature = turned(hit.normal, frame[:, 3]), turned_tensor(hit.curvature, frame[:, 3])
 
@@ -49,8 +50,7 @@ def _reflected(
         return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
 
     found, ok, place = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), amplitude)
-    each = np.arange(len(ok))
-    found.normal[each, place], found.curvature[each, place] = normal[ok], curvature[ok]
-    found.lift_m[each, place] = 2.0 * surface.sag_m[hit.face[ok]]
-    found.face[each, place], found.uv[each, place] = hit.face[ok], hit.uv[ok]
-    return found
+    return found.with_reflection(
+        place, normal=normal[ok], curvature=curvature[ok], lift_m=2.0 * surface.sag_m[hit.face[ok]],
+        face=hit.face[ok], uv=hit.uv[ok],
+    )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
 from simulator.diffraction.thin_panels import Chains, merge_chains
 from simulator.world.candidates import Candidates, candidates
+from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Rejected
 from simulator.world.search_context import Search
 from simulator.world.sight import free_between
@@ -78,11 +79,10 @@ def candidates_over(search: Search, ways: Ways) -> Candidates:
     shape = len(ways), max(search.max_order, most)
     sequence, hits = np.full(shape, -1), np.zeros((*shape, 3))
     met = ways.chain.edge[:, :most]
-    sequence[:, :most] = np.where(met >= 0, met + search.tracing.world.first_wedge, -1)
+    sequence[:, :most] = np.where(met >= 0, search.tracing.world.numbering.number(Interaction.EDGE, met), -1)
     hits[:, :most] = ways.points_m[:, 1 : 1 + most]
     found = candidates(search.tracing, ways.pose, ways.mic, sequence, hits)
-    found.cell[:] = np.arange(len(found))
-    return found
+    return replace(found, cell=np.arange(len(found)))
 
 
 def face_factor(tracing: Tracing, ways: Ways, frequency_hz: Floats) -> Complexes:

@@ -13,6 +13,7 @@ moves against it, while its far edge alone keeps -35 dB: the waves from edge to 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +27,7 @@ from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import out_of_rest, turned
+from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
@@ -61,7 +63,7 @@ def _reject_faint(
     search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, bound: Floats
 ) -> None:
     """Book contributions below the floor; whether their mirrors would be met is not asked."""
-    number = search.tracing.world.first_wedge + before.wedge
+    number = search.tracing.world.numbering.number(Interaction.EDGE, before.wedge)
     turns = Turns(mic, before, after, point[:, None], number[:, None])
     search.reject(Reason.FAINT_EDGE, len(point), lambda: Rejected(bound, partial(straightened, search, turns)))
 
@@ -189,20 +191,19 @@ def _bent(
     search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats
 ) -> Candidates:
     """Candidates over given points of edges."""
-    number = search.tracing.world.first_wedge + before.wedge
+    number = search.tracing.world.numbering.number(Interaction.EDGE, before.wedge)
     found, ok, _ = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), lambda: bound)
-    found.edge[:], found.part[:] = before.wedge[ok], part[ok]
-    return found
+    return replace(found, edge=before.wedge[ok], part=part[ok])
 
 
-def point_slot(tracing: Tracing, found: Candidates) -> Ints:
+def point_slot(found: Candidates) -> Ints:
     """(C,) place of the edge or cell in the sequence of reflectors; meaningless for paths without one."""
-    return np.argmax(found.sequence >= tracing.world.first_wedge, axis=1).astype(np.int64)
+    return np.argmax(found.interaction >= Interaction.EDGE, axis=1).astype(np.int64)
 
 
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
-    at, wedges = point_slot(tracing, found), at_poses(tracing, found.edge, found.pose)
+    at, wedges = point_slot(found), at_poses(tracing, found.edge, found.pose)
     source, receiver = found.points_m[:, 0], found.points_m[:, -1]
     offset = np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
     for k in range(found.sequence.shape[1]):

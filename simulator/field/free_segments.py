@@ -33,7 +33,7 @@ def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
     start, end = lifted[:, :-1].copy(), lifted[:, 1:]
     over = np.flatnonzero(found.edge >= 0)
-    at, (arriving, leaving) = point_slot(tracing, found[over]), lifts(tracing, found[over])
+    at, (arriving, leaving) = point_slot(found[over]), lifts(tracing, found[over])
     end[over, at] += OFFSET * extent * arriving
     start[over, at + 1] += OFFSET * extent * leaving
     _part_from_corner(found, over, at, -1, end, start)

@@ -15,6 +15,7 @@ from simulator.scene.pose import Pose
 from simulator.waves import band
 from simulator.waves.spreading import rays, spreading
 from simulator.world.candidates import Candidates
+from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing, World
@@ -72,16 +73,13 @@ def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -
 
 def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
     """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own."""
-    owner = world.owner
+    mirrors = (found.interaction == Interaction.SPECULAR) | (found.interaction == Interaction.CURVED)
+    met = np.where(mirrors, world.obstacle_of(found.sequence), -1)
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     cosines = _cosines(world, found)
     for k in range(found.sequence.shape[1]):
-        reflector = found.sequence[:, k]
-        mirrors = (reflector >= 0) & (reflector < world.first_wedge)
-        met = np.full(len(found), -1)
-        met[mirrors] = owner[found.sequence[mirrors, k]]
-        for index in np.unique(met[met >= 0]):
-            rows = np.flatnonzero(met == index)
+        for index in np.unique(met[mirrors[:, k], k]):
+            rows = np.flatnonzero(met[:, k] == index)
             product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosines[rows, k, None])
     return product
 

@@ -23,6 +23,7 @@ from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
@@ -141,7 +142,7 @@ def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Fl
     point = (found.edge >= 0) | (found.cell >= 0)
     other, over = np.flatnonzero(~point), np.flatnonzero(point)
     amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
-    at = point_slot(tracing, found[over])
+    at = point_slot(found[over])
     legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
     before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
     after = legs.sum(axis=1) - before
@@ -162,7 +163,7 @@ def _solved(
 ) -> Moment:
     """Exact reflection points with every reflector where it is when struck."""
     width = found.sequence.shape[1]
-    turn = found.sequence >= len(tracing.world.patches)
+    turn = found.interaction > Interaction.SPECULAR
     turns: Flags = np.any(turn, axis=1)
     place = np.where(turns, np.argmax(turn, axis=1), found.order)
     last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
@@ -201,7 +202,7 @@ def _reflect_smoothly(
     """Follow the stationary points in one slot of chosen paths, and fill in point, normal and curvature there."""
     met = found.sequence[chosen, np.minimum(place[chosen], found.sequence.shape[1] - 1)]
     for index, surface in enumerate(tracing.world.surfaces):
-        rows = chosen[met == len(tracing.world.patches) + index]
+        rows = chosen[met == tracing.world.numbering.number(Interaction.CURVED, index)]
         if len(rows) == 0:
             continue
         at = place[rows]
@@ -232,10 +233,9 @@ def _follow_edges(
 
 def _carry_cells(tracing: Tracing, found: Candidates, struck_s: Floats, moment: Moment) -> None:
     """The facets that stand for cells of bodies and the apexes of chains of edges, where these are when struck."""
-    owner = tracing.world.owner
     for k in range(found.sequence.shape[1]):
-        rows = np.flatnonzero((found.cell >= 0) & (found.sequence[:, k] >= tracing.world.first_wedge))
-        obstacle, pose = owner[found.sequence[rows, k]], found.pose[rows]
+        rows = np.flatnonzero((found.cell >= 0) & (found.interaction[:, k] >= Interaction.EDGE))
+        obstacle, pose = tracing.world.obstacle_of(found.sequence[rows, k]), found.pose[rows]
         rest = into_rest(found.points_m[rows, k + 1], tracing.placed[pose, obstacle])
         moment.points_m[rows, k + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, k]))
 
@@ -259,7 +259,7 @@ def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floa
     patches = tracing.world.patches
     normal, offset = found.normal.copy(), np.zeros(found.sequence.shape)
     for k in range(found.sequence.shape[1]):
-        rows = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
+        rows = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
         patch = found.sequence[rows, k]
         frame = tracing.frames.of(patches.obstacle[patch], found.pose[rows], struck_s[rows, k])
         normal[rows, k] = turned(patches.normal[patch], frame[:, 3])

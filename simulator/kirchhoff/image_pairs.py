@@ -12,6 +12,7 @@ from simulator.images.body_images import images_lighting
 from simulator.images.image_tree import Images
 from simulator.images.unfolding import image_pairs
 from simulator.world.candidates import Candidates
+from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 
@@ -83,7 +84,7 @@ def ways_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
         early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
         sequence[early, k] = pairs.before.sequence[early, k]
         sequence[late, place[late] + late_order[late] - k] = pairs.after.sequence[late, k]
-    sequence[each, place] = tracing.world.first_body + pairs.obstacle
+    sequence[each, place] = tracing.world.numbering.number(Interaction.KIRCHHOFF, pairs.obstacle)
     return np.column_stack([pairs.pose, pairs.mic, sequence])
 
 
@@ -107,8 +108,9 @@ def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple
     """(C,) and (R,) numbers of the ways that candidates and pairs run; equal ways have equal numbers."""
     world, width = tracing.world, found.sequence.shape[1]
     whole = np.full(len(world.obstacles) + 1, -1)
-    whole[[pairs.obstacle for pairs in chosen]] = world.first_body + np.array([pairs.obstacle for pairs in chosen])
-    as_whole = whole[np.append(world.owner, -1)[found.sequence]]
+    bodies = [pairs.obstacle for pairs in chosen]
+    whole[bodies] = world.numbering.number(Interaction.KIRCHHOFF, bodies)
+    as_whole = whole[world.obstacle_of(found.sequence)]
     way = np.column_stack([found.pose, found.mic, np.where(as_whole >= 0, as_whole, found.sequence)])
     every = np.concatenate([way] + [ways_of(tracing, pairs, width) for pairs in chosen])
     number = np.unique(every, axis=0, return_inverse=True)[1].ravel()

@@ -21,6 +21,7 @@ from simulator.surfaces.facets import Facets
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
@@ -72,7 +73,7 @@ def _turns(tracing: Tracing, facets: Facets, mic: int, before: Images, after: Im
     """Ways through the facets that stand for cells."""
     before, after = before[cells.pair], after[cells.pair]
     point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
-    number = np.full(len(cells), tracing.world.first_body + facets.obstacle)
+    number = np.full(len(cells), tracing.world.numbering.number(Interaction.KIRCHHOFF, facets.obstacle))
     return Turns(mic, before, after, point[:, None], number[:, None])
 
 
@@ -91,7 +92,6 @@ def _over_body(
     normal = turned(facets.normal[cells.facet[ok]], search.tracing.placed[found.pose, facets.obstacle, 3])
     each = np.arange(len(ok))
     arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
-    found.normal[each, place] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
-    found.lift_m[each, place] = facets.lift_m[cells.facet[ok]]
-    found.cell[:] = first + ok
-    return found
+    normal = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
+    found = found.with_reflection(place, normal=normal, lift_m=facets.lift_m[cells.facet[ok]])
+    return replace(found, cell=first + ok)

@@ -106,8 +106,7 @@ def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
 def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
     """(R,) error of rays over ways whose zone round the reflection point is hidden in part, as far as they are loud."""
     met = _mirrored(_meeting(tracing, obstacle, echoes))
-    owner = np.append(tracing.world.owner, -1)
-    slot = (owner[met.sequence] == obstacle).argmax(axis=1)
+    slot = (tracing.world.obstacle_of(met.sequence) == obstacle).argmax(axis=1)
     loss = _amplitude(met) * hidden_share(tracing, met, slot, wavenumber)
     return DB_PER_SHARE * loudest_over(tracing, met, _share(tracing, met, loss), pairs)
 
@@ -192,8 +191,7 @@ def _overlap(apart_m: Floats) -> Floats:
 
 
 def _meeting(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
-    owner = np.append(tracing.world.owner, -1)
-    return echoes[np.flatnonzero((owner[echoes.sequence] == obstacle).any(axis=1))]
+    return echoes[np.flatnonzero((tracing.world.obstacle_of(echoes.sequence) == obstacle).any(axis=1))]
 
 
 def _mirrored(echoes: Candidates) -> Candidates:

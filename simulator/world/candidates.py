@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Floats, Ints, Strings
 from simulator.world.frames import turned
+from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 ON_PLANE_M = 1e-9
+KINDS = np.array(["specular", "curved", "edge", "kirchhoff", "direct"])  # by interaction; -1 is the last
 
 
 @dataclass(frozen=True)
@@ -20,8 +22,8 @@ class Candidates:
 
     Attributes:
         pose, mic, order: (C,).
-        sequence: (C, N) reflectors met, -1 padded; patches, then smooth surfaces, then sharp edges, then
-            bodies heard as a whole.
+        sequence: (C, N) numbers of the reflectors met (`interactions.Numbering`), -1 padded.
+        interaction: (C, N) what happens at each (`interactions.Interaction`), -1 padded.
         points_m: (C, N + 2, 3) source, reflection points, receiver (repeated to the end of the row).
         normal: (C, N, 3) unit normals on the incident side.
         curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
@@ -29,14 +31,17 @@ class Candidates:
         face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
         part: (C,) edges.APEX, START or END of that edge.
-        cell: (C,) cell of a body heard by Kirchhoff's integral, or a chain of edges: both carry gains worked out
+        cell: (C,) cell of a body by Kirchhoff's integral, or a chain of edges: both carry gains worked out
             beforehand. -1 for all others.
+
+    No array is ever written again: what differs is made anew.
     """
 
     pose: Ints
     mic: Ints
     order: Ints
     sequence: Ints
+    interaction: Ints
     points_m: Floats
     normal: Floats
     curvature: Floats
@@ -58,6 +63,19 @@ class Candidates:
         """(C,) whole path."""
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
 
+    @property
+    def kind(self) -> Strings:
+        """(C,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" for one of the latter among others."""
+        kind = KINDS[self.interaction.max(axis=1, initial=-1)]
+        return np.where((self.order > 1) & (kind != "specular"), "mixed", kind)
+
+    def with_reflection(self, slot: Ints, **columns: NDArray) -> Candidates:
+        """A copy with other values in some columns, at one reflection of each row (C,)."""
+        changed = {name: getattr(self, name).copy() for name in columns}
+        for name, value in columns.items():
+            changed[name][np.arange(len(self)), slot] = value
+        return replace(self, **changed)
+
 
 def concatenated(parts: list[Candidates]) -> Candidates:
     """All parts, one after the other, as wide as the widest of them."""
@@ -72,9 +90,9 @@ def _widened(found: Candidates, width: int) -> Candidates:
     if more == 0:
         return found
     wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)}
-    for name in ("sequence", "normal", "curvature", "lift_m", "face", "uv"):
+    for name in ("sequence", "interaction", "normal", "curvature", "lift_m", "face", "uv"):
         column = getattr(found, name)
-        blank = -1 if name in ("sequence", "face") else 0
+        blank = -1 if name in ("sequence", "interaction", "face") else 0
         wide[name] = np.full((len(found), more, *column.shape[2:]), blank, dtype=column.dtype)
     return replace(found, **{name: np.concatenate([getattr(found, name), part], axis=1) for name, part in wide.items()})
 
@@ -83,9 +101,9 @@ def nothing(width: int) -> Candidates:
     """No candidates, of up to `width` reflections."""
     none, shape = np.zeros(0, dtype=np.int64), (0, width)
     return Candidates(
-        none, none, none, np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)), np.zeros((*shape, 3)),
-        np.zeros((*shape, 3, 3)), np.zeros(shape), np.zeros(shape, dtype=np.int64), np.zeros((*shape, 2)), none, none,
-        none,
+        none, none, none, np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)),
+        np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), np.zeros(shape), np.zeros(shape, dtype=np.int64),
+        np.zeros((*shape, 2)), none, none, none,
     )  # fmt: skip
 
 
@@ -113,22 +131,22 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
         reflects = order > k
         points[reflects, 1 + k] = hits[reflects, k]
     return Candidates(
-        pose, mic, order, sequence, points, np.zeros((count, width, 3)), np.zeros((count, width, 3, 3)),
-        np.zeros((count, width)), np.full((count, width), -1), np.zeros((count, width, 2)),
-        np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
+        pose, mic, order, sequence, tracing.world.numbering.interaction(sequence), points, np.zeros((count, width, 3)),
+        np.zeros((count, width, 3, 3)), np.zeros((count, width)), np.full((count, width), -1),
+        np.zeros((count, width, 2)), np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
     )  # fmt: skip
 
 
 def with_plane_normals(tracing: Tracing, found: Candidates) -> Candidates:
-    """Fill in the normals of the planar reflections, turned to the incident side."""
-    patches, frames = tracing.world.patches, tracing.placed
+    """The same with the normals of the planar reflections, on the incident side."""
+    patches, frames, normals = tracing.world.patches, tracing.placed, found.normal.copy()
     for k in range(found.sequence.shape[1]):
-        flat = np.flatnonzero((found.sequence[:, k] >= 0) & (found.sequence[:, k] < len(patches)))
+        flat = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
         patch = found.sequence[flat, k]
         normal = turned(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
         arriving, leaving = (
             np.sum(normal * (found.points_m[flat, k + 1 + i] - found.points_m[flat, k + i]), axis=1) for i in (0, 1)
         )
         arriving = np.where(np.abs(arriving) > ON_PLANE_M, arriving, -leaving)  # after the end of an edge on the plane
-        found.normal[flat, k] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
-    return found
+        normals[flat, k] = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
+    return replace(found, normal=normals)

@@ -24,6 +24,7 @@ from simulator.surfaces.wedges import Wedges, merge_wedges, no_wedges, wedges_of
 from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
 from simulator.world.frames import Carrier, Frames
+from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, facing, placed_mirrors
 from simulator.world.visibility import Blocker, blocker
 
@@ -57,22 +58,23 @@ class World:
         """Where each smooth surface ends: asked for only where integrals may take over from rays."""
         return tuple(border_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
 
-    @property
-    def first_wedge(self) -> int:
-        """Where the edges begin among the reflectors: after the patches and the surfaces."""
-        return len(self.patches) + len(self.surfaces)
+    @cached_property
+    def numbering(self) -> Numbering:
+        """The numbers of all reflectors."""
+        counts = len(self.patches), len(self.surfaces), len(self.wedges)
+        return Numbering(np.cumsum([0, *counts]))
 
-    @property
-    def first_body(self) -> int:
-        """Where the obstacles heard as a whole begin among the reflectors: after the edges."""
-        return self.first_wedge + len(self.wedges)
-
-    @property
-    def owner(self) -> Ints:
-        """(R,) obstacle of every reflector: patches, surfaces, edges, obstacles as a whole."""
+    @cached_property
+    def _owner(self) -> Ints:
+        """(R + 1,) obstacle of every reflector, and -1 at the end."""
         surfaces = np.array([s.obstacle for s in self.surfaces], dtype=np.int64)
-        whole = np.arange(len(self.obstacles))
-        return np.concatenate([self.patches.obstacle, surfaces, self.wedges.obstacle, whole]).astype(np.int64)
+        bodies = np.arange(len(self.obstacles))
+        owners = [self.patches.obstacle, surfaces, self.wedges.obstacle, bodies, np.array([-1])]
+        return np.concatenate(owners).astype(np.int64)
+
+    def obstacle_of(self, number: Ints) -> Ints:
+        """The obstacles of reflectors by their numbers; -1 for -1."""
+        return self._owner[number]
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from simulator.diffraction.edge_view import APEX, START
 from simulator.phone.transducers import Transducer
 from simulator.render import sum_envelopes, trace_walk
 from simulator.trace import still_tracing
+from simulator.world.interactions import Interaction
 from tests.references import fullwave
 
 C = 343.0
@@ -170,7 +171,7 @@ def test_edge_delay_is_followed_through_the_beep(phone):
     wedges = still_tracing(scene, phone, walk.pose([0.0]), np.zeros(1), Fidelity()).world
     checked = set()
     for row in edges:
-        wedge = paths.sequence[row, 0] - wedges.first_wedge
+        wedge = paths.sequence[row, 0] - wedges.numbering.first[Interaction.EDGE]
         start, end = (p[wedge] + wedges.origin_m for p in (wedges.wedges.start_m, wedges.wedges.end_m))
         for x in (-0.8, 0.5):
             time = motion.middle_s[row] + x * motion.half_width_s
