@@ -86,8 +86,8 @@ def recording_of(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
 
 def simulated_part(cell: Cell) -> Cell:
     """The cell with everything left out that changes nothing before the microphones: its simulation can be shared."""
-    heard_only = ("recording", "interferer", "knowledge", "settings", "scoring", "variant", "detector_sources")
-    kept = cell.model_dump(mode="json", exclude=set(heard_only))
+    after_microphones = ("recording", "interferer", "knowledge", "settings", "scoring", "variant", "detector_sources")
+    kept = cell.model_dump(mode="json", exclude=set(after_microphones))
     return Cell.model_validate(kept | {"detectors": ()})
 
 
@@ -108,7 +108,7 @@ def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording:
         width = cell.scoring.half_width_m
         return ground_truth(setting.scene, setting.walk, setting.phone, time_s, target=target, half_width_m=width)
 
-    # The way to the target takes range / c; one correction leaves less than 0.1 mm at walking speed.
+    # Sound to the target takes range / c; one correction leaves less than 0.1 mm at walking speed.
     speed = setting.scene.air.sound_speed_m_s
     return [ask(name, middles + ask(name, middles).range_m / speed) for name in setting.targets]
 

@@ -12,8 +12,15 @@ from benchmarks.cells.spec import counts_as
 from benchmarks.figures.data import Bar, Curve, distribution_steps
 from benchmarks.figures.plots import Line
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.paper_values import SHOWN, PaperValue
-from benchmarks.scoring.scores import Table, absolute_errors, quantile_with_interval, rate
+from benchmarks.scoring.paper_values import SHOWN, PaperValue, RatePair
+from benchmarks.scoring.scores import (
+    Table,
+    absolute_errors,
+    quantile_with_interval,
+    rate,
+    true_negative_rate,
+    true_positive_rate,
+)
 from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
@@ -106,6 +113,20 @@ def part(table: Table, column: str, value: object) -> Table:
 def rate_bar(group: str, series: str, found: Rate, paper: PaperValue | None = None) -> Bar:
     """A rate in percent with its Wilson interval."""
     return Bar(group, series, *percents(found), f"{found.k}/{found.n}", found.n, paper)
+
+
+def rate_pair(group: str, table: Table, paper: RatePair | None) -> list[Bar]:
+    """TP and TN of the walks of a table, beside the paper's where it has them."""
+    return [
+        rate_bar(group, TP, true_positive_rate(table), None if paper is None else paper.true_positive),
+        rate_bar(group, TN, true_negative_rate(table), None if paper is None else paper.true_negative),
+    ]
+
+
+def finite_quantile(values: Floats, q: float) -> float:
+    """Quantile of the finite values; NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(np.quantile(finite, q)) if len(finite) else np.nan
 
 
 def error_curve(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from benchmarks.figures.bench.alerts import plain_detectors
-from benchmarks.figures.measured import judged_detectors, sentences
+from benchmarks.figures.measured import finite_quantile, judged_detectors, sentences
 from benchmarks.figures.plots import Line, Panel, PlotFigure, Style
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
@@ -31,9 +31,9 @@ def range_budget(run: RunData) -> PlotFigure:
         parts = _budget(run, walking, still, detector not in CORRECT_RANGE_DOPPLER)
         lines = []
         for k, (label, quantile) in enumerate((("median", 0.5), ("P90", 0.9))):
-            heights = np.array([100 * _quantile(part, quantile) for part in parts])
+            heights = np.array([100 * finite_quantile(part, quantile) for part in parts])
             lines.append(Line(label, str(k), np.arange(4.0), heights, "points" if k == 0 else "ring"))
-        signed = 100 * _quantile(walking["range_m"] - walking["true_range_m"], 0.5)
+        signed = 100 * finite_quantile(walking["range_m"] - walking["true_range_m"], 0.5)
         panels.append(Panel(detector, "", "absolute range error, cm", tuple(lines), log="y", ticks=ticks, width_in=4.0))
         said.append(f"{detector}: signed median while walking {signed:+.1f} cm" if np.isfinite(signed) else detector)
     return PlotFigure(
@@ -151,11 +151,6 @@ def closing_speed(table: Table) -> Floats:
         if len(rows) > 1:
             speed[rows] = -np.gradient(table["true_range_m"][rows], table["time_s"][rows])
     return speed
-
-
-def _quantile(values: Floats, q: float) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.quantile(finite, q)) if len(finite) else np.nan
 
 
 def _fates(run: RunData, detector: str) -> list[float]:

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.budget import detected_enough
 from benchmarks.figures.bench.variants import variants
-from benchmarks.figures.measured import quantile_over_walks, strata
+from benchmarks.figures.measured import finite_quantile, quantile_over_walks, strata
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
@@ -140,8 +140,7 @@ def range_cm(point: Point) -> Floats:
 def spread(errors: Floats, point: Point, upper: float) -> Spread:
     """Median and upper quantile of the errors of a point's beeps."""
     median, low, high, _ = quantile_over_walks(errors, 0.5, point.beeps["walk"])
-    finite = errors[np.isfinite(errors)]
-    return Spread(median, low, high, float(np.quantile(finite, upper)) if len(finite) else np.nan)
+    return Spread(median, low, high, finite_quantile(errors, upper))
 
 
 def medians_of_shared_beeps(first: Point, now: Point) -> tuple[float, float]:

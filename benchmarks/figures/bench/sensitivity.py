@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.parameters import in_words, value_text
 from benchmarks.figures.bench.variants import holding_name, variant_name, variants
-from benchmarks.figures.measured import binned_rates, judged_detectors, sentences
+from benchmarks.figures.measured import binned_rates, finite_quantile, judged_detectors, sentences
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import (
@@ -221,9 +221,7 @@ def _bearing_error(run: RunData, detector: str) -> float:
 
 
 def _median(run: RunData, detector: str, column: str, truth: str) -> float:
-    errors = absolute_errors(beep_table(run, detector, "approach"), column, truth)
-    errors = errors[np.isfinite(errors)]
-    return float(np.median(errors)) if len(errors) else np.nan
+    return finite_quantile(absolute_errors(beep_table(run, detector, "approach"), column, truth), 0.5)
 
 
 def _estimates(run: RunData, detector: str) -> float:

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.figures.bench.parameters import in_words, scale_of
 from benchmarks.figures.bench.variants import band_name, holding_name, variants
-from benchmarks.figures.data import Bar, BarFigure, BarPanel
+from benchmarks.figures.data import BarFigure, BarPanel
 from benchmarks.figures.measured import (
     INTERVALS,
-    TN,
     TOP,
-    TP,
     judged_detectors,
     percents,
     quantile_over_walks,
     rate_against,
-    rate_bar,
+    rate_pair,
     rate_text,
 )
 from benchmarks.figures.plots import Line, Panel, PlotFigure
@@ -150,17 +149,12 @@ def _rates_figure(
         for group, part in named.items() if swept else ():
             tp, tn = _rates(part, detector)
             known = paper.get(group)
-            shown = _wrapped(group)
-            bars.append(rate_bar(shown, TP, tp, known.true_positive if known else None))
-            bars.append(rate_bar(shown, TN, tn, known.true_negative if known else None))
+            bars += rate_pair(_wrapped(group), approach_table(part, detector), known)
             clause = f", {rate_against(tp, known.true_positive)}" if known else ""
             said.append(f"{detector}, {group}: TP {rate_text(tp)}{clause}, TN {rate_text(tn)}.")
-        panels.append(BarPanel(detector, tuple(bars) or _no_bars()))
+        no_walks = approach_table(replace(run, cells=()), detector)
+        panels.append(BarPanel(detector, tuple(bars or rate_pair("", no_walks, None))))
     return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(said) or "No data.", note, TOP)
-
-
-def _no_bars() -> tuple[Bar, ...]:
-    return (Bar("", TP, np.nan, np.nan, np.nan, "", 0), Bar("", TN, np.nan, np.nan, np.nan, "", 0))
 
 
 def _rates(run: RunData, detector: str) -> tuple[Rate, Rate]:

@@ -9,8 +9,9 @@ as independent, which flatters them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -38,7 +39,7 @@ from benchmarks.figures.paper.claims_measured import (
 )
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
-from benchmarks.scoring.paper_values import PaperValue
+from benchmarks.scoring.paper_values import EnergyRow, PaperValue, RatePair
 
 BASELINE = "DistanceOnlyDetector"
 
@@ -83,85 +84,40 @@ class ClaimRow:
 
 def claims() -> list[Claim]:
     """All of them, in the paper's order of sections."""
-    found = [
+    return [
         _of("accuracy of collision prediction", PaperValue(0.92, "1", "abstract, section 6", ">"), accuracy, True),
         _order("crest wider when nearer", "section 3.6, Fig. 12", "wider", crest_nearer, "signals, size"),
         _order("crest wider for larger things", "section 3.6, Fig. 10", "wider", crest_wider, "signals, size"),
-        Claim(
-            "radius from crest against truth, correlation",
-            "section 3.6, Fig. 11",
-            "0.93",
-            radius_correlation,
-            paper_values.RADIUS_CORRELATION,
-            True,
-            "size",
-        ),
-        _of("TP, both scenes", paper_values.OVERALL.true_positive, tp, True),
-        _of("TN, both scenes", paper_values.OVERALL.true_negative, tn, True),
-    ]
-    for scene, pair in paper_values.BY_SCENE.items():
-        found.append(_of(f"TP, {scene}", pair.true_positive, by_scene(tp, scene), True))
-        found.append(_of(f"TN, {scene}", pair.true_negative, by_scene(tn, scene), True))
-    for band, pair in paper_values.BY_BAND.items():
-        found.append(_of(f"TP, {band}", pair.true_positive, in_band(tp, band), True, "bands"))
-        found.append(_of(f"TN, {band}", pair.true_negative, in_band(tn, band), True, "bands"))
-    found += [
+        Claim(*_RADIUS, "0.93", radius_correlation, paper_values.RADIUS_CORRELATION, True, "size"),
+        *_both("both scenes", paper_values.OVERALL, lambda rate: rate, "paper"),
+        *(each for s, p in paper_values.BY_SCENE.items() for each in _both(s, p, partial(by_scene, scene=s), "paper")),
+        *(each for b, p in paper_values.BY_BAND.items() for each in _both(b, p, partial(in_band, band=b), "bands")),
         _order("16-23 kHz has more true positives", "section 4.3, Fig. 18", "94.3 against 93.7 %", band_gain, "bands"),
         _order("walls do better than people", "section 4.4, Fig. 19", "larger is better", size_gain, "paper"),
-        _order(
-            "S8+ does better than S5 at the same place", "section 4.5, Fig. 20", "a little better", phone_gain, "paper"
-        ),
+        _order("S8+ does better than S5 at the same place", "section 4.5, Fig. 20", "a little better", phone_gain),
         _of("accuracy within 5 m", PaperValue(0.90, "1", "section 4.6", ">"), accuracy_in(5.0), True),
-    ]
-    for range_m, value in paper_values.DISTANCE1_MEDIAN.items():
-        found.append(
-            _of(f"Distance1 at {range_m:g} m, median", value, error_of("range_m", 0.5, range_m), False, "ranging")
-        )
-    for range_m in (1.5, 3.0, 5.0):
-        found.append(
-            _of(
-                f"Distance1 at {range_m:g} m, P90",
-                paper_values.DISTANCE1_P90,
-                error_of("range_m", 0.9, range_m),
-                False,
-                "ranging",
+        *(
+            _error(f"Distance1 at {range_m:g} m, median", value, "range_m", 0.5, "ranging", range_m)
+            for range_m, value in paper_values.DISTANCE1_MEDIAN.items()
+        ),
+        *(
+            _error(f"{name} at {range_m:g} m, P90", value, column, 0.9, "ranging", range_m)
+            for range_m in (1.5, 3.0, 5.0)
+            for name, column, value in (
+                ("Distance1", "range_m", paper_values.DISTANCE1_P90),
+                ("Distance2", "range2_m", paper_values.DISTANCE2_P90),
             )
-        )
-        found.append(
-            _of(
-                f"Distance2 at {range_m:g} m, P90",
-                paper_values.DISTANCE2_P90,
-                error_of("range2_m", 0.9, range_m),
-                False,
-                "ranging",
-            )
-        )
-    found += [
-        _of("bearing, median", paper_values.BEARING_MEDIAN, error_of("bearing_rad", 0.5), False, "bearing"),
-        _of("bearing, P80", paper_values.BEARING_P80, error_of("bearing_rad", 0.8), False, "bearing"),
-        _of("radius, median", paper_values.RADIUS_MEDIAN, error_of("radius_m", 0.5), False, "size"),
-        _of("radius, P80", paper_values.RADIUS_P80, error_of("radius_m", 0.8), False, "size"),
+        ),
+        _error("bearing, median", paper_values.BEARING_MEDIAN, "bearing_rad", 0.5, "bearing"),
+        _error("bearing, P80", paper_values.BEARING_P80, "bearing_rad", 0.8, "bearing"),
+        _error("radius, median", paper_values.RADIUS_MEDIAN, "radius_m", 0.5, "size"),
+        _error("radius, P80", paper_values.RADIUS_P80, "radius_m", 0.8, "size"),
         _of("false alerts over all walks", paper_values.FALSE_ALERTS["PaperDetector"], false_alerts, False),
         replace(
             _of("false alerts over all walks, distance only", paper_values.FALSE_ALERTS[BASELINE], false_alerts, False),
             baseline=True,
         ),
-    ]
-    for row in paper_values.ENERGY:
-        printed = f"{row.used_mah:.0f} mAh, {100 * row.share:.1f} %"
-        found.append(
-            Claim(
-                f"charge of 30 minutes, {row.phone} (ours: a model)",
-                "section 4.9, Table 1",
-                printed,
-                charge,
-                row.used_mah,
-                False,
-                "energy",
-            )
-        )
-    return [
-        *found,
+        *(_charge(row) for row in paper_values.ENERGY),
         _order("horizontal holding tells left from right", "section 5.1", "possible", side_known, "holding"),
         _order(
             "another band is disturbed less than the same", "section 5.3", "FDMA mitigates", other_band, "interference"
@@ -212,7 +168,32 @@ def _of(text: str, paper: PaperValue, measure: Measure, more: bool, suite: str =
     return Claim(text, paper.source, paper.text, measure, paper.value, more, suite)
 
 
-def _order(text: str, source: str, paper: str, measure: Measure, suite: str) -> Claim:
+_RADIUS = ("radius from crest against truth, correlation", "section 3.6, Fig. 11")
+
+
+def _both(where: str, pair: RatePair, narrowed: Callable[[Measure], Measure], suite: str) -> list[Claim]:
+    """TP and TN of one stratum."""
+    return [
+        _of(f"TP, {where}", pair.true_positive, narrowed(tp), True, suite),
+        _of(f"TN, {where}", pair.true_negative, narrowed(tn), True, suite),
+    ]
+
+
+def _error(
+    text: str, paper: PaperValue, column: str, quantile: float, suite: str, standing_m: float | None = None
+) -> Claim:
+    return _of(text, paper, error_of(column, quantile, standing_m), False, suite)
+
+
+def _charge(row: EnergyRow) -> Claim:
+    text, printed = (
+        f"charge of 30 minutes, {row.phone} (ours: a model)",
+        f"{row.used_mah:.0f} mAh, {100 * row.share:.1f} %",
+    )
+    return Claim(text, "section 4.9, Table 1", printed, charge, row.used_mah, False, "energy")
+
+
+def _order(text: str, source: str, paper: str, measure: Measure, suite: str = "paper") -> Claim:
     return Claim(text, source, paper, measure, None, True, suite)
 
 
@@ -227,13 +208,5 @@ def _row(claim: Claim, runs: Sequence[RunData], detector: str) -> ClaimRow:
     ends = "–" if found.p_value is None else f"p = {found.p_value:.2g}"
     if np.isfinite([found.low, found.high]).all():
         ends = f"{found.shown(found.low)} to {found.shown(found.high)}"
-    return ClaimRow(
-        claim.text,
-        claim.source,
-        claim.paper,
-        found.text or found.shown(found.value),
-        ends,
-        found.count,
-        word,
-        claim.suite,
-    )
+    ours = found.text or found.shown(found.value)
+    return ClaimRow(claim.text, claim.source, claim.paper, ours, ends, found.count, word, claim.suite)

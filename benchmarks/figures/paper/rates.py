@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from benchmarks.cells.spec import counts_as
-from benchmarks.figures.data import Bar, BarFigure, BarPanel
+from benchmarks.figures.data import BarFigure, BarPanel
 from benchmarks.figures.measured import (
     BASELINE,
     INTERVALS,
     NO_DATA,
-    TN,
     TOP,
-    TP,
     extreme,
     judged_detectors,
     part,
     rate_against,
-    rate_bar,
+    rate_pair,
     rate_text,
     strata,
     walking_detectors,
@@ -35,7 +33,7 @@ def overall_rates(run: RunData) -> BarFigure:
     """Figure 16: every detector over all walks."""
     names = walking_detectors(run) or ["PaperDetector"]
     tables = {name: approach_table(run, name) for name in names}
-    bars = [bar for name in names for bar in _pair(name, tables[name], _overall_paper(name))]
+    bars = [bar for name in names for bar in rate_pair(name, tables[name], _overall_paper(name))]
     mean = paper_values.case_weighted_mean()
     return BarFigure(
         name="fig16",
@@ -81,17 +79,10 @@ def _by(
     panels = []
     for detector in detectors:
         known = {} if detector == BASELINE else paper
-        bars = [b for g in groups for b in _pair(g, part(tables[detector], column, g), known.get(g))]
+        bars = [b for g in groups for b in rate_pair(g, part(tables[detector], column, g), known.get(g))]
         panels.append(BarPanel(detector, tuple(bars)))
     readings = [_group_sentence(d, column, groups, tables[d], paper) for d in detectors]
     return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(readings), note, TOP)
-
-
-def _pair(group: str, table: Table, paper: RatePair | None) -> list[Bar]:
-    return [
-        rate_bar(group, TP, true_positive_rate(table), None if paper is None else paper.true_positive),
-        rate_bar(group, TN, true_negative_rate(table), None if paper is None else paper.true_negative),
-    ]
 
 
 def _overall_paper(detector: str) -> RatePair | None:
