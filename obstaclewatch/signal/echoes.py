@@ -12,7 +12,6 @@ from scipy import ndimage
 
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.quantiles import order_statistic
 
 TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = float(np.sqrt(-np.log(0.75)))
@@ -135,7 +134,7 @@ def noise_amplitude(magnitude: Floats) -> float:
 
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
     """
-    return order_statistic(magnitude, len(magnitude) // 4) / QUARTILE_TO_RMS
+    return np.partition(magnitude, len(magnitude) // 4)[len(magnitude) // 4] / QUARTILE_TO_RMS
 
 
 @numba.njit(cache=True)

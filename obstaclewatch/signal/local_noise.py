@@ -6,7 +6,6 @@ import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.quantiles import order_statistic
 
 QUANTILE = 0.6
 QUANTILE_TO_RMS = float(np.sqrt(-np.log(1.0 - QUANTILE)))
@@ -24,7 +23,7 @@ def local_noise(magnitude: Floats, window: int) -> Floats:
     hop, rank = window // 2, int(QUANTILE * window)
     level, noise = np.empty(len(magnitude) // hop - 1), np.empty(len(magnitude))
     for row in range(len(level)):
-        level[row] = order_statistic(magnitude[row * hop : (row + 2) * hop], rank) / QUANTILE_TO_RMS
+        level[row] = np.partition(magnitude[row * hop : (row + 2) * hop], rank)[rank] / QUANTILE_TO_RMS
     noise[:hop] = level[0]  # up to the first window's middle
     for row in range(len(level) - 1):
         slope = (level[row + 1] - level[row]) / hop

@@ -1,1 +1,1 @@
-"""What every room shares: array types, checked arguments, the store of compiled functions, quantiles."""
+"""What every room shares: array types, checked arguments, and the store of compiled functions."""

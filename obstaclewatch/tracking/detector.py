@@ -224,7 +224,7 @@ class TrackingDetector(StreamingDetector):
 
 def has_approached(track: Track) -> bool:
     """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
-    range_m = track.past.rows[:, 1]
+    range_m = [read_m for _, read_m, _ in track.past]
     travelled = len(range_m) >= LEAST_BEEPS and range_m[0] - range_m[-1] >= LEAST_TRAVEL_M
     return track.misses <= MOST_MISSES and bool(travelled)
 

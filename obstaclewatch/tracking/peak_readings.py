@@ -24,7 +24,6 @@ from obstaclewatch.signal.echoes import (
 from obstaclewatch.signal.local_noise import local_noise
 from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
-from obstaclewatch.support.quantiles import order_statistic
 from obstaclewatch.tracking.track_before_detect import log_ratio
 
 CLUTTER_FACTOR = 1.6
@@ -126,7 +125,7 @@ def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int)
     peaks = local_maxima(magnitude)
     peaks = keep_separated(magnitude, peaks[height[peaks] >= PEAK_TO_RMS], separation)
     if len(peaks) > most:
-        peaks = peaks[height[peaks] >= order_statistic(height[peaks], len(peaks) - most)]
+        peaks = peaks[height[peaks] >= np.partition(height[peaks], len(peaks) - most)[len(peaks) - most]]
     return peaks
 
 

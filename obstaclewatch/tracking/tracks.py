@@ -14,9 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.signal.carrier_phase import OFFSETS_M
-from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.recent_rows import LastRows
+from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes
 from obstaclewatch.tracking.kalman import begun, expected_reading, predicted, updated
 from obstaclewatch.tracking.moving_peaks import MovingPeaks
 from obstaclewatch.tracking.range_fit import FITTED_BEEPS, Timing, TrackRange, track_range
@@ -52,6 +50,8 @@ ACCELERATION_M_S2 = 0.35
 GATE_DEVIATIONS = 3.5
 TWINS_M, TWINS_M_S = 0.08, 0.4
 """Differences below which two tracks follow the same echo."""
+Reading = tuple[float, float, float]
+"""Of a peak: time, range and the range's deviation."""
 
 
 @dataclass
@@ -67,7 +67,7 @@ class Track:
         misses: beeps since that peak.
         judged, course: the courses that it was last thought to take, and what was to be expected of them at the last
             beep; None before the first judgement.
-        past: the last peaks: time, range and its deviation.
+        past: the last peaks, oldest first.
         second: microphone 1 around them.
         heard_s: time of the last.
         readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no course.
@@ -83,10 +83,10 @@ class Track:
     misses: int = 0
     judged: Posterior | None = None
     course: Course | None = None
-    past: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, 3))
-    second: LastRows = field(default_factory=lambda: LastRows(KEPT_BEEPS, len(OFFSETS_M), np.complex64))
+    past: deque[Reading] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
+    second: deque[SingleComplexes] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
     heard_s: float = -np.inf
-    readings: LastRows = field(default_factory=lambda: LastRows(FITTED_BEEPS, 3))
+    readings: deque[Reading] = field(default_factory=lambda: deque(maxlen=FITTED_BEEPS))
 
     def follow(self, time_s: float, peaks: MovingPeaks, taken: Flags, ahead_s: float) -> int:
         """Move on to a beep and update by the likeliest of the peaks not taken; which it is, -1 for none."""
@@ -108,17 +108,18 @@ class Track:
         """Drop a third of the peaks kept for judgement, the oldest, if enough are left to judge."""
         dropped = len(self.past) // 3
         if len(self.past) - dropped >= LEFT_PEAKS:
-            self.past.drop(dropped)
-            self.second.drop(dropped)
+            for _ in range(dropped):
+                self.past.popleft()
+                self.second.popleft()
 
     def samples(self, ahead_s: float) -> Samples:
         """What was measured, at the times that the readings stand for."""
-        time_s, range_m, range_std_m = self.past.rows.T.copy()
-        return Samples(time_s + ahead_s, range_m, range_std_m, self.second.rows)
+        time_s, range_m, range_std_m = np.array(self.past).T.copy()
+        return Samples(time_s + ahead_s, range_m, range_std_m, np.array(self.second))
 
     def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
         """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""
-        return track_range(self.readings.rows, self.time_s, timing, swing, course.bob, course.surge)
+        return track_range(np.array(self.readings), self.time_s, timing, swing, course.bob, course.surge)
 
 
 class _FreePeaks(NamedTuple):

@@ -15,7 +15,6 @@ import numpy as np
 
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.quantiles import median
 
 LEAST_BEEPS = 12
 """A second: two steps, over which the swing is averaged away."""
@@ -67,7 +66,7 @@ class LiftListener:
         if self._count < LEAST_BEEPS:
             return nan
         highest = int(np.argmax(self._power))
-        stands_out = self._power[highest] > LEAST_CONTRAST * median(self._power)
+        stands_out = self._power[highest] > LEAST_CONTRAST * float(np.median(self._power))
         if not stands_out or not 0 < highest < len(self._power) - 1:
             return nan
         offset, _ = refined_peak(np.sqrt(self._power), highest)

@@ -11,6 +11,7 @@ taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad r
 
 from __future__ import annotations
 
+from collections import deque
 from math import sqrt
 from typing import NamedTuple
 
@@ -21,8 +22,6 @@ from obstaclewatch.signal.carrier_phase import phase_at
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.support.arrays import Complexes, Floats
-from obstaclewatch.support.quantiles import median
-from obstaclewatch.support.recent_rows import LastRows
 from obstaclewatch.walker.sinusoid import common_sinusoid
 
 STEP_RAD_S = 2.0 * np.pi * np.arange(1.3, 2.45, 0.05)
@@ -142,7 +141,7 @@ class StepListener:
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self.lift(pitch_rad)
-        self._heard = LastRows(MEMORY_BEEPS, 3)
+        self._heard = deque[tuple[float, float, float]](maxlen=MEMORY_BEEPS)
 
     def lift(self, pitch_rad: float) -> None:
         """Take another lift of the top edge for the mean; what was heard stays."""
@@ -164,7 +163,7 @@ class StepListener:
         """
         if len(self._heard) < LEAST_BEEPS:
             return STEADY
-        return Swing(*_swing(self._heard.rows, self._pitch_per_phase(height_m), self._ahead_s))
+        return Swing(*_swing(np.array(self._heard), self._pitch_per_phase(height_m), self._ahead_s))
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
@@ -190,7 +189,7 @@ def _swing(heard: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float
 @numba.njit(cache=True)
 def _departures(read_m: Floats, phase_rad: Floats) -> Floats:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
-    departures, middle = np.empty((2, len(read_m))), median(read_m)
+    departures, middle = np.empty((2, len(read_m))), np.median(read_m)
     turned = 0.0j
     for beep in range(len(read_m)):
         turned += np.exp(1j * phase_rad[beep])

@@ -144,5 +144,5 @@ def test_a_track_forgets_its_oldest_third_if_enough_are_left(kept, left):
         track.past.append((PERIOD_S * k, 1.0, 0.01))
         track.second.append(k)
     track.forget_oldest()
-    assert track.past.rows[:, 0].tolist() == [PERIOD_S * k for k in range(kept - left, kept)]
-    assert track.second.rows[:, 0].tolist() == list(range(kept - left, kept))
+    assert [time_s for time_s, _, _ in track.past] == [PERIOD_S * k for k in range(kept - left, kept)]
+    assert list(track.second) == list(range(kept - left, kept))
