@@ -23,9 +23,9 @@ class Flag(IntFlag):
     CLAMPED = 1
     """The path difference left arccos's domain; the bearing is 0 or pi."""
     BODY_DEDUCTED = 2
-    """Microphone 1 heard the obstacle by way of the walker's body; the detour was deducted."""
+    """Microphone 1 received the obstacle by way of the walker's body; the detour was deducted."""
     NO_SECOND_MIC = 4
-    """Microphone 1 heard nothing of the candidate: no bearing."""
+    """Microphone 1 received nothing of the candidate: no bearing."""
     IDENTICAL_CHANNELS = 8
     """Both channels are equal (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by range only."""
     UNCONFIRMED = 16

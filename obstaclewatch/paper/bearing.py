@@ -17,7 +17,7 @@ class PathDifference:
     """u = path 2 - path 1 of n candidates; since both share the speaker's leg, u = D2 - D1.
 
     Attributes:
-        u_m: (n,) NaN where microphone 1 heard nothing that can be the candidate.
+        u_m: (n,) NaN where microphone 1 received nothing that can be the candidate.
         amplitude: (n,) height of the peak at microphone 1, NaN likewise.
         body_deducted: (n,) the peak came by way of the walker's body, and the detour was taken off.
     """
@@ -87,7 +87,7 @@ def deducted_difference(
 def body_distance(excess_m: float, separation_m: float, cos_pitch: float = 1.0) -> float:
     """Distance from microphone 1 to the walker's body, from the excess of the body's echo over the direct path.
 
-    With the speaker at the other end of the phone, L away and lifted by the pitch, and the body a vertical plane:
+    With the speaker at the other end of the phone, L away and pitched, and the body a vertical plane:
     (L + excess)^2 = (L cos(pitch) + 2 d)^2 + (L sin(pitch))^2. For a level phone d = excess / 2.
     """
     sine2 = 1.0 - cos_pitch**2

@@ -32,7 +32,7 @@ class CollisionVote:
         self._votes.clear()
 
 
-def on_course(range_m: Floats, bearing_rad: Floats, radius_m: Floats, half_width_m: float) -> Flags:
+def on_collision_course(range_m: Floats, bearing_rad: Floats, radius_m: Floats, half_width_m: float) -> Flags:
     """(n,) whether the walker would meet the obstacle (Eq. 4, corrected): D1 sin(bearing) <= radius + half width.
 
     An unknown radius (NaN) counts as 0, an unknown bearing as no collision. What lies behind cannot be met.
@@ -41,7 +41,7 @@ def on_course(range_m: Floats, bearing_rad: Floats, radius_m: Floats, half_width
     return (miss_m <= np.where(np.isnan(radius_m), 0.0, radius_m) + half_width_m) & (bearing_rad < np.pi / 2)
 
 
-def on_course_printed(bearing_rad: Floats, collision_angle_rad: Floats) -> Flags:
+def on_collision_course_printed(bearing_rad: Floats, collision_angle_rad: Floats) -> Flags:
     """(n,) Eq. 4 as printed: bearing <= delta; NaN is no collision."""
     return bearing_rad <= collision_angle_rad
 

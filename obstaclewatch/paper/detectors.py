@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.detection import Detection, Flag
-from obstaclewatch.paper.collision import CollisionVote, decide, on_course, on_course_printed
+from obstaclewatch.paper.collision import CollisionVote, decide, on_collision_course, on_collision_course_printed
 from obstaclewatch.paper.measurement import Measurement
 from obstaclewatch.paper.pipeline import EchoPipeline, StillPipeline
 from obstaclewatch.paper.settings import PaperSettings
@@ -100,8 +100,10 @@ class PaperDetector(EchoDetector):
         if Flag.IDENTICAL_CHANNELS in found.beep_flags:
             return near
         if not settings.errata.walker_width:
-            return near & on_course_printed(found.bearing_rad, found.collision_angle_rad)
-        return near & on_course(found.range_m, found.bearing_rad, found.radius_m, settings.walker_half_width_m)
+            return near & on_collision_course_printed(found.bearing_rad, found.collision_angle_rad)
+        return near & on_collision_course(
+            found.range_m, found.bearing_rad, found.radius_m, settings.walker_half_width_m
+        )
 
     def _alert_range_m(self) -> float:
         return self.settings.danger_m

@@ -118,7 +118,7 @@ class EchoPipeline:
         snr = 2.0 * (echoes.amplitude / noise) ** 2
         path1_m = self._path_m(echoes, start_s[0])
         if identical:
-            difference = _unheard(len(echoes))
+            difference = _no_difference(len(echoes))
         else:
             difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
         placed = self._placed(profile, echoes, float(start_s[0]), snr, difference)
@@ -160,29 +160,31 @@ class EchoPipeline:
             profile.position(start_s + 2.0 * range_m / self.sound_speed_m_s)
             for range_m in (settings.near_m, settings.far_m)
         )
-        heard = profile.magnitude[0, first : last + 1]
+        received = profile.magnitude[0, first : last + 1]
         window = round(settings.peak_window_s * profile.rate_hz)
         if settings.errata.separated_peaks:
-            high = self._high_enough(heard, local_maxima(heard), profile.rate_hz, direct)
-            peaks = keep_separated(heard, high, round(SEPARATION_SHARE * window))
+            high = self._high_enough(received, local_maxima(received), profile.rate_hz, direct)
+            peaks = keep_separated(received, high, round(SEPARATION_SHARE * window))
         else:
-            best = highest_of_windows(heard, window)
-            peaks = self._high_enough(heard, best, profile.rate_hz, direct)
-        noise = noise_amplitude(heard)
+            best = highest_of_windows(received, window)
+            peaks = self._high_enough(received, best, profile.rate_hz, direct)
+        noise = noise_amplitude(received)
         return self._echoes_of(profile, 0, peaks + first, noise), noise
 
     def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
         """Echoes at peaks of a channel, under noise of that rms: one each."""
         return echoes_at(profile, channel, peaks)
 
-    def _high_enough(self, heard: Floats, peaks: NDArray[np.intp], rate_hz: float, direct: float) -> NDArray[np.intp]:
+    def _high_enough(
+        self, received: Floats, peaks: NDArray[np.intp], rate_hz: float, direct: float
+    ) -> NDArray[np.intp]:
         """Those of the peaks that reach the threshold."""
         settings = self.settings
         if not settings.errata.local_threshold:
-            return peaks[heard[peaks] >= mean_threshold(heard, settings.threshold_factor)]
+            return peaks[received[peaks] >= mean_threshold(received, settings.threshold_factor)]
         least = direct * 10.0 ** (settings.floor_db / 20.0)
-        peaks = above_sidelobes(heard, peaks, round(SIDELOBE_HALF_WIDTH_S * rate_hz), least)
-        return peaks[os_cfar_passes(heard, peaks, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))]
+        peaks = above_sidelobes(received, peaks, round(SIDELOBE_HALF_WIDTH_S * rate_hz), least)
+        return peaks[os_cfar_passes(received, peaks, settings.cfar_factor, round(CFAR_HALF_WIDTH_S * rate_hz))]
 
     def _motion(self, range_m: Floats, time_s: float) -> Motion:
         """Compare the peaks with those of earlier beeps, then remember them."""
@@ -240,7 +242,7 @@ class EchoPipeline:
         return Placed(range_m, range2_m, bearing_rad, spread, clamped)
 
     def _body_distance_m(self, profile: EchoProfile, start_s: float, least: float) -> float:
-        """From microphone 1 to the walker's body; NaN if no echo of it is heard."""
+        """From microphone 1 to the walker's body; NaN if no echo of it is received."""
         near_m, far_m = self.settings.body_distance_m
         straight_m = float(self._speaker_m[1]) if self.settings.errata.shared_start else 0.0
         window = (straight_m + 2.0 * near_m, straight_m + 2.0 * far_m)
@@ -315,5 +317,5 @@ def _flags(
     return flags
 
 
-def _unheard(count: int) -> PathDifference:
+def _no_difference(count: int) -> PathDifference:
     return PathDifference(np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool))

@@ -31,8 +31,8 @@ HANN_ENERGY_SPREAD = 0.14145
 
 
 @dataclass(frozen=True)
-class HeardBeep:
-    """The beep as heard.
+class DetectedBeep:
+    """The beep as received.
 
     Attributes:
         start_hz, stop_hz: ends of the sweep.
@@ -59,7 +59,7 @@ class HeardBeep:
         )
 
 
-def heard_beep(samples: NDArray[np.floating], sample_rate_hz: float) -> HeardBeep | None:
+def detected_beep(samples: NDArray[np.floating], sample_rate_hz: float) -> DetectedBeep | None:
     """The sweep that repeats in the first seconds of a channel; None if nothing does.
 
     Args:
@@ -75,7 +75,7 @@ def heard_beep(samples: NDArray[np.floating], sample_rate_hz: float) -> HeardBee
     if not fits:
         return None
     start, stop, duration, low, high = np.median(fits, axis=0).tolist()
-    return HeardBeep(start, stop, duration, period * HOP_S, (low, high))
+    return DetectedBeep(start, stop, duration, period * HOP_S, (low, high))
 
 
 def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[Floats, Floats]:

@@ -64,8 +64,8 @@ class Calibration:
 
     def usable_band_hz(self, mic: int, loss_db: float = 10.0) -> tuple[float, float]:
         """Lowest and highest frequency at which a microphone's response is within `loss_db` of its best."""
-        heard = self.response_hz[self.response_db[mic] >= -loss_db]
-        return float(heard[0]), float(heard[-1])
+        received = self.response_hz[self.response_db[mic] >= -loss_db]
+        return float(received[0]), float(received[-1])
 
 
 def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> Calibration:

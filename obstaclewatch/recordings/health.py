@@ -10,7 +10,7 @@ import numpy as np
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
-from obstaclewatch.recordings.beep_identification import HeardBeep, heard_beep
+from obstaclewatch.recordings.beep_identification import DetectedBeep, detected_beep
 from obstaclewatch.recordings.calibration import Calibration, calibrate
 from obstaclewatch.recordings.sample_faults import (
     ZERO_RUN_S,
@@ -39,13 +39,13 @@ MANY_BEEPS = 8
 """Beeps without which the clock's drift cannot be told from a gap, nor deafness from walking into something."""
 DEAF_DB, DEAF_S = -60.0, 0.2e-3
 """Level of the direct sound against microphone 0's below which, and median deviation of its delay beyond which it is
-not heard: phones have -8 to -35 dB and 0.01 ms, noise alone 0.6 ms, since it is highest anywhere."""
+not received: phones have -8 to -35 dB and 0.01 ms, noise alone 0.6 ms, since it is highest anywhere."""
 SWAPPED_S = 5e-6
 SWAPPED_DB = 2.0
 OTHER_RATE = 0.15
 """Share by which the sweep may be faster or slower than designed; phones that swallow an edge read 0.03 off."""
 OUTSIDE_SHARE = 0.08
-"""Share of the bandwidth by which the core of the heard energy may lie outside the design's band. What a phone's
+"""Share of the bandwidth by which the core of the received energy may lie outside the design's band. What a phone's
 response swallows of the band is no sign of another beep; energy where none was played is."""
 OTHER_PERIOD = 0.01
 MID_BEEP_ENERGY = 0.05
@@ -103,7 +103,7 @@ class RecordingHealth:
 
     Attributes:
         findings: empty for a clean recording; where the beep is missing or another one, that alone.
-        heard: the beep that repeats in the recording; None if none does.
+        detected: the beep that repeats in the recording; None if none does.
         calibration: what the direct sound tells; None without a beep.
 
     >>> import numpy as np
@@ -115,7 +115,7 @@ class RecordingHealth:
     """
 
     findings: tuple[Finding, ...]
-    heard: HeardBeep | None
+    detected: DetectedBeep | None
     calibration: Calibration | None
 
     @property
@@ -131,8 +131,8 @@ class RecordingHealth:
     def lines(self) -> list[str]:
         """For people: the findings, and what was calibrated."""
         told = [str(finding) for finding in self.findings] or ["recording: nothing wrong found"]
-        if self.heard is not None:
-            told.append(f"beep heard: {self.heard}")
+        if self.detected is not None:
+            told.append(f"beep received: {self.detected}")
         if self.calibration is not None:
             told.extend(_calibration_lines(self.calibration, Fault.DEAF_MICROPHONE in self.faults))
         return told
@@ -160,14 +160,14 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     >>> inspect_recording(Recording(samples, beep.sample_rate_hz), beep, phone).usable
     True
     """
-    heard = heard_beep(recording.samples[0], recording.sample_rate_hz)
+    detected = detected_beep(recording.samples[0], recording.sample_rate_hz)
     try:
         calibration = calibrate(recording, beep, phone)
     except NoBeepError:
-        return RecordingHealth((_without_beep(recording, beep, phone, heard),), heard, None)
-    other = _other_beep(heard, calibration, beep)
+        return RecordingHealth((_without_beep(recording, beep, phone, detected),), detected, None)
+    other = _other_beep(detected, calibration, beep)
     if other is not None:
-        return RecordingHealth((other,), heard, calibration)
+        return RecordingHealth((other,), detected, calibration)
     findings = [
         *_channels(recording, calibration, phone),
         _clipped(recording, beep),
@@ -176,33 +176,37 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
         _clock_drift(calibration, beep),
         _mid_beep_start(recording, calibration, beep),
     ]
-    return RecordingHealth(tuple(f for f in findings if f is not None), heard, calibration)
+    return RecordingHealth(tuple(f for f in findings if f is not None), detected, calibration)
 
 
-def _without_beep(recording: Recording, beep: BeepDesign, phone: PhoneGeometry, heard: HeardBeep | None) -> Finding:
+def _without_beep(
+    recording: Recording, beep: BeepDesign, phone: PhoneGeometry, detected: DetectedBeep | None
+) -> Finding:
     swapped = Recording(recording.samples[::-1], recording.sample_rate_hz)
     try:
         BeepFinder(beep, 0.0).first_emission(swapped.samples)
-        return Finding(Fault.NO_BEEP, "microphone 0 (top) hears none, microphone 1 does: is the first channel the top?")
+        return Finding(
+            Fault.NO_BEEP, "microphone 0 (top) receives none, microphone 1 does: is the first channel the top?"
+        )
     except NoBeepError:
         pass
-    if heard is not None:
-        return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, heard {heard}")
+    if detected is not None:
+        return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, received {detected}")
     return Finding(Fault.NO_BEEP, f"expected {_designed(beep)}, nothing of the kind repeats in the recording")
 
 
-def _other_beep(heard: HeardBeep | None, calibration: Calibration, beep: BeepDesign) -> Finding | None:
-    """A beep so like the design that it was found, yet another. Gaps may spoil the period heard, but not both."""
-    if heard is None:
+def _other_beep(detected: DetectedBeep | None, calibration: Calibration, beep: BeepDesign) -> Finding | None:
+    """A beep so like the design that it was found, yet another. Gaps may spoil the period received, but not both."""
+    if detected is None:
         return None
-    rate = abs(heard.chirp_rate_hz_s / beep.chirp_rate_hz_s - 1.0)
+    rate = abs(detected.chirp_rate_hz_s / beep.chirp_rate_hz_s - 1.0)
     low, high = sorted((beep.start_hz, beep.stop_hz))
-    outside = max(low - heard.core_hz[0], heard.core_hz[1] - high) / (high - low)
+    outside = max(low - detected.core_hz[0], detected.core_hz[1] - high) / (high - low)
     found_s = np.diff(calibration.emission_s)
-    periods = np.array([heard.period_s, np.median(found_s) if len(found_s) else np.inf]) / beep.period_s
+    periods = np.array([detected.period_s, np.median(found_s) if len(found_s) else np.inf]) / beep.period_s
     if rate <= OTHER_RATE and outside <= OUTSIDE_SHARE and np.abs(periods - 1.0).min() <= OTHER_PERIOD:
         return None
-    return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, heard {heard}")
+    return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, received {detected}")
 
 
 def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeometry) -> list[Finding | None]:
@@ -211,13 +215,13 @@ def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeomet
     if not recording.samples[1].any():
         return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded silence: no bearing, range only")]
     if _is_deaf(calibration):
-        return [Finding(Fault.DEAF_MICROPHONE, _unheard(calibration))]
+        return [Finding(Fault.DEAF_MICROPHONE, _no_difference(calibration))]
     return [_swapped(calibration, phone)]
 
 
-def _unheard(calibration: Calibration) -> str:
+def _no_difference(calibration: Calibration) -> str:
     return (
-        "microphone 1 does not hear the speaker, "
+        "microphone 1 does not receive the speaker, "
         f"{calibration.mic_gain_db:.0f} dB against microphone 0 where it should: no bearing, range only"
     )
 
@@ -230,13 +234,13 @@ def _is_deaf(calibration: Calibration) -> bool:
 
 
 def _swapped(calibration: Calibration, phone: PhoneGeometry) -> Finding | None:
-    """The speaker's own microphone must hear it first and loudest."""
+    """The speaker's own microphone must receive it first and loudest."""
     own = phone.speaker_to_mic_m
     if own[0] >= own[1] or calibration.mic_delay_s > -SWAPPED_S or calibration.mic_gain_db < SWAPPED_DB:
         return None
     return Finding(
         Fault.SWAPPED_CHANNELS,
-        f"microphone 1 hears the speaker {-calibration.mic_delay_s * 1e6:.0f} us before microphone 0 and "
+        f"microphone 1 receives the speaker {-calibration.mic_delay_s * 1e6:.0f} us before microphone 0 and "
         f"{calibration.mic_gain_db:.1f} dB louder, though {own[1] - own[0]:.3f} m farther from it",
     )
 
@@ -294,7 +298,7 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
 
 
 def _clock_ratio(calibration: Calibration, beep: BeepDesign) -> float:
-    """Share by which the beeps' period is heard longer than designed; 0 if too few or too irregular to be a clock's.
+    """Share by which the beeps' period is received longer than designed; 0 if too few or too irregular to be a clock's.
 
     The median over a quarter of the beeps each, of which one gap spoils a third.
     """
@@ -357,7 +361,7 @@ def _whole_periods(recording: Recording, calibration: Calibration, beep: BeepDes
 
 def _designed(beep: BeepDesign) -> str:
     band = (beep.start_hz, beep.stop_hz)
-    return str(HeardBeep(*band, beep.duration_s, beep.period_s, band))
+    return str(DetectedBeep(*band, beep.duration_s, beep.period_s, band))
 
 
 def _calibration_lines(calibration: Calibration, deaf: bool) -> list[str]:
@@ -365,8 +369,8 @@ def _calibration_lines(calibration: Calibration, deaf: bool) -> list[str]:
     speed = calibration.sound_speed_m_s
     told = f"{speed:.0f} m/s" if np.isfinite(speed) else "not observable, the direct sound comes through the case"
     balance = (
-        f"microphone 1 hears the speaker {calibration.mic_delay_s * 1e6:+.0f} us and {calibration.mic_gain_db:+.1f} dB "
-        "against microphone 0"
+        f"microphone 1 receives the speaker {calibration.mic_delay_s * 1e6:+.0f} us and "
+        f"{calibration.mic_gain_db:+.1f} dB against microphone 0"
     )
     return [
         *([] if deaf else [balance]),

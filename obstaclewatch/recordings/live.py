@@ -16,7 +16,7 @@ from obstaclewatch.recording import Recording
 
 
 def live_pieces(beep: BeepDesign, duration_s: float, level: float = 0.5) -> Iterator[Recording]:
-    """Play beeps on the default output and yield what the default stereo input hears, one period at a time.
+    """Play beeps on the default output and yield what the default stereo input receives, one period at a time.
 
     Where the machine lost samples the pieces simply follow one another: the detectors search the beep anew.
 
@@ -46,8 +46,8 @@ def _pieces(sound: ModuleType, beep: BeepDesign, duration_s: float, level: float
         played = 0
         while played * beep.period_s < duration_s - 1e-9:
             stream.write(period)
-            heard, _ = stream.read(beep.period_samples)
-            yield Recording(heard.T, beep.sample_rate_hz)
+            received, _ = stream.read(beep.period_samples)
+            yield Recording(received.T, beep.sample_rate_hz)
             played += 1
 
 

@@ -3,8 +3,8 @@
 `TrackingDetector` takes the phase between the microphones for absolute. That of a flat wall or floor is known: the way
 to the speaker's image behind the mirror, a distance 2 d along the normal n,
     path_k^2 = |m_k - s|^2 - 4 d n.(m_k - s) + 4 d^2,
-d from the path to microphone 0, the path to microphone 1 from d. What is heard besides is the channel's own. The direct
-sound tells nothing of it where it comes through the case.
+d from the path to microphone 0, the path to microphone 1 from d. What is received besides is the channel's own. The
+direct sound tells nothing of it where it comes through the case.
 
 A wall or a floor at which the phone's long edge points squarely is the best: there an error of the direction counts in
 its square alone, one of 2 degrees by 0.03 rad. Above the ground, held at 30 degrees, one of 1 degree counts by 0.8 rad.
@@ -28,7 +28,7 @@ from obstaclewatch.support.arrays import Floats
 
 LEAST_BEEPS = 8
 LEAST_SNR_DB = 15.0
-"""Of the echo at each microphone, 2E/N0: 0.25 rad of phase from one beep if neither hears it better."""
+"""Of the echo at each microphone, 2E/N0: 0.25 rad of phase from one beep if neither receives it better."""
 MOST_SCATTER_RAD = 0.7
 """Between beeps: a phone that sways by 1 degree or an echo that fades has more."""
 MOST_LATE_M = 0.03
@@ -76,7 +76,7 @@ def measure_mic_phase(
         recording: of 8 beeps or more, at the beep's rate.
         beep: the emitted signal.
         phone: speaker and microphones.
-        tilt_rad: by how much the phone's top edge is lifted from the straight way to the mirror: 0 where it points at
+        tilt_rad: by how much the phone's top edge is pitched from the straight way to the mirror: 0 where it points at
             a wall squarely, the phone's pitch before a wall otherwise, pi / 2 more than that above level ground.
         tilt_std_rad: standard deviation of that.
         reach_m: nearest and farthest distance at which the mirror may be.
@@ -85,7 +85,7 @@ def measure_mic_phase(
 
     Raises:
         NoBeepError: the recording holds no beep.
-        ValueError: arguments out of range; fewer than 8 beeps in which both microphones hear the echo; an echo that
+        ValueError: arguments out of range; fewer than 8 beeps in which both microphones receive the echo; an echo that
             reaches microphone 1 at another time than the mirror's, or whose phase does not stay.
 
     >>> import numpy as np
@@ -103,13 +103,15 @@ def measure_mic_phase(
     _check(recording, beep, tilt_std_rad, reach_m, sound_speed_m_s)
     _check_finite(tilt_rad=tilt_rad, tilt_std_rad=tilt_std_rad, direct_delay_s=direct_delay_s or 0.0)
     delay_s = expected_direct_delay_s(phone, sound_speed_m_s, direct_delay_s)
-    ear = _Ear(phone, tilt_rad, reach_m, sound_speed_m_s, delay_s)
-    heard = [ear.hear(profile) for profile in _profiles(recording, beep, delay_s, 2.0 * reach_m[1] / sound_speed_m_s)]
-    found = np.array([echo for echo in heard if echo is not None]).reshape(-1, 3)
+    mirror = _MirrorEcho(phone, tilt_rad, reach_m, sound_speed_m_s, delay_s)
+    received = [
+        mirror.echo_in(profile) for profile in _profiles(recording, beep, delay_s, 2.0 * reach_m[1] / sound_speed_m_s)
+    ]
+    found = np.array([echo for echo in received if echo is not None]).reshape(-1, 3)
     if len(found) < LEAST_BEEPS:
         raise ValueError(
-            f"both microphones must hear an echo {LEAST_SNR_DB:g} dB above the noise at {reach_m[0]:g} to "
-            f"{reach_m[1]:g} m in at least {LEAST_BEEPS} beeps, got {len(found)} of {len(heard)}"
+            f"both microphones must receive an echo {LEAST_SNR_DB:g} dB above the noise at {reach_m[0]:g} to "
+            f"{reach_m[1]:g} m in at least {LEAST_BEEPS} beeps, got {len(found)} of {len(received)}"
         )
     path_m, late_m = np.median(found[:, :2], axis=0).tolist()
     phase_rad, scatter_rad = _mean_phase(found[:, 2], late_m, tilt_rad)
@@ -124,7 +126,7 @@ def image_difference_m(phone: PhoneGeometry, tilt_rad: float, path_m: float) -> 
 
     Args:
         phone: speaker and microphones.
-        tilt_rad: by how much the top edge is lifted from the straight way to the mirror.
+        tilt_rad: by how much the top edge is pitched from the straight way to the mirror.
         path_m: from the speaker to microphone 0 by the mirror.
     """
     normal = np.array([0.0, np.cos(tilt_rad), -np.sin(tilt_rad)])
@@ -136,8 +138,8 @@ def image_difference_m(phone: PhoneGeometry, tilt_rad: float, path_m: float) -> 
 
 
 @dataclass(frozen=True)
-class _Ear:
-    """How the mirror's echo is heard in one beep: arguments of `measure_mic_phase`, and the direct sound's delay."""
+class _MirrorEcho:
+    """How the mirror's echo is measured in one beep: arguments of `measure_mic_phase`, and the direct sound's delay."""
 
     phone: PhoneGeometry
     tilt_rad: float
@@ -145,7 +147,7 @@ class _Ear:
     sound_speed_m_s: float
     direct_delay_s: float
 
-    def hear(self, profile: EchoProfile) -> tuple[float, float, float] | None:
+    def echo_in(self, profile: EchoProfile) -> tuple[float, float, float] | None:
         """Path, m, how much later than the mirror's the echo reaches microphone 1, m, and what is left of its phase.
 
         None where there is no beep, or no echo loud enough at either microphone.

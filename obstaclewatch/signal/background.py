@@ -1,7 +1,7 @@
 """What never changes, taken away: the ringing of the direct sound by coherent mean, standing echoes by a clutter map.
 
 Phone and clock are rigid: the direct sound and its ringing have the same phase in every beep, while an obstacle that
-closes in by 2 mm has turned by a quarter of a cycle. A mean over beeps keeps the one and loses the other. The
+closes in by 2 mm has rotated by a quarter of a cycle. A mean over beeps keeps the one and loses the other. The
 ground and walls alongside bob with the gait and keep their height only; a mean of heights finds them.
 """
 

@@ -1,7 +1,7 @@
 """A few neighbouring bins of a long spectrum: decimation in time, without the bins that nobody reads.
 
 The samples are dealt to `PHASES` slow sequences. Each is transformed, and a bin of the whole is the sum of their bins,
-each turned by its head start (Cooley and Tukey 1965). Of the paper's beep 545 of 8641 bins are wanted: a third of the
+each rotated by its head start (Cooley and Tukey 1965). Of the paper's beep 545 of 8641 bins are wanted: a third of the
 work of transforming the whole.
 """
 
@@ -53,17 +53,17 @@ class BandSpectrum:
             block = np.pad(block, ((0, 0), (0, self.length - block.shape[1])))
         slow = fft.rfft(block.reshape(len(block), -1, PHASES), axis=1)
         turn = self._turn if slow.dtype == np.complex128 else self._single_turn
-        return _turned_sums(slow, self._row, self._mirrored, turn)
+        return _rotated_sums(slow, self._row, self._mirrored, turn)
 
 
 @numba.njit(cache=True)
-def _turned_sums(
+def _rotated_sums(
     slow: NDArray[np.complexfloating],
     row: NDArray[np.intp],
     mirrored: Flags,
     turn: NDArray[np.complexfloating],
 ) -> NDArray[np.complexfloating]:
-    """(C, B) sums over the slow sequences' bins (C, rows, PHASES), each turned, conjugate where mirrored."""
+    """(C, B) sums over the slow sequences' bins (C, rows, PHASES), each rotated, conjugate where mirrored."""
     sums = np.empty((len(slow), len(row)), dtype=slow.dtype)
     for channel in range(len(slow)):
         for wanted in range(len(row)):

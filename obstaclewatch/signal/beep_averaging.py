@@ -20,7 +20,7 @@ sample in exp(36)."""
 
 
 class AveragedBeeps:
-    """Running complex mean of the envelopes of beeps heard in one pose.
+    """Running complex mean of the envelopes of beeps measured in one pose.
 
     Args:
         beeps: after so many a new beep counts as one of them, and noise falls on to 1 / (2 beeps - 1); 1 hands every

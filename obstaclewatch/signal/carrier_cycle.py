@@ -1,7 +1,7 @@
 """Which cycle of the carrier a path difference lies in: about where by the envelopes, then exactly by the phase.
 
 At 20.5 kHz a cycle is 16.7 mm of path. Of a phone held still every candidate is asked by itself, with the beeps'
-noise averaged away; where a course is followed over beeps, no cycle needs to be chosen (`carrier_phase`).
+noise averaged away; where a trajectory is followed over beeps, no cycle needs to be chosen (`carrier_phase`).
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ SURE = 0.5
 """Posterior of the likeliest cycle below which the envelopes are left to say what they say."""
 
 
-class PathEvidence(NamedTuple):
-    """What is heard of n path differences, path 2 - path 1.
+class DifferenceReadings(NamedTuple):
+    """What is read of n path differences, path 2 - path 1.
 
     Attributes:
-        envelope_m, envelope_std_m: (n,) by the envelopes, and its deviation; NaN where microphone 1 hears nothing.
+        envelope_m, envelope_std_m: (n,) by the envelopes, and its deviation; NaN where microphone 1 receives nothing.
         phase_rad, phase_std_rad: (n,) of microphone 1 over microphone 0, freed of what its channel adds, and its
             deviation; NaN where it tells nothing.
         cycle_m: wavelength at the profile's reference frequency.
@@ -43,20 +43,20 @@ class PathEvidence(NamedTuple):
     cycle_m: float
 
 
-def within_cycle(evidence: PathEvidence, longest_m: Floats) -> tuple[Floats, Floats]:
+def within_cycle(readings: DifferenceReadings, longest_m: Floats) -> tuple[Floats, Floats]:
     """Path differences by phase in the likeliest cycle, and their deviations, the chance of other cycles included.
 
     Cycles are weighed by the envelopes and by what is possible: nothing at the phone's height is further behind at
     microphone 1 than straight ahead. Where none is likelier than all others together, the envelopes' values stay.
 
     Args:
-        evidence: of n candidates.
+        readings: of n candidates.
         longest_m: (n,) path 2 - path 1 straight ahead.
 
     Returns:
         (n,) path differences and (n,) deviations.
     """
-    return likeliest_cycle(evidence, _weights(evidence, longest_m))
+    return likeliest_cycle(readings, _weights(readings, longest_m))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -67,32 +67,32 @@ def nearest_place(phase_rad: float, envelope_m: float, cycle_m: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def likeliest_cycle(evidence: PathEvidence, weight: Floats) -> tuple[Floats, Floats]:
+def likeliest_cycle(readings: DifferenceReadings, weight: Floats) -> tuple[Floats, Floats]:
     """(n,) path differences and (n,) deviations by weights (n, len(CYCLES)) of the cycles, of any sum."""
-    u_m, std_m = evidence.envelope_m.copy(), evidence.envelope_std_m.copy()
-    per_rad = evidence.cycle_m / (2.0 * np.pi)
+    u_m, std_m = readings.envelope_m.copy(), readings.envelope_std_m.copy()
+    per_rad = readings.cycle_m / (2.0 * np.pi)
     for row in range(len(u_m)):
         best = np.argmax(weight[row])
         total = np.sum(weight[row])
         if not weight[row, best] > SURE * total:
             continue
-        nearest = nearest_place(evidence.phase_rad[row], evidence.envelope_m[row], evidence.cycle_m)
-        other = np.sum(weight[row] * (evidence.cycle_m * (CYCLES - CYCLES[best])) ** 2) / total
-        u_m[row] = nearest + evidence.cycle_m * CYCLES[best]
-        std_m[row] = np.sqrt(other + (per_rad * evidence.phase_std_rad[row]) ** 2)
+        nearest = nearest_place(readings.phase_rad[row], readings.envelope_m[row], readings.cycle_m)
+        other = np.sum(weight[row] * (readings.cycle_m * (CYCLES - CYCLES[best])) ** 2) / total
+        u_m[row] = nearest + readings.cycle_m * CYCLES[best]
+        std_m[row] = np.sqrt(other + (per_rad * readings.phase_std_rad[row]) ** 2)
     return u_m, std_m
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _weights(evidence: PathEvidence, longest_m: Floats) -> Floats:
+def _weights(readings: DifferenceReadings, longest_m: Floats) -> Floats:
     """(n, len(CYCLES)) likelihoods of the cycles; NaN stays NaN."""
     weight = np.empty((len(longest_m), len(CYCLES)))
     for row in range(len(longest_m)):
-        middle = evidence.envelope_m[row]
-        nearest = nearest_place(evidence.phase_rad[row], middle, evidence.cycle_m)
+        middle = readings.envelope_m[row]
+        nearest = nearest_place(readings.phase_rad[row], middle, readings.cycle_m)
         for column, cycles in enumerate(CYCLES):
-            place = nearest + evidence.cycle_m * cycles
-            distance = (place - middle) / evidence.envelope_std_m[row]
+            place = nearest + readings.cycle_m * cycles
+            distance = (place - middle) / readings.envelope_std_m[row]
             beyond = (place - longest_m[row]) / BEYOND_STD_M
             beyond = beyond if beyond > 0.0 else 0.0
             weight[row, column] = np.exp(-0.5 * (distance * distance + beyond * beyond))

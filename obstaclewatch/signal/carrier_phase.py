@@ -1,9 +1,10 @@
 """Path difference between the microphones from carriers and envelopes together, over many beeps.
 
 At 20.5 kHz a cycle is 16.7 mm of path: the phase is tenfold finer than the envelope, but repeats. No cycle is chosen.
-Microphone 1's envelope around a peak of microphone 0, turned by that peak's phase, is kept; a course predicts the path
-difference of every beep, and what is kept adds up in phase over beeps along the true course alone. What the phase of
-the sum is tells of the direction itself, if the phase that microphone 1's channel adds is known (`log_agreement`).
+Microphone 1's envelope around a peak of microphone 0, rotated by that peak's phase, is kept; a trajectory predicts the
+path difference of every beep, and what is kept adds up in phase over beeps along the true trajectory alone. What the
+phase of the sum is tells of the direction itself, if the phase that microphone 1's channel adds is known
+(`log_agreement`).
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def check_mic_phase(mic_phase_rad: float | None) -> None:
 def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise: float) -> SingleComplexes:
     """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).
 
-    Each row is turned so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
+    Each row is rotated so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
     The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u turns the row by
     -2 pi reference_hz u / c. `envelope` is (2, M).
     """
@@ -67,24 +68,27 @@ def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def hear(heard: Singles, sample: NDArray[np.int32], row: SingleComplexes, u_m: Singles) -> None:
+def received_at(received: Singles, sample: NDArray[np.int32], row: SingleComplexes, u_m: Singles) -> None:
     """Fill in (2, H) real and imaginary part of a row (W,) of `second_channel` at path differences.
 
     It is linear between samples; where to read, (H,), is found before reading, which keeps several from being handled
     at once.
     """
     first, per_m, last = np.float32(-REACH_M), np.float32(1.0 / STEP_M), np.float32(len(row) - 1.01)
-    for course in range(len(u_m)):
-        position = (u_m[course] - first) * per_m
+    for trajectory in range(len(u_m)):
+        position = (u_m[trajectory] - first) * per_m
         position = position if position > np.float32(0.0) else np.float32(0.0)  # so that NaN reads no other memory
         position = position if position < last else last
-        sample[course] = np.int32(position)
-        heard[0, course] = position - np.float32(sample[course])
-    for course in range(len(u_m)):
-        low, rest = np.uint64(sample[course]), heard[0, course]  # unsigned: there is no end to count back from
+        sample[trajectory] = np.int32(position)
+        received[0, trajectory] = position - np.float32(sample[trajectory])
+    for trajectory in range(len(u_m)):
+        low, rest = (
+            np.uint64(sample[trajectory]),
+            received[0, trajectory],
+        )  # unsigned: there is no end to count back from
         before, after = row[low], row[low + np.uint64(1)]
-        heard[0, course] = before.real + rest * (after.real - before.real)
-        heard[1, course] = before.imag + rest * (after.imag - before.imag)
+        received[0, trajectory] = before.real + rest * (after.real - before.real)
+        received[1, trajectory] = before.imag + rest * (after.imag - before.imag)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -97,13 +101,14 @@ def deviation_factor(row: SingleComplexes) -> np.float32:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_turned(total: Singles, heard: Singles, u_m: Singles, per_m: np.float32, factor: np.float32) -> None:
-    """Add to totals (2, H) what was heard (2, H), times a factor and turned by path differences at cycles a metre."""
-    for course in range(len(u_m)):
-        cosine, sine = cycle(u_m[course] * per_m)
+def add_rotated(total: Singles, received: Singles, u_m: Singles, per_m: np.float32, factor: np.float32) -> None:
+    """Add to totals (2, H) what was received (2, H), times a factor and rotated by path differences at cycles a
+    metre."""
+    for trajectory in range(len(u_m)):
+        cosine, sine = cycle(u_m[trajectory] * per_m)
         cosine, sine = factor * cosine, factor * sine
-        total[0, course] += heard[0, course] * cosine - heard[1, course] * sine
-        total[1, course] += heard[0, course] * sine + heard[1, course] * cosine
+        total[0, trajectory] += received[0, trajectory] * cosine - received[1, trajectory] * sine
+        total[1, trajectory] += received[0, trajectory] * sine + received[1, trajectory] * cosine
 
 
 @numba.njit(cache=True, error_model="numpy")

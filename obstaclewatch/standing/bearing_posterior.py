@@ -1,6 +1,6 @@
-"""Bearing of what is heard on a cone about the phone's long axis, its height not known.
+"""Bearing of what is received on a cone about the phone's long axis, its height not known.
 
-Two microphones tell the angle to the phone's long axis alone. With the phone lifted and the ground known, one cone is
+Two microphones tell the angle to the phone's long axis alone. With the phone pitched and the ground known, one cone is
 that of a thing at the phone's height and some way aside, or of one's corner with the ground straight ahead. Nothing
 tells which; so all are weighed, every bearing alike and heights as often as they were found, against what the envelopes
 and the carrier say of the path difference. Straight ahead the cone hardly changes with the bearing, so that even prior
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence, nearest_place
+from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings, nearest_place
 from obstaclewatch.signal.two_mics import law_of_cosines, path_difference_at
 from obstaclewatch.support.arrays import Floats
 
@@ -35,7 +35,7 @@ ODD = 0.05
 
 
 class Attitude(NamedTuple):
-    """Of the phone: lift of its top edge as sine and cosine, height of microphone 0, length between microphones."""
+    """Of the phone: pitch of the phone as sine and cosine, height of microphone 0, length between microphones."""
 
     sin_pitch: float
     cos_pitch: float
@@ -43,33 +43,35 @@ class Attitude(NamedTuple):
     separation_m: float
 
 
-def bearing_posterior(range_m: Floats, evidence: PathEvidence, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
+def bearing_posterior(
+    range_m: Floats, readings: DifferenceReadings, attitude: Attitude
+) -> tuple[Floats, Floats, Floats]:
     """Bearings of n candidates, and which cycles they lie in.
 
     Args:
         range_m: (n,) from microphone 0.
-        evidence: of their path differences.
+        readings: of their path differences.
         attitude: of the phone.
 
     Returns:
         (n,) medians of the bearing, 0 to pi / 2, (n,) deviations from them; NaN where nothing ahead explains what was
-        heard. (n, len(CYCLES)) probabilities of the cycles around the one nearest to the envelopes' difference; 0
+        received. (n, len(CYCLES)) probabilities of the cycles around the one nearest to the envelopes' difference; 0
         without a phase.
     """
-    return _posterior(range_m, evidence, attitude)
+    return _posterior(range_m, readings, attitude)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _posterior(range_m: Floats, evidence: PathEvidence, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
+def _posterior(range_m: Floats, readings: DifferenceReadings, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
     medians, deviations = np.full(len(range_m), np.nan), np.full(len(range_m), np.nan)
     cycles = np.zeros((len(range_m), len(CYCLES)))
     place = np.empty(len(BEARINGS_RAD))
     for row in range(len(range_m)):
-        if np.isnan(evidence.envelope_m[row]):
+        if np.isnan(readings.envelope_m[row]):
             continue
-        said = evidence.envelope_m[row], evidence.envelope_std_m[row]
-        turned = evidence.phase_rad[row], evidence.phase_std_rad[row]
-        total = _weigh(range_m[row], said, turned, evidence.cycle_m, attitude, place, cycles[row])
+        said = readings.envelope_m[row], readings.envelope_std_m[row]
+        rotated = readings.phase_rad[row], readings.phase_std_rad[row]
+        total = _weigh(range_m[row], said, rotated, readings.cycle_m, attitude, place, cycles[row])
         if total > 0.0:
             medians[row], deviations[row] = _middle(place / total)
             cycles[row] /= total
@@ -90,7 +92,7 @@ def _weigh(
     place[:], cycles[:] = 0.0, 0.0
     middle_m, std_m = envelope
     phase_rad, sharpness = phase[0], 1.0 / phase[1] ** 2
-    heard = not np.isnan(phase_rad)
+    received = not np.isnan(phase_rad)
     turn = 2.0 * np.pi / cycle_m
     odd = ODD / np.sqrt(2.0 * np.pi * sharpness)
     nearest_m = nearest_place(phase_rad, middle_m, cycle_m)
@@ -108,7 +110,7 @@ def _weigh(
                 u_m = path_difference_at(image_m, along * COS_BEARING[angle] - below, attitude.separation_m)
                 off = (u_m - middle_m) / std_m
                 weight = HEIGHT_PRIOR[kind] * np.exp(-0.5 * off * off)
-                if heard:
+                if received:
                     weight *= (1.0 - ODD) * np.exp(sharpness * (np.cos(phase_rad + turn * u_m) - 1.0)) + odd
                     cycle = round((u_m - nearest_m) / cycle_m) + len(cycles) // 2
                     if 0 <= cycle < len(cycles):

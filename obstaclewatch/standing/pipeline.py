@@ -17,7 +17,7 @@ from obstaclewatch.signal.beep_averaging import AveragedBeeps
 from obstaclewatch.signal.carrier_cycle import (
     OVERLAP_STD_M,
     PHASE_STD_RAD,
-    PathEvidence,
+    DifferenceReadings,
     likeliest_cycle,
     within_cycle,
 )
@@ -75,15 +75,15 @@ class StandingPipeline(StillPipeline):
         self, profile: EchoProfile, echoes: Echoes, start_s: float, snr: Floats, difference: PathDifference
     ) -> Placed:
         """By the carrier's likeliest cycle; over all heights of what lies ahead, where pitch and ground are known."""
-        path1_m, evidence = self._path_m(echoes, start_s), self._evidence(profile, echoes, snr, difference)
-        level = self._level(path1_m, *within_cycle(evidence, self._longest_m(path1_m)))
+        path1_m, readings = self._path_m(echoes, start_s), self._difference_readings(profile, echoes, snr, difference)
+        level = self._level(path1_m, *within_cycle(readings, self._longest_m(path1_m)))
         height_m = np.nan if self._pitch_rad is None else self._ground.height_m(profile, start_s)
         if self._pitch_rad is None or np.isnan(height_m):
             return level
         attitude = Attitude(float(np.sin(self._pitch_rad)), self._cos_pitch, height_m, self._separation_m)
-        bearing_rad, spread_rad, cycles = bearing_posterior(level.range_m, evidence, attitude)
+        bearing_rad, spread_rad, cycles = bearing_posterior(level.range_m, readings, attitude)
         ahead = ~np.isnan(bearing_rad)
-        u_m, _ = likeliest_cycle(evidence, cycles)
+        u_m, _ = likeliest_cycle(readings, cycles)
         range_m, range2_m = self._ranges(path1_m, u_m)
         return Placed(
             np.where(ahead, range_m, level.range_m),
@@ -93,12 +93,14 @@ class StandingPipeline(StillPipeline):
             level.clamped & ~ahead,
         )
 
-    def _evidence(self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference) -> PathEvidence:
+    def _difference_readings(
+        self, profile: EchoProfile, echoes: Echoes, snr: Floats, difference: PathDifference
+    ) -> DifferenceReadings:
         """What envelopes and carriers say of path differences; NaN phases where the carrier says nothing."""
         snr2 = 2.0 * (difference.amplitude / noise_amplitude(profile.magnitude[1, profile.position(0.0) :])) ** 2
         cycle_m, envelope_m = self.sound_speed_m_s / profile.reference_hz, difference.u_m
         if np.isnan(envelope_m).all():  # equal channels: no crest of microphone 1 was parted
-            return PathEvidence(envelope_m, envelope_m, envelope_m, envelope_m, cycle_m)
+            return DifferenceReadings(envelope_m, envelope_m, envelope_m, envelope_m, cycle_m)
         delay2_s = echoes.delay_s + envelope_m / self.sound_speed_m_s
         (first, std), (second, std2) = (
             nearest_echoes(self._crests[channel], (delay_s - profile.start_s) * profile.rate_hz)
@@ -108,10 +110,10 @@ class StandingPipeline(StillPipeline):
         if self._mic_phase_rad is None:
             by_envelopes = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
             unknown = np.full(len(echoes), np.nan)
-            return PathEvidence(envelope_m, np.hypot(by_envelopes, parting_m), unknown, unknown, cycle_m)
+            return DifferenceReadings(envelope_m, np.hypot(by_envelopes, parting_m), unknown, unknown, cycle_m)
         delay_std_s = np.hypot(self._pulse.delay_std_s(snr), self._pulse.delay_std_s(snr2))
         by_envelopes = np.hypot(self.sound_speed_m_s * delay_std_s, OVERLAP_STD_M)
-        return PathEvidence(
+        return DifferenceReadings(
             envelope_m,
             np.hypot(by_envelopes, parting_m),
             np.where(difference.body_deducted, np.nan, second - first - self._mic_phase_rad),

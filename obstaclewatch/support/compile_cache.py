@@ -41,6 +41,10 @@ class SourcesLocator:
         if found is not None:
             root = Path(file).parents[function.__module__.count(".")]
             found.get_source_stamp = partial(sources_stamp, root, Path(file))
+            line, stamp = found.get_disambiguator(), sources_stamp(root, Path(file)).hex()
+            # The file's name tells the sources as well: numba looks at the stamp only after it has unpickled classes
+            # of theirs, which an update may have renamed.
+            found.get_disambiguator = lambda: f"{line}-{stamp[:8]}"
         return found
 
 

@@ -1,8 +1,9 @@
-"""Our detector: obstacles followed over beeps, and a test of each one's course.
+"""Our detector: obstacles followed over beeps, and a test of each one's trajectory.
 
-Peaks under a low threshold (`moving_peaks`) and evidence along lines (`line_evidence`) -> tracks of what closes in,
-without range-Doppler bias (`approaches`) -> the walker's swing, from the ground's echo (`swing`) -> the probability of
-each course, by ranges and microphone 1 (`courses`) -> an alert if that is sure enough where it must be decided.
+Peaks under a low threshold (`moving_peaks`) and likelihood along lines (`track_before_detect`) -> tracks of what
+closes in, without range-Doppler bias (`tracks`) -> the phone's oscillation, from the ground's echo
+(`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`) -> an alert
+if that is sure enough where it must be decided.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
 from obstaclewatch.tracking.moving_peaks import PeakFinder
 from obstaclewatch.tracking.range_fit import Timing, TrackRange
-from obstaclewatch.tracking.track_before_detect import LineEvidence
+from obstaclewatch.tracking.track_before_detect import LineLikelihood
 from obstaclewatch.tracking.tracks import Approaches, Track
-from obstaclewatch.trajectories.posterior_grid import Course, CourseGrid
-from obstaclewatch.walker.pitch_oscillation import STEADY, StepListener
+from obstaclewatch.trajectories.posterior_grid import Expectation, TrajectoryGrid
+from obstaclewatch.walker.pitch_oscillation import STEADY, OscillationEstimator
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -38,13 +39,13 @@ PRESSING, NEARLY_M = 0.3, 0.25
 WAITS_M = 1.4
 """Range from which on a track can wait a beep to be judged: alerts are given within it."""
 LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
-"""Peaks, and fall of range between the first and the last of them, without which no course is believed."""
+"""Peaks, and fall of range between the first and the last of them, without which no trajectory is believed."""
 OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
 """Columns that need two different channels."""
 MOST_RANGE_STD_M = 0.03
 """Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
 MOST_MISFIT = 2.0
-"""Squared deviations, a reading, beyond which no course explains a track: it began on another echo."""
+"""Squared deviations, a reading, beyond which no trajectory explains a track: it began on another echo."""
 MOST_MISSES = 3
 """Beeps without a peak after which a track no longer raises an alert."""
 
@@ -53,9 +54,10 @@ class TrackingDetector(StreamingDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
-    bearings and their deviations are from the posterior over courses. Of several tracks one is judged anew in a beep,
-    and the posteriors of the others are carried along their courses; a track that begins is shown once it has been
-    judged. range2_m and bearing_rad are NaN for identical channels. For a phone held still there is `StandingDetector`.
+    bearings and their deviations are from the posterior over trajectories. Of several tracks one is judged anew in a
+    beep, and the posteriors of the others are carried along their trajectories; a track that begins is shown once it
+    has been judged. range2_m and bearing_rad are NaN for identical channels. For a phone held still there is
+    `StandingDetector`.
 
     Args:
         beep: the emitted signal.
@@ -102,17 +104,19 @@ class TrackingDetector(StreamingDetector):
         check_mic_phase(mic_phase_rad)
         self.settings = PaperSettings() if settings is None else settings
         if self.settings.walker_half_width_m == 0.0:
-            raise ValueError("walker_half_width_m must be positive to judge courses, got 0.0")
+            raise ValueError("walker_half_width_m must be positive to judge trajectories, got 0.0")
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
-        evidence = LineEvidence(self._finder.cells, self._finder.cell_m, beep.period_s)
+        likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
-        self._approaches = Approaches(beep.range_doppler_s, evidence)
+        self._approaches = Approaches(beep.range_doppler_s, likelihood)
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
-        self._steps = StepListener(self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s)
+        self._steps = OscillationEstimator(
+            self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s
+        )
         self._pitch_rad = np.nan
-        self._take_lift()
-        self._swing, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
+        self._take_pitch()
+        self._oscillation, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
         """Forget all beeps so far."""
@@ -120,8 +124,8 @@ class TrackingDetector(StreamingDetector):
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
-        self._take_lift()
-        self._swing = STEADY
+        self._take_pitch()
+        self._oscillation = STEADY
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `StreamingDetector.process`."""
@@ -131,7 +135,7 @@ class TrackingDetector(StreamingDetector):
         if found is None:
             return self._report(index, begin_s, [], [], Flag.NO_BEEP)
         start_s, peaks = found
-        self._take_lift()
+        self._take_pitch()
         emitted_s = begin_s + start_s
         hit_s = emitted_s + 0.5 * self.beep.duration_s
         if self._finder.ground is not None:
@@ -140,16 +144,18 @@ class TrackingDetector(StreamingDetector):
         tracks = tracks[: self.settings.max_candidates]
         self._judge(tracks, hit_s)
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
-        courses = [track.course for track in tracks if track.course is not None]
-        return self._report(index, emitted_s, [track for track in tracks if track.course is not None], courses, flag)
+        trajectories = [track.trajectory for track in tracks if track.trajectory is not None]
+        return self._report(
+            index, emitted_s, [track for track in tracks if track.trajectory is not None], trajectories, flag
+        )
 
-    def _take_lift(self) -> None:
-        """Judge and listen from now on with the lift that is known, if that is another than so far."""
+    def _take_pitch(self) -> None:
+        """Judge by the pitch that is known from now on, if that is another than so far."""
         if self._pitch_rad == self._finder.pitch_rad:
             return
         self._pitch_rad = self._finder.pitch_rad
-        self._steps.lift(self._pitch_rad)
-        self._grid = CourseGrid(
+        self._steps.set_pitch(self._pitch_rad)
+        self._grid = TrajectoryGrid(
             self._separation_m,
             self._finder.wavelength_m,
             self._pitch_rad,
@@ -164,18 +170,25 @@ class TrackingDetector(StreamingDetector):
         track = next_to_judge(tracks, hit_s, self._approaches.searched)
         if track is not None:
             ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
-            self._swing = self._steps.swing(ground_m)
-            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._swing)
+            self._oscillation = self._steps.oscillation(ground_m)
+            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._oscillation)
             if track.judged.misfit > MOST_MISFIT:
                 track.forget_oldest()
         for track in tracks:
-            track.course = None if track.judged is None else self._grid.course(track.judged, hit_s)
+            track.trajectory = None if track.judged is None else self._grid.trajectory(track.judged, hit_s)
 
-    def _report(self, index: int, time_s: float, tracks: list[Track], courses: list[Course], flag: Flag) -> Detection:
-        found = [track.ranged(course, self._swing, self._timing) for track, course in zip(tracks, courses, strict=True)]
-        alarming = [self._is_alarming(track, course) for track, course in zip(tracks, courses, strict=True)]
+    def _report(
+        self, index: int, time_s: float, tracks: list[Track], trajectories: list[Expectation], flag: Flag
+    ) -> Detection:
+        found = [
+            track.ranged(trajectory, self._oscillation, self._timing)
+            for track, trajectory in zip(tracks, trajectories, strict=True)
+        ]
+        alarming = [
+            self._is_alarming(track, trajectory) for track, trajectory in zip(tracks, trajectories, strict=True)
+        ]
         known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
-        rows = [self._row(tracks[k], courses[k], found[k]) for k in known]
+        rows = [self._row(tracks[k], trajectories[k], found[k]) for k in known]
         columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in COLUMNS}
         if flag is Flag.IDENTICAL_CHANNELS:
             columns |= dict.fromkeys(OF_TWO_MICS, np.full(len(known), np.nan))
@@ -183,57 +196,57 @@ class TrackingDetector(StreamingDetector):
             **columns,
             index=index,
             time_s=time_s,
-            collides=np.array([courses[k].collision >= 0.5 for k in known], dtype=bool),
+            collides=np.array([trajectories[k].collision >= 0.5 for k in known], dtype=bool),
             flags=np.array([int(flag)] * len(known), dtype=np.int_),
             beep_flags=flag,
-            decision=self._decide(time_s, any(alarming), courses, found),
+            decision=self._decide(time_s, any(alarming), trajectories, found),
         )
 
-    def _row(self, track: Track, course: Course, found: TrackRange) -> dict[str, float]:
+    def _row(self, track: Track, trajectory: Expectation, found: TrackRange) -> dict[str, float]:
         """One candidate's values by column."""
         # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
-        range_m = found.range_m + 0.5 * self._baseline_m * (1.0 - course.cosine)
+        range_m = found.range_m + 0.5 * self._baseline_m * (1.0 - trajectory.cosine)
         judged = track.judged
         return {
             "range_m": range_m,
-            "range2_m": range_m + path_difference_at(range_m, course.cosine, self._separation_m),
-            "bearing_rad": course.bearing_rad,
+            "range2_m": range_m + path_difference_at(range_m, trajectory.cosine, self._separation_m),
+            "bearing_rad": trajectory.bearing_rad,
             "radius_m": np.nan if judged is None else judged.radius_m,
             "level_db": track.level_db,
             "snr_db": track.snr_db,
             "closing_speed_m_s": found.closing_m_s,
             "range_std_m": found.std_m,
-            "bearing_std_rad": course.bearing_std_rad,
+            "bearing_std_rad": trajectory.bearing_std_rad,
             "radius_std_m": np.nan if judged is None else judged.radius_std_m,
         }
 
-    def _decide(self, time_s: float, alert: bool, courses: list[Course], found: list[TrackRange]) -> Decision:
-        """Of the courses that rather collide, the first to do so."""
-        likely = [k for k, course in enumerate(courses) if course.collision >= 0.5]
+    def _decide(self, time_s: float, alert: bool, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
+        """Of the trajectories that rather collide, the first to do so."""
+        likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
         if not likely:
             return Decision(False, time_s, np.nan, np.nan, 0)
-        first = min(likely, key=lambda k: courses[k].contact_s)
-        return Decision(alert, time_s, found[first].range_m, courses[first].contact_s, len(likely))
+        first = min(likely, key=lambda k: trajectories[k].contact_s)
+        return Decision(alert, time_s, found[first].range_m, trajectories[first].contact_s, len(likely))
 
-    def _is_alarming(self, track: Track, course: Course) -> bool:
-        """Whether a course collides surely enough at the distance at which that must be decided."""
+    def _is_alarming(self, track: Track, trajectory: Expectation) -> bool:
+        """Whether a trajectory collides surely enough at the distance at which that must be decided."""
         nearest, farthest = ALERT_M
-        due_now = nearest < course.left_m <= min(farthest, self.settings.danger_m)
-        return due_now and course.collision >= SURE and has_approached(track)
+        due_now = nearest < trajectory.left_m <= min(farthest, self.settings.danger_m)
+        return due_now and trajectory.collision >= SURE and has_approached(track)
 
 
 def has_approached(track: Track) -> bool:
-    """Whether a track is heard and long enough, in beeps and in range, to be more than an echo that gait moves."""
+    """Whether a track is detected and long enough, in beeps and in range, to be more than an echo that gait moves."""
     range_m = [read_m for _, read_m, _ in track.past]
     travelled = len(range_m) >= LEAST_BEEPS and range_m[0] - range_m[-1] >= LEAST_TRAVEL_M
     return track.misses <= MOST_MISSES and bool(travelled)
 
 
 def is_pressing(track: Track) -> bool:
-    """Whether a track that was just heard may raise an alert now, by what was expected of it a beep ago."""
-    if track.course is None or track.misses > 0 or track.course.collision < PRESSING:
+    """Whether a track that was just detected may raise an alert now, by what was expected of it a beep ago."""
+    if track.trajectory is None or track.misses > 0 or track.trajectory.collision < PRESSING:
         return False
-    return ALERT_M[0] < track.course.left_m < ALERT_M[1] + NEARLY_M
+    return ALERT_M[0] < track.trajectory.left_m < ALERT_M[1] + NEARLY_M
 
 
 def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | None:
@@ -247,12 +260,13 @@ def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | 
 
 
 def due(tracks: list[Track], now_s: float) -> Track | None:
-    """The track whose course is to be judged: of those heard since they were, the longest not judged for its range."""
+    """The track whose trajectory is to be judged: of those detected since they were, the longest not judged for its
+    range."""
 
     def urgency(track: Track) -> float:
         if track.judged is None:
             return np.inf
-        waited_s = now_s - track.judged.time_s if track.heard_s > track.judged.time_s else 0.0
+        waited_s = now_s - track.judged.time_s if track.detected_s > track.judged.time_s else 0.0
         return waited_s / track.range_m
 
     most = max(tracks, key=urgency, default=None)

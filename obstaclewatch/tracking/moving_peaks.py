@@ -23,9 +23,9 @@ from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
-from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Listening, peak_readings
+from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Reception, peak_readings
 from obstaclewatch.walker.ground_height import HEIGHTS_M
-from obstaclewatch.walker.pitch_estimate import LiftListener
+from obstaclewatch.walker.pitch_estimate import PitchEstimator
 from obstaclewatch.walker.pitch_oscillation import GroundEcho, ground_echo, ground_path_difference_m
 
 BACKGROUND_BEEPS = 16
@@ -39,8 +39,8 @@ NOISE_WINDOW_S = 8e-3
 """Over which noise is measured: 1.4 m of range. Windows overlap by half."""
 GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
-LIFT_STEP_RAD = np.deg2rad(1.5)
-"""By how much the lift that is heard must depart from the one in use to replace it."""
+PITCH_STEP_RAD = np.deg2rad(1.5)
+"""By how much the pitch that is estimated must depart from the one in use to replace it."""
 USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
 generously. Walls alongside and what comes by way of ground and body stand at their distances as well, often louder."""
@@ -55,7 +55,7 @@ class MovingPeaks:
             which is half of 2E/N0; its range from microphone 0, and the range's deviation from noise alone; its level
             relative to the direct sound, dB, and 2E/N0, dB, at microphone 0.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
-        log_ratio: (M,) of an echo against noise in cells of two samples, see `line_evidence`.
+        log_ratio: (M,) of an echo against noise in cells of two samples, see `track_before_detect`.
         first_m, cell_m: range of the first cell, and their spacing.
         identical: both channels are the same.
     """
@@ -84,12 +84,12 @@ class PeakFinder:
         phone: speaker and microphones.
         settings: reach of the listening, and the calibrated direct sound.
         sound_speed_m_s: speed of sound.
-        pitch_rad: lift of the phone's top edge, for the height above the ground; None for not told: it is then taken
-            for level until the ground is heard (`lift`).
+        pitch_rad: pitch of the phone, for the height above the ground; None for not told: it is then taken
+            for level until the ground is received (`pitch_estimate`).
 
     Attributes:
         ground_m: height of microphone 0 above the ground, as known so far.
-        pitch_rad: the lift, as told or as known so far.
+        pitch_rad: the pitch, as told or as known so far.
         ground: the ground in the last beep; None before its place is known.
     """
 
@@ -114,11 +114,11 @@ class PeakFinder:
                 f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to tell echoes "
                 f"from noise, got {settings.near_m} and {settings.far_m}"
             )
-        self._heard, self._floor = 0, 10.0 ** (settings.floor_db / 20.0)
-        self._listening, self._offset = self._listened(beep), OFFSETS_M / sound_speed_m_s * self._filter.rate_hz
+        self._received, self._floor = 0, 10.0 ** (settings.floor_db / 20.0)
+        self._reception, self._offset = self._reception_of(beep), OFFSETS_M / sound_speed_m_s * self._filter.rate_hz
         self._separation_m = phone.mic_separation_m
-        listener = LiftListener(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
-        self._lift = listener if pitch_rad is None else None
+        listener = PitchEstimator(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
+        self._pitch_estimator = listener if pitch_rad is None else None
         self.pitch_rad = pitch_rad or 0.0
         self._ground_path_m: float | None = None
         self.ground_m = USUAL_GROUND_M
@@ -144,23 +144,23 @@ class PeakFinder:
         """Their spacing: two samples of the two-way path."""
         return self._c / self._filter.rate_hz
 
-    def _listened(self, beep: BeepDesign) -> tuple[float | int, ...]:
-        """`Listening`, as a plain tuple: a third of a named one's time to hand over."""
+    def _reception_of(self, beep: BeepDesign) -> tuple[float | int, ...]:
+        """`Reception`, as a plain tuple: a third of a named one's time to hand over."""
         rate_hz = self._filter.rate_hz
         one_m = self._c / (2.0 * np.pi * rms_bandwidth_hz(beep))
         samples = self._noise_window, round(1e-3 * rate_hz), round(0.35e-3 * rate_hz)
-        return tuple(Listening(self._filter.start_s, rate_hz, self._c, self._baseline_m, one_m, *samples))
+        return tuple(Reception(self._filter.start_s, rate_hz, self._c, self._baseline_m, one_m, *samples))
 
     def reset(self) -> None:
         """Forget all beeps."""
         self._background.clear()
         self._clutter.clear()
-        self._heard = 0
+        self._received = 0
         self._ground_path_m = None
         self.ground_m = USUAL_GROUND_M
         self.ground = None
-        if self._lift is not None:
-            self._lift.clear()
+        if self._pitch_estimator is not None:
+            self._pitch_estimator.clear()
             self.pitch_rad = 0.0
 
     def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | None:
@@ -171,7 +171,7 @@ class PeakFinder:
             return None
         start_s, height = float(direct.delay_s[0]) - self._direct_delay_s, float(direct.amplitude[0])
         moved = self._background.subtract(profile.envelope)
-        self._heard += 1
+        self._received += 1
         near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
         first = min(near, profile.envelope.shape[1] - self._span)
         first_s, magnitude = profile.start_s + first / profile.rate_hz - start_s, np.abs(moved)
@@ -184,12 +184,12 @@ class PeakFinder:
             magnitude,
             clutter,
             self._offset,
-            self._listening,
+            self._reception,
             first,
             start_s,
             height,
             height * self._floor,
-            MOST_PEAKS if self._heard > SETTLING_BEEPS else 0,
+            MOST_PEAKS if self._received > SETTLING_BEEPS else 0,
             identical,
         )
         first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
@@ -210,12 +210,12 @@ class PeakFinder:
             return None
         difference_m = ground_path_difference_m(self.ground_m, self._separation_m, sin(self.pitch_rad))
         ground = ground_echo(profile, start_s, self._ground_path_m, difference_m, self._c)
-        if self._lift is not None:
+        if self._pitch_estimator is not None:
             delay_s = start_s + 2.0 * ground.read_m / self._c
-            self._lift.add(profile.magnitude[1], (delay_s - profile.start_s) * profile.rate_hz)
-            heard_rad = self._lift.pitch_rad(self.ground_m)
-            if abs(heard_rad - self.pitch_rad) > LIFT_STEP_RAD:
-                self.pitch_rad = heard_rad
+            self._pitch_estimator.add(profile.magnitude[1], (delay_s - profile.start_s) * profile.rate_hz)
+            estimated_rad = self._pitch_estimator.pitch_rad(self.ground_m)
+            if abs(estimated_rad - self.pitch_rad) > PITCH_STEP_RAD:
+                self.pitch_rad = estimated_rad
         return ground
 
 

@@ -34,7 +34,7 @@ PEAK_TO_RMS = 1.7
 MOST_PEAKS = 20
 
 
-class Listening(NamedTuple):
+class Reception(NamedTuple):
     """What is the same in every beep.
 
     Attributes:
@@ -63,7 +63,7 @@ def peak_readings(
     magnitude: Floats,
     clutter: Floats,
     offset: Floats,
-    listening: tuple[Any, ...],
+    reception: tuple[Any, ...],
     first: int,
     start_s: float,
     direct: float,
@@ -76,8 +76,8 @@ def peak_readings(
     Args:
         moved, magnitude: (2, M) envelope without what stays, and its size.
         clutter: (S,) what stays of microphone 0's heights, from `first` on.
-        offset: (W,) where microphone 1 is listened to after each peak, samples.
-        listening: a `Listening`.
+        offset: (W,) where microphone 1 is read after each peak, samples.
+        listening: a `Reception`.
         first: sample from which on peaks are looked for.
         start_s: emission, on the envelope's delay axis.
         direct: height of the direct sound.
@@ -85,14 +85,14 @@ def peak_readings(
         most_peaks: how many are looked for.
         identical: both channels are the same, and microphone 1 says nothing.
     """
-    known = Listening(*listening)
-    heard = magnitude[0, first : first + len(clutter)]
-    height = heard / noise_under(heard, clutter, known.noise_window, known.sidelobe_reach, floor)
-    sample = highest_peaks(heard, height, known.separation, most_peaks)
+    known = Reception(*reception)
+    received = magnitude[0, first : first + len(clutter)]
+    height = received / noise_under(received, clutter, known.noise_window, known.sidelobe_reach, floor)
+    sample = highest_peaks(received, height, known.separation, most_peaks)
     position, amplitude = refine_peaks(magnitude[0], sample + first)
     delay_s = known.start_s + position / known.rate_hz
     path_m = known.sound_speed_m_s * (delay_s - start_s)
-    readings = readings_of(path_m, amplitude, sample, heard, height, known.baseline_m, known.one_m, direct)
+    readings = readings_of(path_m, amplitude, sample, received, height, known.baseline_m, known.one_m, direct)
     second = np.full((len(sample), len(offset)), np.complex64(np.nan))
     if len(sample) > 0 and not identical:
         noise = max(noise_amplitude(magnitude[1, first:]), TINY)
@@ -101,16 +101,16 @@ def peak_readings(
 
 
 @numba.njit(cache=True)
-def noise_under(heard: Floats, clutter: Floats, window: int, reach: int, floor: float) -> Floats:
+def noise_under(received: Floats, clutter: Floats, window: int, reach: int, floor: float) -> Floats:
     """(S,) rms that an envelope's moving echoes must stand out of: noise, what stays, and sidelobes.
 
     Args:
-        heard, clutter: (S,) envelope, and what stays of it.
+        received, clutter: (S,) envelope, and what stays of it.
         window: samples over which noise is the same, see `local_noise`.
         reach: of sidelobes, samples.
         floor: least height of an echo.
     """
-    noise, sidelobes = local_noise(heard, window), highest_nearby(heard, reach)
+    noise, sidelobes = local_noise(received, window), highest_nearby(received, reach)
     for sample in range(len(noise)):
         standing = max(CLUTTER_FACTOR * clutter[sample], SIDELOBE * sidelobes[sample], floor)
         noise[sample] = max(noise[sample], standing / PEAK_TO_RMS)
@@ -134,7 +134,7 @@ def readings_of(
     path_m: Floats,
     amplitude: Floats,
     sample: NDArray[np.intp],
-    heard: Floats,
+    received: Floats,
     height: Floats,
     baseline_m: float,
     one_m: float,
@@ -146,14 +146,14 @@ def readings_of(
         path_m: (n,) from speaker to microphone 0.
         amplitude: (n,) of the peaks.
         sample: (n,) next to them.
-        heard, height: (S,) envelope, and its height over the rms of the noise around.
+        received, height: (S,) envelope, and its height over the rms of the noise around.
         baseline_m: from microphone 0 to the speaker.
         one_m: deviation of the path at 2E/N0 = 1.
         direct: height of the direct sound.
     """
     readings = np.empty((5, len(path_m)))
     for peak in range(len(path_m)):
-        noise = heard[sample[peak]] / height[sample[peak]]
+        noise = received[sample[peak]] / height[sample[peak]]
         power = (amplitude[peak] / noise) ** 2
         readings[0, peak] = power
         readings[1, peak] = distance_of(path_m[peak], baseline_m, -1.0) if path_m[peak] > baseline_m else np.nan

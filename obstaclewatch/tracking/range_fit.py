@@ -1,17 +1,17 @@
 """Where a tracked echo is, and how fast it closes in: a robust fit to the last beeps' readings, with the steps in it.
 
-The Kalman filter that follows an echo (`approach_filter`) must decide at once whether a peak is its own, and takes the
+The Kalman filter that follows an echo (`kalman`) must decide at once whether a peak is its own, and takes the
 steps for white noise. What is reported is fitted anew to the last readings instead. The beep that met the obstacle at
 tau, counted from the asked time, read
 
     y = r - v (tau + T) + a (tau^2 / 2 + T tau) + Re((c - j s) exp(j w tau)) + Re((1 + j w T) X exp(j w tau)) + noise,
 
-for a chirp reads x + T dx/dt with T = `range_doppler_s`. X is the phone's bob and surge as far as they are heard in the
-ground's echo and show in this range, c and s what they leave; range r, speed v, acceleration a, c and s are fitted,
-with the priors of walkers. Noise follows Student's distribution, by iteratively reweighted least squares (Lange, Little
-and Taylor 1989, J. Am. Stat. Assoc. 84:881): where echoes cross, a peak may be of another one, and later readings tell.
-Where beeps brought no peak, some of the peaks that others brought are not the echo's either: deviations grow with the
-share that is missing.
+for a chirp reads x + T dx/dt with T = `range_doppler_s`. X is the phone's bob and fore-aft oscillation as far as they
+are measured in the ground's echo and show in this range, c and s what they leave; range r, speed v, acceleration a, c
+and s are fitted, with the priors of walkers. Noise follows Student's distribution, by iteratively reweighted least
+squares (Lange, Little and Taylor 1989, J. Am. Stat. Assoc. 84:881): where echoes cross, a peak may be of another one,
+and later readings tell. Where beeps brought no peak, some of the peaks that others brought are not the echo's either:
+deviations grow with the share that is missing.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.walker.gait import OTHER_M, READING_M, STEP_HZ, SWING_KNOWN_M
-from obstaclewatch.walker.pitch_oscillation import Swing
+from obstaclewatch.walker.gait import OSCILLATION_KNOWN_M, OTHER_M, READING_M, STEP_HZ
+from obstaclewatch.walker.pitch_oscillation import Oscillation
 
 FITTED_BEEPS = 16
 """1.4 s. Over walks of development 12 or 24 beeps leave 90 % of ranges within 2 % more."""
@@ -35,10 +35,10 @@ ACCELERATION_M_S2 = 0.35
 """Deviation of the acceleration."""
 AGEING_HZ = 2.0
 """Deviations grow as sqrt(1 + (AGEING_HZ tau)^2): the older a reading, the less constant the acceleration was."""
-HEARD_SHARE, MISSED_GROWTH = 0.6, 5.0
-"""What of the fit's deviation is claimed if every beep was heard, and how that grows with the share that was not.
+DETECTED_SHARE, MISSED_GROWTH = 0.6, 5.0
+"""What of the fit's deviation is claimed if every beep was received, and how that grows with the share that was not.
 On walks of development 68 % of errors are within 1.05, 1.06, 0.83, 0.83, 0.77 and 0.92 of the claim where up to 50, 60,
-70, 80, 90 and 100 % of the beeps were heard."""
+70, 80, 90 and 100 % of the beeps were received."""
 TERMS = 5
 
 
@@ -58,7 +58,7 @@ class TrackRange(NamedTuple):
 
 
 def track_range(
-    readings: Floats, hit_s: float, timing: Timing, swing: Swing, bob: float = 0.0, surge: float = 0.0
+    readings: Floats, hit_s: float, timing: Timing, oscillation: Oscillation, bob: float = 0.0, fore_aft: float = 0.0
 ) -> TrackRange:
     """The range at a time, from K >= 1 readings in any order.
 
@@ -66,12 +66,12 @@ def track_range(
         readings: (K, 3) time at which a beep met the obstacle, s, range as read, m, and its deviation by noise, m.
         hit_s: the asked time.
         timing: of the beeps.
-        swing: of the phone; `STEADY` if it is not known.
-        bob, surge: what of a rise of the phone adds to this range, and of a move ahead takes off it.
+        oscillation: of the phone; `STEADY` if it is not known.
+        bob, fore_aft: what of a rise of the phone adds to this range, and of a move ahead takes off it.
     """
-    departure = bob * swing.height_m - surge * swing.surge_m
-    step_rad_s = swing.step_rad_s or 2.0 * np.pi * STEP_HZ
-    step_std_m = SWING_KNOWN_M if swing.surge_m else READING_M
+    departure = bob * oscillation.height_m - fore_aft * oscillation.fore_aft_m
+    step_rad_s = oscillation.step_rad_s or 2.0 * np.pi * STEP_HZ
+    step_std_m = OSCILLATION_KNOWN_M if oscillation.fore_aft_m else READING_M
     return TrackRange(*_fitted(readings, hit_s, timing.ahead_s, timing.period_s, step_rad_s, departure, step_std_m))
 
 
@@ -92,8 +92,8 @@ def _fitted(
     for row in range(count):
         tau = readings[row, 0] - hit_s
         _terms(terms[row], tau, ahead_s, step_rad_s)
-        swung = (now * ahead * complex(terms[row, 3], terms[row, 4])).real
-        read_m[row] = readings[row, 1] - swung - centre_m - SPEED_M_S * terms[row, 1]
+        oscillated = (now * ahead * complex(terms[row, 3], terms[row, 4])).real
+        read_m[row] = readings[row, 1] - oscillated - centre_m - SPEED_M_S * terms[row, 1]
         variance[row] = (OTHER_M**2 + readings[row, 2] ** 2) * (1.0 + (AGEING_HZ * tau) ** 2)
         oldest_s = min(oldest_s, readings[row, 0])
     precision = np.array([0.0, SPEED_STD_M_S**-2, ACCELERATION_M_S2**-2, step_std_m**-2, step_std_m**-2])
@@ -101,7 +101,7 @@ def _fitted(
     asked = np.array([1.0, 0.0, 0.0, there.real, there.imag])
     fit = _robust_fit(terms, read_m, variance, precision, asked)
     missed = max(1.0 - count / (round((hit_s - oldest_s) / period_s) + 1.0), 0.0)
-    std_m = HEARD_SHARE * (1.0 + MISSED_GROWTH * missed) * np.sqrt(_sum_of_products(asked, fit[1]))
+    std_m = DETECTED_SHARE * (1.0 + MISSED_GROWTH * missed) * np.sqrt(_sum_of_products(asked, fit[1]))
     return centre_m + now.real + _sum_of_products(asked, fit[0]), SPEED_M_S + fit[0, 1], std_m
 
 

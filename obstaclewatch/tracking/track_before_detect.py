@@ -1,8 +1,8 @@
-"""Evidence along all straight approaches at once, gathered beep by beep before anything is called a peak.
+"""Likelihood ratios along all straight approaches at once, gathered beep by beep before anything is called a peak.
 
 A running sum of log likelihood ratios for every range and closing speed (track before detect; Page's test: what falls
 below zero starts anew). From beep to beep a speed moves its ranges by whole cells, so an update is one addition of a
-shifted array, however many beeps the evidence spans. Echoes too weak to be found in any one beep add up.
+shifted array, however many beeps the likelihood spans. Echoes too weak to be found in any one beep add up.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CHANGE = 0.4
 EXPECTED_POWER = 3.0
 """Power over noise of the echoes that are looked for: 8 dB as 2E/N0."""
 NEARLY = 4.0
-"""Evidence by which lines of neighbouring speeds may differ: they share most of their cells."""
+"""Likelihood by which lines of neighbouring speeds may differ: they share most of their cells."""
 BIAS = 0.4
 """Of the largest among the three or four independent samples that a cell stands for."""
 LOSS = float(np.log1p(EXPECTED_POWER)) + BIAS
@@ -42,8 +42,8 @@ def log_ratio(power: Floats) -> Singles:
     return ratio
 
 
-class LineEvidence:
-    """Running evidence over closing speeds and ranges.
+class LineLikelihood:
+    """Running likelihood over closing speeds and ranges.
 
     Args:
         cells: number of ranges.
@@ -65,12 +65,12 @@ class LineEvidence:
         self._sum[:], self._before[:] = 0.0, 0.0
 
     def add(self, ratio: Singles) -> None:
-        """Move every speed's ranges nearer by one beep and add what was heard there, (cells,) log ratios."""
+        """Move every speed's ranges nearer by one beep and add what was received there, (cells,) log ratios."""
         self._sum, self._before = self._before, self._sum
         _gather(self._sum, self._before, ratio, self._first)
 
     def fade(self, first: int, last: int, share: float = 0.0) -> None:
-        """Keep only a share of the evidence of the cells from `first` on and before `last`."""
+        """Keep only a share of the likelihood of the cells from `first` on and before `last`."""
         _fade(self._sum, max(first, 0), min(max(last, 0), self._width), np.float32(share))
 
     def best(self) -> tuple[float, int]:
@@ -85,16 +85,17 @@ class LineEvidence:
 
 
 @numba.njit(cache=True)
-def _gather(gathered: Singles, evidence: Singles, ratio: Singles, first: int) -> None:
-    """Fill in evidence a beep later: of a line's own and its neighbours' the best, none below 0, and what was heard.
+def _gather(gathered: Singles, likelihood: Singles, ratio: Singles, first: int) -> None:
+    """Fill in likelihood a beep later: of a line's own and its neighbours' the best, none below 0, and what was
+    received.
 
-    Row k's ranges come `first + k` cells nearer; those beyond the ones heard have none, before (S, width) and after.
+    Row k's ranges come `first + k` cells nearer; those beyond the ones received have none, before (S, width) and after.
     """
-    last, change = len(evidence) - 1, np.float32(CHANGE)
+    last, change = len(likelihood) - 1, np.float32(CHANGE)
     for row in range(last + 1):
         slow, fast = max(row - 1, 0), min(row + 1, last)
-        own, slower = evidence[row, first + row :], evidence[slow, first + slow :]
-        faster = evidence[fast, first + fast :]
+        own, slower = likelihood[row, first + row :], likelihood[slow, first + slow :]
+        faster = likelihood[fast, first + fast :]
         for cell in range(len(ratio)):
             best = own[cell] if own[cell] > 0.0 else np.float32(0.0)
             best = slower[cell] - change if slower[cell] - change > best else best
@@ -103,8 +104,8 @@ def _gather(gathered: Singles, evidence: Singles, ratio: Singles, first: int) ->
 
 
 @numba.njit(cache=True)
-def _fade(evidence: Singles, first: int, last: int, share: np.float32) -> None:
-    """Scale (S, width) evidence in place from a cell on and before another."""
-    for row in range(len(evidence)):
+def _fade(likelihood: Singles, first: int, last: int, share: np.float32) -> None:
+    """Scale (S, width) likelihood in place from a cell on and before another."""
+    for row in range(len(likelihood)):
         for cell in range(first, last):
-            evidence[row, cell] *= share
+            likelihood[row, cell] *= share

@@ -1,4 +1,4 @@
-"""Tracks of what closes in: found as a line of evidence over many beeps, then followed by a Kalman filter.
+"""Tracks of what closes in: found by the likelihood of a line over many beeps, then followed by a Kalman filter.
 
 Range r and closing speed v are those of the beep's centre as it is hit. The chirp reads r - v x range_doppler_s, and
 that is the filter's measurement: its ranges have no range-Doppler bias.
@@ -18,13 +18,14 @@ from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes
 from obstaclewatch.tracking.kalman import begun, expected_reading, predicted, updated
 from obstaclewatch.tracking.moving_peaks import MovingPeaks
 from obstaclewatch.tracking.range_fit import FITTED_BEEPS, Timing, TrackRange, track_range
-from obstaclewatch.tracking.track_before_detect import LineEvidence
-from obstaclewatch.trajectories.posterior_grid import Course, Posterior, Samples
-from obstaclewatch.walker.pitch_oscillation import Swing
+from obstaclewatch.tracking.track_before_detect import LineLikelihood
+from obstaclewatch.trajectories.posterior_grid import Expectation, Posterior, Samples
+from obstaclewatch.walker.pitch_oscillation import Oscillation
 
 SEARCH_BEEPS = 12
 GATE_M = 0.09
-"""How far a peak may be from a line: 1 cm of surge, 2.6 cm of its range-Doppler coupling, 6 cm of a coarse speed."""
+"""How far a peak may be from a line: 1 cm of fore-aft oscillation, 2.6 cm of its range-Doppler coupling, 6 cm of a
+coarse speed."""
 HIT, MISS = 1.9, -1.1
 """Log likelihood ratios: a peak lies within the gate of an echo in 7 beeps of 10, of nothing in 1 of 10."""
 POWER_GAIN, MOST_GAIN = 0.25, 3.0
@@ -35,7 +36,7 @@ START_SCORE = 9.0
 STARTS_A_BEEP = 3
 LEAST_PEAKS = 4
 OWN_M = 0.10
-"""Around a track, what is heard belongs to it."""
+"""Around a track, what is received belongs to it."""
 MOST_SCORE = 25.0
 LEAST_SPEED_M_S = 0.3
 MOST_MISSES = 7
@@ -43,9 +44,9 @@ KEPT_BEEPS = 24
 """On 287 walks of development bearings were off by 6.5 degrees (median) with 16, 6.0 with 24, 5.8 with 32; whether the
 walk was a collision was told best with 24."""
 LEFT_PEAKS = 6
-"""Of a track that forgets those that fit no course."""
-SURGE_READ_M = 0.025
-"""Deviation of a reading by gait: what the surge's speed reads through range-Doppler coupling."""
+"""Of a track that forgets those that fit no trajectory."""
+FORE_AFT_READ_M = 0.025
+"""Deviation of a reading by gait: what the fore-aft oscillation's speed reads through range-Doppler coupling."""
 ACCELERATION_M_S2 = 0.35
 GATE_DEVIATIONS = 3.5
 TWINS_M, TWINS_M_S = 0.08, 0.4
@@ -65,12 +66,12 @@ class Track:
         score: log likelihood ratio of being real.
         level_db, snr_db: of its last peak.
         misses: beeps since that peak.
-        judged, course: the courses that it was last thought to take, and what was to be expected of them at the last
-            beep; None before the first judgement.
+        judged, trajectory: the trajectories that it was last thought to take, and what was to be expected of them at
+            the last beep; None before the first judgement.
         past: the last peaks, oldest first.
         second: microphone 1 around them.
-        heard_s: time of the last.
-        readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no course.
+        detected_s: time of the last.
+        readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no trajectory.
     """
 
     range_m: float
@@ -82,10 +83,10 @@ class Track:
     snr_db: float = np.nan
     misses: int = 0
     judged: Posterior | None = None
-    course: Course | None = None
+    trajectory: Expectation | None = None
     past: deque[Reading] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
     second: deque[SingleComplexes] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
-    heard_s: float = -np.inf
+    detected_s: float = -np.inf
     readings: deque[Reading] = field(default_factory=lambda: deque(maxlen=FITTED_BEEPS))
 
     def follow(self, time_s: float, peaks: MovingPeaks, taken: Flags, ahead_s: float) -> int:
@@ -97,12 +98,12 @@ class Track:
         return which
 
     def remember(self, time_s: float, peaks: MovingPeaks, which: int) -> None:
-        """Keep a peak for the judgement of the course."""
+        """Keep a peak for the judgement of the trajectory."""
         _, range_m, deviation_m, self.level_db, self.snr_db = peaks.readings[:, which].tolist()
         self.past.append((time_s, range_m, deviation_m))
         self.readings.append((time_s, range_m, deviation_m))
         self.second.append(peaks.second[which])
-        self.heard_s = time_s
+        self.detected_s = time_s
 
     def forget_oldest(self) -> None:
         """Drop a third of the peaks kept for judgement, the oldest, if enough are left to judge."""
@@ -117,9 +118,11 @@ class Track:
         time_s, range_m, range_std_m = np.array(self.past).T.copy()
         return Samples(time_s + ahead_s, range_m, range_std_m, np.array(self.second))
 
-    def ranged(self, course: Course, swing: Swing, timing: Timing) -> TrackRange:
-        """Where the echo is at `time_s`, by its last readings, on a course, with the phone swinging."""
-        return track_range(np.array(self.readings), self.time_s, timing, swing, course.bob, course.surge)
+    def ranged(self, trajectory: Expectation, oscillation: Oscillation, timing: Timing) -> TrackRange:
+        """Where the echo is at `time_s`, by its last readings, on a trajectory, with the phone oscillating."""
+        return track_range(
+            np.array(self.readings), self.time_s, timing, oscillation, trajectory.bob, trajectory.fore_aft
+        )
 
 
 class _FreePeaks(NamedTuple):
@@ -143,15 +146,15 @@ class Approaches:
 
     Args:
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
-        evidence: of lines, empty.
+        likelihood: of lines, empty.
 
     Attributes:
         tracks: those there are.
         searched: whether the last beep's lines were searched for a track that begins.
     """
 
-    def __init__(self, ahead_s: float, evidence: LineEvidence) -> None:
-        self._ahead_s, self._evidence = ahead_s, evidence
+    def __init__(self, ahead_s: float, likelihood: LineLikelihood) -> None:
+        self._ahead_s, self._likelihood = ahead_s, likelihood
         self.tracks: list[Track] = []
         self.searched = False
         self._free: deque[tuple[float, MovingPeaks, Flags]] = deque(maxlen=SEARCH_BEEPS)
@@ -160,7 +163,7 @@ class Approaches:
         """Forget everything."""
         self.tracks.clear()
         self._free.clear()
-        self._evidence.clear()
+        self._likelihood.clear()
 
     def step(self, time_s: float, peaks: MovingPeaks) -> list[Track]:
         """Follow the tracks to a beep's peaks, start and end tracks; returns those there are, nearest first."""
@@ -189,26 +192,26 @@ class Approaches:
         track.score = min(track.score + HIT + _power_gain(peaks.readings[0, best]), MOST_SCORE)
 
     def _gather(self, time_s: float, peaks: MovingPeaks) -> None:
-        """Add a beep's evidence; where beeps are missing lines have moved on, and it is gathered anew."""
-        if self._free and time_s - self._free[-1][0] > 1.5 * self._evidence.period_s:
-            self._evidence.clear()
-        self._evidence.add(peaks.log_ratio)
+        """Add a beep's likelihood; where beeps are missing lines have moved on, and it is gathered anew."""
+        if self._free and time_s - self._free[-1][0] > 1.5 * self._likelihood.period_s:
+            self._likelihood.clear()
+        self._likelihood.add(peaks.log_ratio)
 
     def _fade(self, read_m: float, peaks: MovingPeaks, share: float = 0.0) -> None:
         cell = round((read_m - peaks.first_m) / peaks.cell_m)
         reach = round(OWN_M / peaks.cell_m)
-        self._evidence.fade(cell - reach, cell + reach + 1, share)
+        self._likelihood.fade(cell - reach, cell + reach + 1, share)
 
     def _start(self, peaks: MovingPeaks) -> None:
         """Tracks along the lines that have gathered enough."""
         free, self.searched = None, False
         for _ in range(STARTS_A_BEEP):
-            score, cell = self._evidence.best()
+            score, cell = self._likelihood.best()
             if score < START_SCORE:
                 return
             read_m = peaks.first_m + cell * peaks.cell_m
             free, self.searched = self._free_peaks() if free is None else free, True
-            found = _best_chain(free, read_m, self._evidence.speeds_to(cell))
+            found = _best_chain(free, read_m, self._likelihood.speeds_to(cell))
             chain = [(row, which) for row, which in enumerate(found.tolist()) if which >= 0]
             begun = len(chain) >= LEAST_PEAKS
             if begun:
@@ -226,7 +229,7 @@ class Approaches:
         last_s = self._free[chain[-1][0]][0]
         age = np.array([last_s - self._free[row][0] for row, _ in chain])
         read = np.array([self._free[row][1].range_m[which] for row, which in chain])
-        state, covariance = begun(age, read, 4.0 * SURGE_READ_M**2, self._ahead_s)
+        state, covariance = begun(age, read, 4.0 * FORE_AFT_READ_M**2, self._ahead_s)
         range_m, closing_m_s = state.tolist()
         if not closing_m_s >= LEAST_SPEED_M_S:
             return
@@ -247,9 +250,9 @@ class Approaches:
 
 
 def _lives(track: Track) -> bool:
-    """Still heard, still closing in, still ahead."""
-    heard = track.score > 0.0 and track.misses <= MOST_MISSES
-    return heard and track.closing_m_s >= LEAST_SPEED_M_S and track.range_m > 0.1
+    """Still detected, still closing in, still ahead."""
+    received = track.score > 0.0 and track.misses <= MOST_MISSES
+    return received and track.closing_m_s >= LEAST_SPEED_M_S and track.range_m > 0.1
 
 
 def _are_one(track: Track, other: Track) -> bool:
@@ -280,13 +283,13 @@ def _followed(
     best, most = -1, -np.inf
     power, range_m, range_std_m = readings[0], readings[1], readings[2]
     for peak in range(len(power)):
-        own = SURGE_READ_M**2 + range_std_m[peak] ** 2
+        own = FORE_AFT_READ_M**2 + range_std_m[peak] ** 2
         distance2 = (range_m[peak] - expected_m) ** 2 / (expected_variance + own)
         merit = np.log(power[peak]) - 0.5 * distance2
         if not taken[peak] and distance2 <= GATE_DEVIATIONS**2 and merit > most:
             best, most = peak, merit
     if best >= 0:
-        moved, spread = updated(moved, spread, range_m[best], SURGE_READ_M**2 + range_std_m[best] ** 2, ahead_s)
+        moved, spread = updated(moved, spread, range_m[best], FORE_AFT_READ_M**2 + range_std_m[best] ** 2, ahead_s)
     return moved[0], moved[1], spread, best
 
 

@@ -1,13 +1,14 @@
-"""What a straight course lets both microphones read, and where it lies if it is read so: the formulas of `courses`.
+"""What a straight trajectory lets both microphones read, and where it lies if it is read so: the formulas of
+`posterior_grid`.
 
-Each is of one course at one beep; compiled loops over courses handle sixteen at once. Single precision places 4 m to
-0.2 um, a ten-thousandth of a cycle of the carrier.
+Each is of one trajectory at one beep; compiled loops over trajectories handle sixteen at once. Single precision places
+4 m to 0.2 um, a ten-thousandth of a cycle of the carrier.
 
 Shared arguments, single precision:
     height_m: phone above the reflecting point.
     radius_m: of the body in plan.
     miss_m: by which its middle is missed.
-    cos_angle: of a wall's normal to the course; 1 for other things.
+    cos_angle: of a wall's normal to the trajectory; 1 for other things.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ NONE, ONE, TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 
 
 class Bodies(NamedTuple):
-    """What H courses lead to, (H,) each.
+    """What H trajectories lead to, (H,) each.
 
     Attributes:
         height_m, radius_m, miss_m, cos_angle: as above.
@@ -52,15 +53,16 @@ def bodies_at(table: Singles, ground_m: float) -> Bodies:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def steady_range(read_m: Single, lift_m: Single, surge_m: Single, height_m: Single, cos_angle: Single) -> Single:
-    """Range as a phone would read it that neither bobs nor surges; `lift_m` is 0 of what is as high as the phone."""
+def steady_range(read_m: Single, rise_m: Single, fore_aft_m: Single, height_m: Single, cos_angle: Single) -> Single:
+    """Range as a phone would read it that moves neither up nor fore and aft; `rise_m` is 0 of what is as high as the
+    phone."""
     down = min(height_m / read_m, ONE)
-    return read_m - down * lift_m + np.sqrt(ONE - down * down) * cos_angle * surge_m
+    return read_m - down * rise_m + np.sqrt(ONE - down * down) * cos_angle * fore_aft_m
 
 
 @numba.njit(cache=True, error_model="numpy")
 def distance_ahead(range_m: Single, height_m: Single, radius_m: Single, miss_m: Single) -> Single:
-    """Distance ahead at which a course is seen at that range; the least one if it never is."""
+    """Distance ahead at which a trajectory is seen at that range; the least one if it never is."""
     plan = np.sqrt(max(range_m * range_m - height_m * height_m, NEAREST_M * NEAREST_M)) + radius_m
     return np.sqrt(max(plan * plan - miss_m * miss_m, NEAREST_M * NEAREST_M))
 
@@ -69,7 +71,7 @@ def distance_ahead(range_m: Single, height_m: Single, radius_m: Single, miss_m: 
 def sight(
     ahead_m: Single, height_m: Single, radius_m: Single, miss_m: Single, cos_angle: Single
 ) -> tuple[Single, Single, Single]:
-    """Range, distance in plan, and cosine of the level angle to the course, of what is that far ahead."""
+    """Range, distance in plan, and cosine of the level angle to the trajectory, of what is that far ahead."""
     middle = np.sqrt(ahead_m * ahead_m + miss_m * miss_m)
     plan = max(middle - radius_m, NEAREST_M)
     return np.sqrt(plan * plan + height_m * height_m), plan, ahead_m / middle * cos_angle
@@ -79,7 +81,7 @@ def sight(
 def cone_cosine(
     range_m: Single, plan_m: Single, toward: Single, height_m: Single, cos_pitch: Single, sin_pitch: Single
 ) -> Single:
-    """Cosine of the cone about the phone's long axis, of a `sight`, the phone's top lifted by the pitch."""
+    """Cosine of the cone about the phone's long axis, of a `sight`, the phone pitched."""
     return (plan_m * toward * cos_pitch - height_m * sin_pitch) / range_m
 
 

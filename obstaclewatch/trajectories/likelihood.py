@@ -1,6 +1,6 @@
-"""How well H courses agree with what K beeps read: the line along which each is walked, its ranges, its phases.
+"""How well H trajectories agree with what K beeps read: the line along which each is walked, its ranges, its phases.
 
-Compiled, a beep at a time over all courses, in single precision; `course_geometry` holds the formulas.
+Compiled, a beep at a time over all trajectories, in single precision; `geometry` holds the formulas.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from obstaclewatch.signal.carrier_phase import add_turned, deviation_factor, hear
+from obstaclewatch.signal.carrier_phase import add_rotated, deviation_factor, received_at
 from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
 from obstaclewatch.trajectories.geometry import (
     NEAREST_M,
@@ -25,13 +25,13 @@ from obstaclewatch.trajectories.geometry import (
 from obstaclewatch.walker.gait import line_weights, whitening
 
 
-class Ears(NamedTuple):
+class Receivers(NamedTuple):
     """What of the phone is the same in every beep.
 
     Attributes:
         separation_m: between the microphones.
         cycles_m: of the carrier per metre.
-        pitch_rad: mean lift of the top edge.
+        pitch_rad: mean pitch of the phone.
         ahead_s: how far ahead the chirp reads.
     """
 
@@ -42,7 +42,7 @@ class Ears(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """How H courses agree with what was read.
+    """How H trajectories agree with what was read.
 
     Attributes:
         ahead_m, closing_m_s: (H,) distances ahead at time 0 that explain the ranges best, and how fast they fall.
@@ -59,43 +59,47 @@ class Agreement(NamedTuple):
 @numba.njit(cache=True, error_model="numpy")
 def agreement(
     bodies: Bodies,
-    ears: Ears,
+    receivers: Receivers,
     time_s: Floats,
     read_m: Floats,
     covariance: Floats,
     second: SingleComplexes,
-    swing_read: Floats,
-    swing_hit: Floats,
+    oscillation_read: Floats,
+    oscillation_hit: Floats,
 ) -> Agreement:
     """Lines through the ranges of K beeps, and how well ranges and phases agree with them.
 
     Args:
-        bodies: (H,) what courses lead to.
+        bodies: (H,) what trajectories lead to.
         ears: the phone.
         time_s: (K,) that the readings stand for, from the asked time on.
         read_m: (K,) ranges.
         covariance: (K, K) of the ranges about a straight line.
         second: (K, W) microphone 1 around each peak, see `carrier_phase`; NaN rows say nothing.
-        swing_read, swing_hit: (3, K) lift of the top edge, height and surge, as the chirp reads them, and as they are.
+        oscillation_read, oscillation_hit: (3, K) pitch of the phone, height and fore-aft oscillation, as the chirp
+            reads them, and as they are.
     """
-    steady_m = steady_ranges(bodies, read_m, swing_read[1], swing_read[2])
+    steady_m = steady_ranges(bodies, read_m, oscillation_read[1], oscillation_read[2])
     white = whitening(covariance)
     of_ahead, of_closing = line_weights(time_s, white)
     ahead_m, closing_m_s = straight_lines(bodies, steady_m, of_ahead, of_closing)
     misfit = misfits(bodies, steady_m, ahead_m, closing_m_s, time_s, white)
-    total = gathered(bodies, ears, ahead_m, closing_m_s, time_s, second, swing_read, swing_hit)
+    total = gathered(bodies, receivers, ahead_m, closing_m_s, time_s, second, oscillation_read, oscillation_hit)
     return Agreement(ahead_m, closing_m_s, misfit, total)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def steady_ranges(bodies: Bodies, read_m: Floats, lift_m: Floats, surge_m: Floats) -> Singles:
-    """(K, H) ranges as a phone would read them that neither bobs nor surges, from (K,) readings and departures."""
+def steady_ranges(bodies: Bodies, read_m: Floats, rise_m: Floats, fore_aft_m: Floats) -> Singles:
+    """(K, H) ranges as a phone would read them that moves neither up nor fore and aft, from (K,) readings and
+    departures."""
     steady = np.empty((len(read_m), len(bodies.miss_m)), dtype=np.float32)
     for beep in range(len(read_m)):
-        read, lift, surge = np.float32(read_m[beep]), np.float32(lift_m[beep]), np.float32(surge_m[beep])
-        for course in range(len(bodies.miss_m)):
-            own = bodies.stays[course] * lift
-            steady[beep, course] = steady_range(read, own, surge, bodies.height_m[course], bodies.cos_angle[course])
+        read, rise, fore_aft = np.float32(read_m[beep]), np.float32(rise_m[beep]), np.float32(fore_aft_m[beep])
+        for trajectory in range(len(bodies.miss_m)):
+            own = bodies.stays[trajectory] * rise
+            steady[beep, trajectory] = steady_range(
+                read, own, fore_aft, bodies.height_m[trajectory], bodies.cos_angle[trajectory]
+            )
     return steady
 
 
@@ -105,11 +109,11 @@ def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closi
     ahead, closing = np.zeros_like(bodies.miss_m), np.zeros_like(bodies.miss_m)
     for beep in range(len(steady_m)):
         to_ahead, to_closing = np.float32(of_ahead[beep]), np.float32(of_closing[beep])
-        for course in range(len(ahead)):
-            radius, miss = bodies.radius_m[course], bodies.miss_m[course]
-            distance = distance_ahead(steady_m[beep, course], bodies.height_m[course], radius, miss)
-            ahead[course] += to_ahead * distance
-            closing[course] += to_closing * distance
+        for trajectory in range(len(ahead)):
+            radius, miss = bodies.radius_m[trajectory], bodies.miss_m[trajectory]
+            distance = distance_ahead(steady_m[beep, trajectory], bodies.height_m[trajectory], radius, miss)
+            ahead[trajectory] += to_ahead * distance
+            closing[trajectory] += to_closing * distance
     return ahead, closing
 
 
@@ -121,14 +125,14 @@ def misfits(
     error, misfit, white_error = np.empty_like(steady_m), np.zeros_like(ahead_m), np.empty_like(ahead_m)
     for beep in range(len(steady_m)):
         time = np.float32(time_s[beep])
-        for course in range(len(ahead_m)):
-            line = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M)
-            radius, miss = bodies.radius_m[course], bodies.miss_m[course]
-            seen, _, _ = sight(line, bodies.height_m[course], radius, miss, bodies.cos_angle[course])
-            error[beep, course] = steady_m[beep, course] - seen
+        for trajectory in range(len(ahead_m)):
+            line = max(ahead_m[trajectory] - closing_m_s[trajectory] * time, NEAREST_M)
+            radius, miss = bodies.radius_m[trajectory], bodies.miss_m[trajectory]
+            seen, _, _ = sight(line, bodies.height_m[trajectory], radius, miss, bodies.cos_angle[trajectory])
+            error[beep, trajectory] = steady_m[beep, trajectory] - seen
         weighted_sum(white_error, error, white[beep], beep + 1)
-        for course in range(len(ahead_m)):
-            misfit[course] += white_error[course] * white_error[course]
+        for trajectory in range(len(ahead_m)):
+            misfit[trajectory] += white_error[trajectory] * white_error[trajectory]
     return misfit
 
 
@@ -138,65 +142,70 @@ def weighted_sum(total: Singles, rows: Singles, weight: Floats, count: int) -> N
     total[:] = np.float32(0.0)
     for row in range(count):
         own = np.float32(weight[row])
-        for course in range(len(total)):
-            total[course] += own * rows[row, course]
+        for trajectory in range(len(total)):
+            total[trajectory] += own * rows[row, trajectory]
 
 
 @numba.njit(cache=True, error_model="numpy")
 def path_differences(
-    u_m: Singles, bodies: Bodies, line_m: Singles, pitch_rad: float, lift_m: float, separation_m: float
+    u_m: Singles, bodies: Bodies, line_m: Singles, pitch_rad: float, rise_m: float, separation_m: float
 ) -> None:
-    """Fill in (H,) path differences to obstacles (H,) ahead of a phone pitched and lifted so, less what mirrors."""
+    """Fill in (H,) path differences to obstacles (H,) ahead of a phone so pitched and risen, less what mirrors."""
     cos_pitch, sin_pitch = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad))
-    lift, separation = np.float32(lift_m), np.float32(separation_m)
-    for course in range(len(line_m)):
-        height = bodies.height_m[course] + bodies.stays[course] * lift
-        radius, miss = bodies.radius_m[course], bodies.miss_m[course]
-        seen, plan, toward = sight(line_m[course], height, radius, miss, bodies.cos_angle[course])
+    rise, separation = np.float32(rise_m), np.float32(separation_m)
+    for trajectory in range(len(line_m)):
+        height = bodies.height_m[trajectory] + bodies.stays[trajectory] * rise
+        radius, miss = bodies.radius_m[trajectory], bodies.miss_m[trajectory]
+        seen, plan, toward = sight(line_m[trajectory], height, radius, miss, bodies.cos_angle[trajectory])
         cosine = cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
-        off = mirror_off(seen, cosine, toward, cos_pitch, bodies.along_m2[course], bodies.up_m2[course])
-        u_m[course] = path_difference(seen, cosine, separation) - off
+        off = mirror_off(seen, cosine, toward, cos_pitch, bodies.along_m2[trajectory], bodies.up_m2[trajectory])
+        u_m[trajectory] = path_difference(seen, cosine, separation) - off
 
 
 @numba.njit(cache=True, error_model="numpy")
 def lines_ahead(line_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> None:
     """Fill in (H,) distances ahead some time before one at which none is less than the least."""
     time, earlier = np.float32(time_s), np.float32(earlier_s)
-    for course in range(len(line_m)):
-        line_m[course] = max(ahead_m[course] - closing_m_s[course] * time, NEAREST_M) + closing_m_s[course] * earlier
+    for trajectory in range(len(line_m)):
+        line_m[trajectory] = (
+            max(ahead_m[trajectory] - closing_m_s[trajectory] * time, NEAREST_M) + closing_m_s[trajectory] * earlier
+        )
 
 
 @numba.njit(cache=True, error_model="numpy")
 def gathered(
     bodies: Bodies,
-    ears: Ears,
+    receivers: Receivers,
     ahead_m: Singles,
     closing_m_s: Singles,
     time_s: Floats,
     second: SingleComplexes,
-    swing_read: Floats,
-    swing_hit: Floats,
+    oscillation_read: Floats,
+    oscillation_hit: Floats,
 ) -> Singles:
-    """(2, H) real and imaginary part of what courses gather in phase at microphone 1; its squared size is 1 for noise.
+    """(2, H) real and imaginary part of what trajectories gather in phase at microphone 1; its squared size is 1 for
+    noise.
 
     Ranges are read without the phone's bobbing, which was taken off them. Arguments as for `agreement`.
     """
     total, count = np.zeros((2, len(ahead_m)), dtype=np.float32), 0
-    line_m, u_m, heard = np.empty_like(ahead_m), np.empty_like(ahead_m), np.empty_like(total)
+    line_m, u_m, received = np.empty_like(ahead_m), np.empty_like(ahead_m), np.empty_like(total)
     sample = np.empty(len(ahead_m), dtype=np.int32)
     for beep in range(len(second)):
         if np.isnan(second[beep, 0].real):
             continue
         count += 1
         lines_ahead(line_m, ahead_m, closing_m_s, time_s[beep], 0.0)
-        path_differences(u_m, bodies, line_m, ears.pitch_rad + swing_read[0, beep], 0.0, ears.separation_m)
-        hear(heard, sample, second[beep], u_m)
-        lines_ahead(line_m, ahead_m, closing_m_s, time_s[beep], ears.ahead_s)
-        pitch_rad, lift_m = ears.pitch_rad + swing_hit[0, beep], swing_hit[1, beep]
-        path_differences(u_m, bodies, line_m, pitch_rad, lift_m, ears.separation_m)
-        add_turned(total, heard, u_m, np.float32(ears.cycles_m), deviation_factor(second[beep]))
+        path_differences(
+            u_m, bodies, line_m, receivers.pitch_rad + oscillation_read[0, beep], 0.0, receivers.separation_m
+        )
+        received_at(received, sample, second[beep], u_m)
+        lines_ahead(line_m, ahead_m, closing_m_s, time_s[beep], receivers.ahead_s)
+        pitch_rad, rise_m = receivers.pitch_rad + oscillation_hit[0, beep], oscillation_hit[1, beep]
+        path_differences(u_m, bodies, line_m, pitch_rad, rise_m, receivers.separation_m)
+        add_rotated(total, received, u_m, np.float32(receivers.cycles_m), deviation_factor(second[beep]))
     share = np.float32(1.0 / np.sqrt(max(count, 1)))
-    for course in range(len(ahead_m)):
-        total[0, course] *= share
-        total[1, course] *= share
+    for trajectory in range(len(ahead_m)):
+        total[0, trajectory] *= share
+        total[1, trajectory] *= share
     return total

@@ -1,9 +1,9 @@
-"""What it says of a wall that it is still heard: one that is passed falls silent before it is reached.
+"""Passed walls: one that is passed echoes no more before it is reached.
 
 A wall mirrors at the foot of its normal through the phone, which lies R sin(a) aside of the walker's line where the
 wall stands at the angle a and the distance R. As R falls the foot wanders inwards. A wall that is hit reaches across
-the line, so that it is heard until it is met; one that is passed ends aside of the line, and is heard no more once its
-foot would lie beyond that end.
+the line, so that it is received until it is met; one that is passed ends aside of the line, and is received no more
+once its foot would lie beyond that end.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numba
 
 GAP_M = (0.08, 0.75)
 """Between the walker's side and the end of a wall that is passed, evenly; what ends farther off is no near miss."""
-LEAST_HEARD = 0.02
-"""Share of passed walls that are heard from where none should be: by way of their ends."""
+LEAST_RECEIVED = 0.02
+"""Share of passed walls that are received from where none should be: by way of their ends."""
 
 
 def ends_of_passed(half_width_m: float) -> tuple[float, float]:
@@ -23,12 +23,12 @@ def ends_of_passed(half_width_m: float) -> tuple[float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def still_heard(foot_m: float, ends_m: tuple[float, float]) -> float:
-    """Share of passed walls whose end lies nearer to the walker's line than their foot, and which are heard so.
+def still_received(foot_m: float, ends_m: tuple[float, float]) -> float:
+    """Share of passed walls whose end lies nearer to the walker's line than their foot, and which are detected so.
 
     Args:
-        foot_m: how far aside the foot lies; infinite for what is no wall, and is heard until it is passed.
+        foot_m: how far aside the foot lies; infinite for what is no wall, and is received until it is passed.
         ends_m: how far aside walls end that are passed, at least and at most.
     """
     least_m, most_m = ends_m
-    return min(max((foot_m - least_m) / (most_m - least_m), LEAST_HEARD), 1.0)
+    return min(max((foot_m - least_m) / (most_m - least_m), LEAST_RECEIVED), 1.0)

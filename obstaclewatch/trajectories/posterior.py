@@ -1,4 +1,4 @@
-"""The posterior over courses: prior, agreement with ranges and with microphone 1, and how walkers walk.
+"""The posterior over trajectories: prior, agreement with ranges and with microphone 1, and how walkers walk.
 
 One compiled call a judgement: calls between compiled parts cost as much as what they compute. What they are handed are
 tables and plain tuples, which take a third of the time of named tuples of arrays; inside these have their names again.
@@ -14,26 +14,26 @@ import numpy as np
 from obstaclewatch.signal.carrier_phase import log_agreement
 from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes, Singles
 from obstaclewatch.trajectories.geometry import NEAREST_M, bodies_at, cone_cosine, sight
-from obstaclewatch.trajectories.likelihood import Agreement, Ears, agreement
-from obstaclewatch.trajectories.passed_walls import still_heard
+from obstaclewatch.trajectories.likelihood import Agreement, Receivers, agreement
+from obstaclewatch.trajectories.passed_walls import still_received
 from obstaclewatch.trajectories.prior import speed_density
 from obstaclewatch.trajectories.width_prior import narrow_radius
-from obstaclewatch.walker.gait import READING_M, SWING_KNOWN_M, reading_covariance
-from obstaclewatch.walker.pitch_oscillation import Swing, swing_as_read, swing_at
+from obstaclewatch.walker.gait import OSCILLATION_KNOWN_M, READING_M, reading_covariance
+from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read, oscillation_at
 
-SHARE_HEARD = 0.4
+RECEIVED_SHARE = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
-"""Squared deviations in all, beyond which a course is not thought less likely: some peaks are of another echo."""
+"""Squared deviations in all, beyond which a trajectory is not thought less likely: some peaks are of another echo."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
 TURN = 2.0 * np.pi
 NEGLIGIBLE = 1e-10
-"""Probability of a course that no expectation needs."""
+"""Probability of a trajectory that no expectation needs."""
 
 
 class Prior(NamedTuple):
-    """What is known of H courses before anything is heard.
+    """What is known of H trajectories before anything is received.
 
     Attributes:
         log_share: (H,) of the probabilities, up to a constant.
@@ -41,7 +41,7 @@ class Prior(NamedTuple):
         tells_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
             known, as 10 cm of another height turn it by a quarter of a cycle; and not of phones that were not measured.
         phase_rad: what microphone 1 adds to it.
-        radii: (H, B) probabilities of the classes of radii, see `breadth`.
+        radii: (H, B) probabilities of the classes of radii, see `width_prior`.
     """
 
     log_share: Floats
@@ -52,16 +52,18 @@ class Prior(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Probabilities of H courses, and where they are at a time.
+    """Probabilities of H trajectories, and where they are at a time.
 
     Attributes:
-        time_s: from which the courses run.
-        bodies, ground_m: (7, H) what the courses lead to, and height of microphone 0 above the ground; see `bodies_at`.
+        time_s: from which the trajectories run.
+        bodies, ground_m: (7, H) what the trajectories lead to, and height of microphone 0 above the ground; see
+            `bodies_at`.
         share: (H,) probabilities.
         ahead_m: (H,) distances ahead then.
         closing_m_s: (H,) speeds at which these fall.
-        misfit: squared deviations, a reading, of the ranges from the course that they fit best; 1 is to be expected.
-        radius_m, radius_std_m: half the breadth of what they lead to; NaN of what is not thought narrow.
+        misfit: squared deviations, a reading, of the ranges from the trajectory that they fit best; 1 is to be
+            expected.
+        radius_m, radius_std_m: half the width of what they lead to; NaN of what is not thought narrow.
     """
 
     time_s: float
@@ -81,7 +83,7 @@ def posterior(
     table: Singles,
     ground_m: float,
     phone: tuple[Any, ...],
-    swinging: tuple[Any, ...],
+    oscillating: tuple[Any, ...],
     time_s: Floats,
     range_m: Floats,
     range_std_m: Floats,
@@ -91,22 +93,27 @@ def posterior(
     """What `Posterior` has from `share` on, after K >= 3 beeps.
 
     Args:
-        known: `Prior` of the courses.
+        known: `Prior` of the trajectories.
         table: (7, H) what they lead to, see `bodies_at`.
         ground_m: height of microphone 0 above the ground, from which on things are corners.
-        phone: its `Ears`.
-        swinging: its `Swing`.
+        phone: its `Receivers`.
+        swinging: its `Oscillation`.
         time_s, range_m, range_std_m: (K,) times that the readings stand for, and what was read.
         second: (K, W) microphone 1 around each peak.
-        now_s: time from which the courses run.
+        now_s: time from which the trajectories run.
     """
-    prior, ears, swing = Prior(*known), Ears(*phone), Swing(*swinging)
+    prior, receivers, oscillation = Prior(*known), Receivers(*phone), Oscillation(*oscillating)
     bodies = bodies_at(table, ground_m)
-    hit_s, since_s = time_s - ears.ahead_s, time_s - now_s
-    covariance = reading_covariance(since_s, range_std_m, SWING_KNOWN_M if swing.surge_m != 0.0 else READING_M)
-    swing_read, swing_hit = swing_as_read(swing, hit_s, ears.ahead_s), swing_at(swing, hit_s)
-    found = agreement(bodies, ears, since_s, range_m, covariance, second, swing_read, swing_hit)
-    density = speed_density(found.closing_m_s / prior.nearing, swing.step_rad_s / TURN)
+    hit_s, since_s = time_s - receivers.ahead_s, time_s - now_s
+    covariance = reading_covariance(
+        since_s, range_std_m, OSCILLATION_KNOWN_M if oscillation.fore_aft_m != 0.0 else READING_M
+    )
+    oscillation_read, oscillation_hit = (
+        oscillation_as_read(oscillation, hit_s, receivers.ahead_s),
+        oscillation_at(oscillation, hit_s),
+    )
+    found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
+    density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / TURN)
     share = shares(prior.log_share, found, density, prior.tells_phase, prior.phase_rad)
     radius_m, radius_std_m = narrow_radius(share, prior.radii)
     misfit = float(found.misfit.min()) / len(time_s)
@@ -119,17 +126,19 @@ def shares(log_prior: Floats, found: Agreement, density: Floats, tells_phase: Fl
 
     Args:
         log_prior: (H,).
-        found: how the courses agree with what was read.
+        found: how the trajectories agree with what was read.
         density: (H,) of the speed of approach.
         tells_phase, phase_rad: see `Prior`.
     """
     log = np.empty(len(log_prior))
-    for course in range(len(log)):
-        real, imaginary = float(found.gathered[0, course]), float(found.gathered[1, course])
-        heard = SHARE_HEARD * (real * real + imaginary * imaginary)
-        if tells_phase[course]:
-            heard += log_agreement(real, imaginary, phase_rad)
-        log[course] = log_prior[course] + log_fit(float(found.misfit[course])) + heard + np.log(density[course])
+    for trajectory in range(len(log)):
+        real, imaginary = float(found.gathered[0, trajectory]), float(found.gathered[1, trajectory])
+        received = RECEIVED_SHARE * (real * real + imaginary * imaginary)
+        if tells_phase[trajectory]:
+            received += log_agreement(real, imaginary, phase_rad)
+        log[trajectory] = (
+            log_prior[trajectory] + log_fit(float(found.misfit[trajectory])) + received + np.log(density[trajectory])
+        )
     share = np.exp(log - log.max())
     return share / share.sum()
 
@@ -141,7 +150,7 @@ def log_fit(misfit: float) -> float:
 
 
 class Meeting(NamedTuple):
-    """What H courses come to, (H,) each.
+    """What H trajectories come to, (H,) each.
 
     Attributes:
         collision: probability that they are collisions.
@@ -160,17 +169,18 @@ class Meeting(NamedTuple):
     aside: Floats
 
 
-class Course(NamedTuple):
+class Expectation(NamedTuple):
     """The posterior in a few numbers.
 
     Attributes:
         collision: probability that walker and obstacle meet.
-        left_m: expected distance that the walker still walks until they meet, on courses that collide if there are any.
+        left_m: expected distance that the walker still walks until they meet, on trajectories that collide if there
+            are any.
         speed_m_s: expected speed of approach.
         bearing_rad, bearing_std_rad: of the reflecting point at the asked time, unsigned.
         cosine: of the cone about the phone's long axis at which the echo arrives.
         miss_m: expected miss distance; walls count with 0.
-        bob, surge: expected share by which the range grows as the phone rises, and falls as it surges ahead.
+        bob, fore_aft: expected share by which the range grows as the phone rises, and falls as it moves ahead.
     """
 
     collision: float
@@ -181,7 +191,7 @@ class Course(NamedTuple):
     cosine: float
     miss_m: float
     bob: float
-    surge: float
+    fore_aft: float
 
     @property
     def contact_s(self) -> float:
@@ -202,43 +212,43 @@ def expectations(
     pitch_rad: float,
     mic_m: float,
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """What to expect of courses, the numbers of `Course`.
+    """What to expect of trajectories, the numbers of `Expectation`.
 
     Args:
         share: (H,) probabilities; those below `NEGLIGIBLE` are left out.
         ahead_m, closing_m_s: (H,) distances ahead of microphone 0, a wall's along its normal, and how they fall.
         later_s: how much later the asked time is.
-        table, ground_m: what the courses lead to, see `bodies_at`.
+        table, ground_m: what the trajectories lead to, see `bodies_at`.
         meetings: (6, H) what they come to, a table of `Meeting`.
-        ends_m: how far aside passed walls end, see `wall_ends`.
-        pitch_rad: lift of the phone's top edge.
+        ends_m: how far aside passed walls end, see `passed_walls`.
+        pitch_rad: pitch of the phone.
         mic_m: how far microphone 0 is ahead of the phone's middle.
     """
     bodies = bodies_at(table, ground_m)
     meeting = Meeting(meetings[0], meetings[1], meetings[2], meetings[3], meetings[4], meetings[5])
     cos_pitch, sin_pitch, later = np.float32(np.cos(pitch_rad)), np.float32(np.sin(pitch_rad)), np.float32(later_s)
-    total = hit = left = left_of_hits = speed = bearing = bearing2 = cosine = miss = bob = surge = 0.0
-    for course in range(len(share)):
-        if share[course] < NEGLIGIBLE:
+    total = hit = left = left_of_hits = speed = bearing = bearing2 = cosine = miss = bob = fore_aft = 0.0
+    for trajectory in range(len(share)):
+        if share[trajectory] < NEGLIGIBLE:
             continue
-        ahead = max(ahead_m[course] - closing_m_s[course] * later, NEAREST_M)
-        hits = share[course] * meeting.collision[course]
-        own = hits + (share[course] - hits) * still_heard(meeting.aside[course] * ahead, ends_m)
-        height, aside = bodies.height_m[course], bodies.miss_m[course]
-        seen, plan, toward = sight(ahead, height, bodies.radius_m[course], aside, bodies.cos_angle[course])
-        bob, surge = bob + own * bodies.stays[course] * height / seen, surge + own * toward * plan / seen
+        ahead = max(ahead_m[trajectory] - closing_m_s[trajectory] * later, NEAREST_M)
+        hits = share[trajectory] * meeting.collision[trajectory]
+        own = hits + (share[trajectory] - hits) * still_received(meeting.aside[trajectory] * ahead, ends_m)
+        height, aside = bodies.height_m[trajectory], bodies.miss_m[trajectory]
+        seen, plan, toward = sight(ahead, height, bodies.radius_m[trajectory], aside, bodies.cos_angle[trajectory])
+        bob, fore_aft = bob + own * bodies.stays[trajectory] * height / seen, fore_aft + own * toward * plan / seen
         cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
-        closing = float(closing_m_s[course]) / meeting.nearing[course]
-        left_m = float(ahead) * meeting.way[course] + mic_m - meeting.contact_m[course]
+        closing = float(closing_m_s[trajectory]) / meeting.nearing[trajectory]
+        left_m = float(ahead) * meeting.way[trajectory] + mic_m - meeting.contact_m[trajectory]
         way = left_m * walked_share(closing)
         total, hit, left_of_hits = total + own, hit + hits, left_of_hits + hits * way
         left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
-        angle = meeting.angle_rad[course] + (np.arctan2(float(aside), float(ahead)) if aside > 0.0 else 0.0)
+        angle = meeting.angle_rad[trajectory] + (np.arctan2(float(aside), float(ahead)) if aside > 0.0 else 0.0)
         bearing, bearing2 = bearing + own * angle, bearing2 + own * angle * angle
     left = left_of_hits / hit if hit > 1e-6 * total else left / total
     bearing /= total
     spread = np.sqrt(max(bearing2 / total - bearing * bearing, 0.0))
-    rest = cosine / total, miss / total, bob / total, surge / total
+    rest = cosine / total, miss / total, bob / total, fore_aft / total
     return hit / total, left, speed / total, bearing, spread, *rest
 
 

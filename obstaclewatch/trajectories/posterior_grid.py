@@ -1,4 +1,4 @@
-"""On which course does the walker pass? The posterior over straight courses, given what a track has measured.
+"""On which trajectory does the walker pass? The posterior over straight trajectories, given what a track has measured.
 
 A walker closes in at speed v on a point that will be passed at the miss distance b. With x = v (t0 - t) the distance
 ahead and D = sqrt(x^2 + b^2) the distance in plan to the middle of a round body of radius r, the echo has
@@ -24,12 +24,12 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
-from obstaclewatch.trajectories.likelihood import Ears
+from obstaclewatch.trajectories.likelihood import Receivers
 from obstaclewatch.trajectories.passed_walls import ends_of_passed
-from obstaclewatch.trajectories.posterior import Course, Meeting, Posterior, Prior, expectations, posterior
+from obstaclewatch.trajectories.posterior import Expectation, Meeting, Posterior, Prior, expectations, posterior
 from obstaclewatch.trajectories.prior import Hypotheses, hypotheses
 from obstaclewatch.trajectories.width_prior import radius_shares
-from obstaclewatch.walker.pitch_oscillation import LEAST_COS, STEADY, Swing
+from obstaclewatch.walker.pitch_oscillation import LEAST_COS, STEADY, Oscillation
 
 
 class Samples(NamedTuple):
@@ -47,13 +47,13 @@ class Samples(NamedTuple):
     second: SingleComplexes
 
 
-class CourseGrid:
-    """All courses that are considered, with their prior.
+class TrajectoryGrid:
+    """All trajectories that are considered, with their prior.
 
     Args:
         separation_m: between the microphones.
         wavelength_m: of the carrier.
-        pitch_rad: lift of the phone's top edge.
+        pitch_rad: pitch of the phone.
         half_width_m: of the walker.
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
         mic_phase_rad: what microphone 1's channel adds to the carrier's phase, compared with microphone 0's; None if it
@@ -72,7 +72,7 @@ class CourseGrid:
         baseline_m: float = 0.0,
     ) -> None:
         self._pitch_rad = pitch_rad
-        self._ears = tuple(Ears(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s))
+        self._receivers = tuple(Receivers(separation_m, 1.0 / wavelength_m, pitch_rad, ahead_s))
         self._all: Hypotheses = hypotheses(half_width_m)
         cos_tilt, lean = np.cos(self._all.tilt_rad), np.sin(pitch_rad) / max(np.cos(pitch_rad), LEAST_COS)
         nearing = np.cos(self._all.angle_rad) * cos_tilt
@@ -91,20 +91,22 @@ class CourseGrid:
         self._meeting, self._ends_m = np.array(meeting), ends_of_passed(half_width_m)
         self._mic_ahead_m = float(0.5 * separation_m * np.cos(pitch_rad))
 
-    def posterior(self, samples: Samples, now_s: float, ground_m: float, swing: Swing = STEADY) -> Posterior:
+    def posterior(
+        self, samples: Samples, now_s: float, ground_m: float, oscillation: Oscillation = STEADY
+    ) -> Posterior:
         """The posterior after K >= 3 beeps.
 
         Args:
             samples: the track's readings.
-            now_s: time from which the courses run.
+            now_s: time from which the trajectories run.
             ground_m: height of microphone 0 above the ground.
-            swing: of the phone; `STEADY` if it is not known.
+            oscillation: of the phone; `STEADY` if it is not known.
         """
-        found = posterior(self._prior, self._bodies, ground_m, self._ears, tuple(swing), *samples, now_s)
+        found = posterior(self._prior, self._bodies, ground_m, self._receivers, tuple(oscillation), *samples, now_s)
         return Posterior(now_s, self._bodies, ground_m, *found)
 
-    def course(self, judged: Posterior, now_s: float) -> Course:
-        """What to expect at a time: the posterior carried along its courses."""
+    def trajectory(self, judged: Posterior, now_s: float) -> Expectation:
+        """What to expect at a time: the posterior carried along its trajectories."""
         found = expectations(
             judged.share,
             judged.ahead_m,
@@ -117,10 +119,10 @@ class CourseGrid:
             self._pitch_rad,
             self._mic_ahead_m,
         )
-        return Course(*found)
+        return Expectation(*found)
 
 
-def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[Floats, Floats]:
+def _flatness(trajectories: Hypotheses, length_m: float, baseline_m: float) -> tuple[Floats, Floats]:
     """(H,) m^2 by which a mirror shortens the path difference, times sin^2 / range: in the level plane, and upright.
 
     With speaker and microphone s and m off the ray, a point's path is longer by (s^2 + m^2) / 2R than the ray's, a
@@ -129,5 +131,5 @@ def _flatness(courses: Hypotheses, length_m: float, baseline_m: float) -> tuple[
     """
     mirror = 0.25 * length_m * (length_m + 2.0 * baseline_m)
     corner = 0.25 * length_m * (length_m - 2.0 * baseline_m)
-    up = np.where(courses.height_m == 0.0, mirror, np.where(np.isinf(courses.height_m), corner, 0.0))
-    return np.where(courses.is_wall, mirror, 0.0), up
+    up = np.where(trajectories.height_m == 0.0, mirror, np.where(np.isinf(trajectories.height_m), corner, 0.0))
+    return np.where(trajectories.is_wall, mirror, 0.0), up

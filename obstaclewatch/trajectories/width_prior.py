@@ -1,13 +1,13 @@
-"""How broad is what is followed? What the kind of its echo says: nothing else that is heard does.
+"""How broad is what is followed? What the kind of its echo says: nothing else that is received does.
 
-A smooth round body widens no crest, and a level tells the roughness of a surface, not its breadth. What is heard is
-where an echo comes from (`courses`): a corner with the ground is mostly a dustbin's, an echo from between ground and
-phone mostly a car's, from a wall anything's. Each kind has its distribution of radii, and the posterior over kinds
-mixes them. The radius is half the breadth across the walk.
+A smooth round body widens no crest, and a level tells the roughness of a surface, not its width. What is received is
+where an echo comes from (`posterior_grid`): a corner with the ground is mostly a dustbin's, an echo from between
+ground and phone mostly a car's, from a wall anything's. Each kind has its distribution of radii, and the posterior
+over kinds mixes them. The radius is half the width across the walk.
 
 What is more likely than not narrow gets the median of the narrow radii; the deviation is the distance from it within
 which 68 % of the posterior lies, the chance that it is a car or a wall included. Of anything else no radius is told:
-walls and cars echo from one place, and where they end is not heard.
+walls and cars echo from one place, and where they end is not received.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ OF_LEVEL = np.array([5, 3, 9, 12, 9, 13, 3, 1, 12, 5, 4, 7, 6, 12])
 OF_BETWEEN = np.array([4, 4, 8, 10, 8, 8, 2, 2, 4, 5, 9, 18, 12, 7])
 OF_CORNER = np.array([1, 9, 10, 16, 11, 9, 6, 6, 6, 11, 3, 4, 4, 3])
 OF_WALL = np.array([5, 2, 5, 7, 9, 10, 3, 1, 8, 5, 8, 10, 10, 18])
-"""Of a hundred targets that are heard so, how many have radii of each class: 289 development walks, weighed by the
+"""Of a hundred targets that are detected so, how many have radii of each class: 289 development walks, weighed by the
 posterior over kinds. From the phone's height; from between, or off what leans; from a corner with the ground; off an
-upright wall."""
+upright wall. No script derives these numbers."""
 SAID = 0.6827
 """Share of the posterior within one deviation, a normal distribution's."""
 HALVINGS = 30
 
 
-def radius_shares(courses: Hypotheses) -> Floats:
-    """(H, B) probabilities of the classes of radii, given each course."""
-    upright = courses.tilt_rad == 0.0
-    level, corner = (courses.height_m == 0.0) & upright, np.isinf(courses.height_m)
-    kind = np.select([corner, level & courses.is_wall, level], [2, 3, 0], default=1)
+def radius_shares(trajectories: Hypotheses) -> Floats:
+    """(H, B) probabilities of the classes of radii, given each trajectory."""
+    upright = trajectories.tilt_rad == 0.0
+    level, corner = (trajectories.height_m == 0.0) & upright, np.isinf(trajectories.height_m)
+    kind = np.select([corner, level & trajectories.is_wall, level], [2, 3, 0], default=1)
     table = np.array([OF_LEVEL, OF_BETWEEN, OF_CORNER, OF_WALL], dtype=np.float64)
     shares: Floats = (table / table.sum(axis=1, keepdims=True))[kind]
     return shares
@@ -49,7 +49,7 @@ def narrow_radius(share: Floats, radii: Floats) -> tuple[float, float]:
     """Radius of what is thought narrow, and its deviation, m; NaN both if that is not likelier than not.
 
     Args:
-        share: (H,) probabilities of the courses, 1 together.
+        share: (H,) probabilities of the trajectories, 1 together.
         radii: (H, B) of the classes of radii given each, see `radius_shares`.
     """
     weight = np.dot(share, radii)

@@ -1,9 +1,9 @@
-"""How gait makes a walker's readings depart from a straight course at constant speed.
+"""How gait makes a walker's readings depart from a straight trajectory at constant speed.
 
-Once a step the trunk surges by about a centimetre, and through range-Doppler coupling the chirp reads 0.205 s of the
-surge's speed as well: 2.8 cm at two steps a second, zero to peak. Deviations repeat with the step; so they are not
-independent from beep to beep, of which a step holds six, and a straight line through few of them is worth less than
-through as many independent readings.
+Once a step the trunk oscillates fore and aft by about a centimetre, and through range-Doppler coupling the chirp reads
+0.205 s of the fore-aft oscillation's speed as well: 2.8 cm at two steps a second, zero to peak. Deviations repeat with
+the step; so they are not independent from beep to beep, of which a step holds six, and a straight line through few of
+them is worth less than through as many independent readings.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ STEP_HZ, STEP_STD_HZ = 1.85, 0.15
 """Steps per second of adults who walk at 1.0-1.5 m/s (Murakami and Otaka 2017: 1.6-2.0)."""
 READING_M = 0.020
 """Standard deviation over a step: 2.8 cm / sqrt(2)."""
-SWING_KNOWN_M = 0.010
-"""The same with the swing known and taken off: half, as people surge by half as much or more."""
+OSCILLATION_KNOWN_M = 0.010
+"""The same with the oscillation known and taken off: half, as people move by half as much or more."""
 OTHER_M = 0.012
 """What is neither step nor noise: reflecting points that wander, echoes that overlap."""
 
 
 @numba.njit(cache=True, error_model="numpy")
 def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -> Floats:
-    """(K, K) covariance, m^2, of K readings about a straight course.
+    """(K, K) covariance, m^2, of K readings about a straight trajectory.
 
     A sinusoid of random phase and of a frequency N(STEP_HZ, STEP_STD_HZ^2), and white noise.
 

@@ -1,8 +1,8 @@
-"""How high a phone is held, heard by microphone 1 in the echo of the ground beneath it.
+"""How high a phone is held, by the ground's echo at microphone 1.
 
-Lifted, the phone looks away from the ground, and microphone 1, at its lower end, looks down at it: what it hears louder
-than microphone 0 does within the heights at which phones are held is the ground. On microphone 0 the same echo may
-drown in the loudspeaker's ringing.
+Pitched, the phone looks away from the ground, and microphone 1, at its lower end, looks down at it: what it receives
+louder than microphone 0 does within the heights at which phones are held is the ground. On microphone 0 the same echo
+may drown in the loudspeaker's ringing.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class GroundFinder:
     Args:
         separation_m: between the microphones.
         speaker_ahead_m: of the loudspeaker before microphone 0, along the line from microphone 1; negative behind it.
-        pitch_rad: lift of the phone's top edge.
+        pitch_rad: pitch of the phone.
         sound_speed_m_s: speed of sound.
     """
 
@@ -35,7 +35,7 @@ class GroundFinder:
         self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), float(np.cos(pitch_rad))
 
     def height_m(self, profile: EchoProfile, start_s: float) -> float:
-        """Height of microphone 0 above the ground; NaN if microphone 1 hears no ground.
+        """Height of microphone 0 above the ground; NaN if microphone 1 receives no ground.
 
         Args:
             profile: a beep compressed, with what stands still.
@@ -64,7 +64,8 @@ class GroundFinder:
 
 @numba.njit(cache=True)
 def _louder_at_second(magnitude: Floats, first: int, last: int, later: int, least: float) -> float:
-    """Position of the highest peak of the second channel that the first one, so many samples before, hears weaker."""
+    """Position of the highest peak of the second channel that the first one, so many samples before, receives
+    weaker."""
     best, position = least, np.nan
     for peak in local_maxima(magnitude[1, first : last + 1]) + first:
         before = magnitude[0, max(peak - later, 0)]

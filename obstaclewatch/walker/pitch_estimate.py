@@ -1,10 +1,10 @@
-"""The lift of a phone that nobody told, heard in the ground's echo.
+"""The pitch of a phone, estimated from the ground's echo.
 
-The ground's mirror image lies straight below, and microphone 1 hears it by u later than microphone 0:
+The ground's mirror image lies straight below, and microphone 1 receives it by u later than microphone 0:
     u = sqrt(4 h^2 - 4 h L sin(pitch) + L^2) - 2 h,    sin(pitch) = (L^2 - u^2 - 4 h u) / (4 h L).
-Envelopes alone tell u, and with it the lift, once they are added up over beeps. On 107 rendered development walks it is
-told to 1.9 degrees in the median and 4.9 in four of five after a second, and to 1.7 and 4.1 after 3.6 s (85 fresh ones:
-2.4, 8.2; 2.0, 4.5).
+Envelopes alone tell u, and with it the pitch, once they are added up over beeps. On 107 rendered development walks it
+is told to 1.9 degrees in the median and 4.9 in four of five after a second, and to 1.7 and 4.1 after 3.6 s (85 fresh
+ones: 2.4, 8.2; 2.0, 4.5).
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.support.arrays import Floats
 
 LEAST_BEEPS = 12
-"""A second: two steps, over which the swing is averaged away."""
+"""A second: two steps, over which the oscillation is averaged away."""
 REACH = 1.25
 """Beyond the phone's length, for what the pulse is wide."""
 LEAST_CONTRAST = 2.0
-"""Power over the median of all differences below which microphone 1 does not hear the ground. On nineteen of twenty
+"""Power over the median of all differences below which microphone 1 does not receive the ground. On nineteen of twenty
 walks it is 2.4 and more."""
 
 HELD_SINE = (-0.34, 0.98)
-"""Sines of lifts at which a phone is held to be read, -20 to 80 degrees; another one is not the ground's."""
+"""Sines of pitches at which a phone is held to be read, -20 to 80 degrees; another one is not the ground's."""
 
 
-class LiftListener:
-    """Adds up what microphone 1 hears about the ground's echo, and tells the lift.
+class PitchEstimator:
+    """Adds up what microphone 1 receives about the ground's echo, and estimates the pitch.
 
     Args:
         separation_m: between the microphones.
@@ -50,7 +50,7 @@ class LiftListener:
 
         Args:
             magnitude: (M,) of microphone 1's envelope.
-            position: sample at which microphone 0 hears the ground.
+            position: sample at which microphone 0 receives the ground.
         """
         middle = round(position)
         if self._reach <= middle < len(magnitude) - self._reach:
@@ -58,7 +58,7 @@ class LiftListener:
             self._count += 1
 
     def pitch_rad(self, height_m: float) -> float:
-        """Lift of the top edge; NaN before enough beeps, if the ground is not heard, or nobody would hold it so.
+        """Pitch of the phone; NaN before enough beeps, if the ground is not received, or nobody would hold it so.
 
         Args:
             height_m: of microphone 0 above the ground.

@@ -1,12 +1,12 @@
-"""How the phone swings with the walker's steps, heard in the echo of the ground beneath it.
+"""How the phone oscillates with the walker's steps, measured in the echo of the ground beneath it.
 
 That echo stays while everything else closes in, and it is loud at both microphones. Its range is the phone's height;
-its phase between the microphones is the phone's lift: the path difference to the ground's mirror image is
+its phase between the microphones is the phone's pitch: the path difference to the ground's mirror image is
     u = sqrt(4 h^2 - 4 h L sin(pitch) + L^2) - 2 h,    du/dpitch = -2 h L cos(pitch) / (2 h + u).
 Both follow the step, so that a sinusoid of one frequency is fitted to both; what the chirp reads ahead of its time is
-taken off the range's. On 22 rendered walks the pitch, which swings by 18 mrad rms, is left with 2 mrad, the height with
-2 mm of 13. The surge follows: a walking trunk is fastest when it is lowest (Cavagna, Thys and Zamboni 1976, J. Physiol.
-262:639), its size is an assumption.
+taken off the range's. On 22 rendered walks the pitch, which oscillates by 18 mrad rms, is left with 2 mrad, the height
+with 2 mm of 13. The fore-aft oscillation follows: a walking trunk is fastest when it is lowest (Cavagna, Thys and
+Zamboni 1976, J. Physiol. 262:639), its size is an assumption.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ READ_SCALE_M, PHASE_SCALE = 0.012, 0.35
 LEAST_SHARE = 0.6
 """Of the variance that a sinusoid must explain to be believed. Of 24 random numbers the best of all frequencies
 explains 0.25 (median) to 0.53 (95 %), of the ground's echo on rendered walks mostly 0.9 and more."""
-SURGE_M = 0.010
+FORE_AFT_M = 0.010
 """Of the trunk, zero to peak."""
 LEAST_COS = 0.2
-"""A phone that stands on end says nothing of its pitch; noise must not become swing."""
+"""A phone that stands on end says nothing of its pitch; noise must not become oscillation."""
 
 
 class GroundEcho(NamedTuple):
@@ -49,42 +49,48 @@ class GroundEcho(NamedTuple):
     phase_rad: float
 
 
-class Swing(NamedTuple):
+class Oscillation(NamedTuple):
     """Departures from the mean as phasors X, Re(X exp(j step_rad_s t)).
 
     Attributes:
         step_rad_s: angular frequency of the steps.
-        pitch_rad, height_m, surge_m: of the phone's lift, its height, and its place along the way; 0 where unheard.
+        pitch_rad, height_m, fore_aft_m: of the phone's pitch, its height, and its place along the way; 0 where not
+            received.
     """
 
     step_rad_s: float
     pitch_rad: complex
     height_m: complex
-    surge_m: complex
+    fore_aft_m: complex
 
 
-STEADY = Swing(0.0, 0.0j, 0.0j, 0.0j)
-"""No swing, or none that is known."""
+STEADY = Oscillation(0.0, 0.0j, 0.0j, 0.0j)
+"""No oscillation, or none that is known."""
 
 
 @numba.njit(cache=True)
-def swing_at(swing: Swing, time_s: Floats) -> Floats:
-    """(3, K) pitch, height and surge at that time."""
+def oscillation_at(oscillation: Oscillation, time_s: Floats) -> Floats:
+    """(3, K) pitch, height and fore-aft oscillation at that time."""
     waves = np.empty((3, len(time_s)))
     for beep in range(len(time_s)):
-        turn = complex(np.cos(swing.step_rad_s * time_s[beep]), np.sin(swing.step_rad_s * time_s[beep]))
-        waves[0, beep] = (swing.pitch_rad * turn).real
-        waves[1, beep] = (swing.height_m * turn).real
-        waves[2, beep] = (swing.surge_m * turn).real
+        turn = complex(np.cos(oscillation.step_rad_s * time_s[beep]), np.sin(oscillation.step_rad_s * time_s[beep]))
+        waves[0, beep] = (oscillation.pitch_rad * turn).real
+        waves[1, beep] = (oscillation.height_m * turn).real
+        waves[2, beep] = (oscillation.fore_aft_m * turn).real
     return waves
 
 
 @numba.njit(cache=True)
-def swing_as_read(swing: Swing, time_s: Floats, ahead_s: float) -> Floats:
+def oscillation_as_read(oscillation: Oscillation, time_s: Floats, ahead_s: float) -> Floats:
     """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
-    ahead = complex(1.0, swing.step_rad_s * ahead_s)
-    read = Swing(swing.step_rad_s, swing.pitch_rad * ahead, swing.height_m * ahead, swing.surge_m * ahead)
-    return swing_at(read, time_s)
+    ahead = complex(1.0, oscillation.step_rad_s * ahead_s)
+    read = Oscillation(
+        oscillation.step_rad_s,
+        oscillation.pitch_rad * ahead,
+        oscillation.height_m * ahead,
+        oscillation.fore_aft_m * ahead,
+    )
+    return oscillation_at(read, time_s)
 
 
 def ground_path_difference_m(height_m: float, separation_m: float, sin_pitch: float) -> float:
@@ -102,7 +108,7 @@ def ground_echo(
         profile: the beep compressed, with what stands still.
         start_s: its emission, on the profile's axis.
         path_m: mean path to the ground and back.
-        difference_m: path difference at which microphone 1 is listened to.
+        difference_m: path difference at which microphone 1 is read.
         sound_speed_m_s: speed of sound.
     """
     early_s, late_s = (start_s + (path_m + side * 2.0 * REACH_M) / sound_speed_m_s for side in (-1, 1))
@@ -128,42 +134,42 @@ def _strongest(
     return start_s + position / rate_hz, phase_at(envelope, position, position + later_s * rate_hz)
 
 
-class StepListener:
-    """Remembers the ground's echo and tells the swing.
+class OscillationEstimator:
+    """Remembers the ground's echo and tells the oscillation.
 
     Args:
         separation_m: between the microphones.
         wavelength_m: of the carrier.
-        pitch_rad: mean lift of the phone's top edge.
+        pitch_rad: mean pitch of the phone.
         ahead_s: how far ahead the chirp reads.
     """
 
     def __init__(self, separation_m: float, wavelength_m: float, pitch_rad: float, ahead_s: float) -> None:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
-        self.lift(pitch_rad)
-        self._heard = deque[tuple[float, float, float]](maxlen=MEMORY_BEEPS)
+        self.set_pitch(pitch_rad)
+        self._received = deque[tuple[float, float, float]](maxlen=MEMORY_BEEPS)
 
-    def lift(self, pitch_rad: float) -> None:
-        """Take another lift of the top edge for the mean; what was heard stays."""
+    def set_pitch(self, pitch_rad: float) -> None:
+        """Take another pitch of the phone for the mean; what was received stays."""
         self._sin_pitch, self._cos_pitch = float(np.sin(pitch_rad)), max(float(np.cos(pitch_rad)), LEAST_COS)
 
     def clear(self) -> None:
         """Forget everything."""
-        self._heard.clear()
+        self._received.clear()
 
     def add(self, time_s: float, echo: GroundEcho) -> None:
         """One beep's ground, at the time at which the beep's centre met it."""
-        self._heard.append((time_s, echo.read_m, echo.phase_rad))
+        self._received.append((time_s, echo.read_m, echo.phase_rad))
 
-    def swing(self, height_m: float) -> Swing:
-        """The swing over the beeps remembered; what no step explains is left out.
+    def oscillation(self, height_m: float) -> Oscillation:
+        """The oscillation over the beeps remembered; what no step explains is left out.
 
         Args:
             height_m: of microphone 0 above the ground.
         """
-        if len(self._heard) < LEAST_BEEPS:
+        if len(self._received) < LEAST_BEEPS:
             return STEADY
-        return Swing(*_swing(np.array(self._heard), self._pitch_per_phase(height_m), self._ahead_s))
+        return Oscillation(*_oscillation(np.array(self._received), self._pitch_per_phase(height_m), self._ahead_s))
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
@@ -173,27 +179,27 @@ class StepListener:
 
 
 @numba.njit(cache=True)
-def _swing(heard: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
-    """`Swing` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
-    time_s, read_m, phase_rad = heard[:, 0].copy(), heard[:, 1].copy(), heard[:, 2].copy()
+def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
+    """`Oscillation` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
+    time_s, read_m, phase_rad = received[:, 0].copy(), received[:, 1].copy(), received[:, 2].copy()
     step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
     if shares.max() < LEAST_SHARE:
         return 0.0, 0.0j, 0.0j, 0.0j
     read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j
     turn = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j
     height = READ_SCALE_M * read / complex(1.0, step_rad_s * ahead_s)
-    surge = 1j * SURGE_M * height / abs(height) if abs(height) > 0.0 else 0.0j
-    return step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, surge
+    fore_aft = 1j * FORE_AFT_M * height / abs(height) if abs(height) > 0.0 else 0.0j
+    return step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, fore_aft
 
 
 @numba.njit(cache=True)
 def _departures(read_m: Floats, phase_rad: Floats) -> Floats:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
     departures, middle = np.empty((2, len(read_m))), np.median(read_m)
-    turned = 0.0j
+    rotated = 0.0j
     for beep in range(len(read_m)):
-        turned += np.exp(1j * phase_rad[beep])
+        rotated += np.exp(1j * phase_rad[beep])
     for beep in range(len(read_m)):
         departures[0, beep] = (read_m[beep] - middle) / READ_SCALE_M
-        departures[1, beep] = np.angle(np.exp(1j * phase_rad[beep]) * turned.conjugate()) / PHASE_SCALE
+        departures[1, beep] = np.angle(np.exp(1j * phase_rad[beep]) * rotated.conjugate()) / PHASE_SCALE
     return departures

@@ -33,7 +33,7 @@ def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tupl
 
 @numba.njit(cache=True, error_model="numpy")
 def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
-    """(K, F) cosines and sines at evenly spaced rates, each turned on from the one before."""
+    """(K, F) cosines and sines at evenly spaced rates, each rotated on from the one before."""
     cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
     for beep in range(len(time_s)):
         step = (rates_rad_s[1] - rates_rad_s[0]) * time_s[beep]

@@ -43,7 +43,7 @@ class Point:
 
 
 def emission_time(point, mic, speed_m_s, time_s, phone=PHONE):
-    """When what microphone `mic` hears at `time_s` was emitted; both move while the sound travels.
+    """When what microphone `mic` receives at `time_s` was emitted; both move while the sound travels.
 
     Fixed point of c (t - t_e) = |P - S(t_e)| + |P - M(t)|: each round is v / c more exact, eight leave 1e-16 s.
     """

@@ -125,7 +125,7 @@ def _sensing_panel() -> Drawing:
 def _flow_panel() -> Drawing:
     from obstaclewatch.paper.bearing import path_difference, walking_angle
     from obstaclewatch.paper.clutter import judge_motion
-    from obstaclewatch.paper.collision import CollisionVote, decide, on_course
+    from obstaclewatch.paper.collision import CollisionVote, decide, on_collision_course
     from obstaclewatch.paper.size import rim_excess, size_from_crest
     from obstaclewatch.signal.echoes import os_cfar_threshold, separated_peaks
     from obstaclewatch.signal.matched_filter import MatchedFilter
@@ -144,7 +144,10 @@ def _flow_panel() -> Drawing:
         ),
         ("Angle estimation", (("TDoA, body mitigation", path_difference), ("walking angle", walking_angle))),
         ("Size estimation", (("crest width", rim_excess), ("collision angle", size_from_crest))),
-        ("Collision detection", (("Eq. 4", on_course), ("five of nine", CollisionVote.cast), ("alert", decide))),
+        (
+            "Collision detection",
+            (("Eq. 4", on_collision_course), ("five of nine", CollisionVote.cast), ("alert", decide)),
+        ),
     )
     shapes: list[Shape] = []
     for x, (head, stages) in enumerate(columns):

@@ -53,7 +53,8 @@ def test_pitch_turns_a_cone_angle_into_an_azimuth(azimuth, pitch):
 @given(azimuth=st.floats(0.0, 1.4), distance=st.floats(0.05, 0.8), pitch=st.floats(-1.0, 1.0))
 @settings(max_examples=50, deadline=None)
 def test_detour_is_deducted_exactly_for_a_plane_body(azimuth, distance, pitch):
-    """Plane wave from an azimuth, body a plane behind the microphone: its image microphone hears it 2 d cos a late."""
+    """Plane wave from an azimuth, body a plane behind the microphone: its image microphone receives it 2 d cos a
+    late."""
     toward = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     top = L * np.array([np.cos(pitch), 0.0, np.sin(pitch)])
     image = np.array([-2.0 * distance, 0.0, 0.0])

@@ -15,7 +15,7 @@ DEFAULTS = PaperSettings()
 
 
 def _judge(tracks, beeps=9):
-    """Motion of the last beep's peaks; a track is a function of time that gives a range, NaN where unheard."""
+    """Motion of the last beep's peaks; a track is a function of time that gives a range, NaN where not received."""
     history = PeakHistory(DEFAULTS.history_s)
     for index in range(beeps):
         time = index * PERIOD_S

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.paper.collision import CollisionVote, decide, on_course, on_course_printed
+from obstaclewatch.paper.collision import CollisionVote, decide, on_collision_course, on_collision_course_printed
 
 
 @pytest.mark.parametrize(
@@ -21,18 +21,22 @@ from obstaclewatch.paper.collision import CollisionVote, decide, on_course, on_c
 )
 def test_the_swept_body_decides(miss_m, radius_m, collides):
     bearing = np.arcsin(miss_m / 3.0)
-    answer = on_course(np.array([3.0]), np.array([bearing]), np.array([radius_m]), 0.25)
+    answer = on_collision_course(np.array([3.0]), np.array([bearing]), np.array([radius_m]), 0.25)
     assert answer.tolist() == [collides]
 
 
 def test_behind_or_unknown_is_no_collision():
-    answer = on_course(np.full(2, 1.0), np.array([np.pi, np.nan]), np.zeros(2), 0.25)
+    answer = on_collision_course(np.full(2, 1.0), np.array([np.pi, np.nan]), np.zeros(2), 0.25)
     assert not answer.any()
 
 
 def test_printed_rule_compares_angles():
     """Erratum `walker_width`."""
-    assert on_course_printed(np.array([0.1, 0.1, 0.1]), np.array([0.1, 0.05, np.nan])).tolist() == [True, False, False]
+    assert on_collision_course_printed(np.array([0.1, 0.1, 0.1]), np.array([0.1, 0.05, np.nan])).tolist() == [
+        True,
+        False,
+        False,
+    ]
 
 
 def _run(collisions, range_m=2.0):

@@ -135,10 +135,10 @@ def test_identical_channels_fall_back_to_range_only():
     blocks = samples.reshape(2, -1, BEEP.period_samples)
     detections = [detector.process(blocks[:, k]) for k in range(25)]
     assert all(Flag.IDENTICAL_CHANNELS in found.beep_flags for found in detections)
-    heard = [found for found in detections if len(found)]
-    assert len(heard) > 15
-    assert all(np.isnan(found.bearing_rad).all() and np.isfinite(found.range_m).all() for found in heard)
-    assert all((found.flags & Flag.IDENTICAL_CHANNELS).all() for found in heard)
+    received = [found for found in detections if len(found)]
+    assert len(received) > 15
+    assert all(np.isnan(found.bearing_rad).all() and np.isfinite(found.range_m).all() for found in received)
+    assert all((found.flags & Flag.IDENTICAL_CHANNELS).all() for found in received)
     assert any(found.decision.alert for found in detections)
 
 
@@ -240,13 +240,14 @@ def test_bad_input_is_one_clear_error():
     ],
 )
 def test_settings_that_would_silence_the_detector_are_refused(wrong, rule):
-    """NaN compares as false with everything: with danger_m or cfar_factor NaN nothing was ever heard or alerted to."""
+    """NaN compares as false with everything: with danger_m or cfar_factor NaN nothing was ever received or alerted
+    to."""
     with pytest.raises(ValueError, match=rule):
         PaperDetector(BEEP, PHONE, PaperSettings(**wrong))
 
 
 def test_a_speaker_too_far_off_is_refused():
-    """Its direct sound came after the window in which it is looked for: every beep was one not heard."""
+    """Its direct sound came after the window in which it is looked for: every beep was one not received."""
     far = PhoneGeometry("apart", [0.0, 0.6, 0.0], PHONE.mics_m)
     with pytest.raises(ValueError, match=r"within 1.2 ms of its emission, got direct_delay_s = 0.00154"):
         PaperDetector(BEEP, far)

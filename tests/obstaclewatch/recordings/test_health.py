@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from obstaclewatch import BeepDesign, Fault, Recording, inspect_recording
-from obstaclewatch.recordings.beep_identification import heard_beep
+from obstaclewatch.recordings.beep_identification import detected_beep
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk, render_walk
 from simulator.phone.presets import list_phones
 from tests.obstaclewatch.synthetic import BEEP, PHONE, Point, record
@@ -61,10 +61,11 @@ def limited(samples, depth):
 
 
 def at_another_clock(samples, ratio):
-    """What a recorder hears whose clock runs that share faster than the player's, from 10 ms before the first beep."""
+    """What a recorder receives whose clock runs that share faster than the player's, from 10 ms before the first
+    beep."""
     time = np.arange(-1_920, samples.shape[1]) / (1.0 + ratio)
-    heard = CubicSpline(np.arange(samples.shape[1]), samples, axis=1)(np.clip(time, 0, samples.shape[1] - 1))
-    return np.where(time < 0.0, 0.0, heard)
+    detected = CubicSpline(np.arange(samples.shape[1]), samples, axis=1)(np.clip(time, 0, samples.shape[1] - 1))
+    return np.where(time < 0.0, 0.0, detected)
 
 
 @pytest.mark.parametrize("name", list_phones())
@@ -74,7 +75,7 @@ def test_clean_recordings_raise_no_alarm(name, bits):
     health = inspect(np.round(walk(name) * steps) / steps, name)
     assert health.findings == ()
     assert health.usable
-    assert health.heard is not None
+    assert health.detected is not None
     assert health.calibration is not None
     assert len(health.calibration.emission_s) == 15
 
@@ -125,11 +126,11 @@ def test_the_clocks_drift_is_measured_beside_a_gap(ratio):
 
 
 def test_a_deaf_microphone_has_no_delay():
-    """It was said to hear the speaker 1238 us before the other one, at the edge of where that is looked for."""
+    """It was said to receive the speaker 1238 us before the other one, at the edge of where that is looked for."""
     health = inspect(np.stack([walk("galaxy-s5")[0], 0.0 * walk("galaxy-s5")[1]]))
     assert health.calibration is not None
     assert np.isnan(health.calibration.mic_delay_s)
-    assert not any("hears the speaker" in line for line in health.lines())
+    assert not any("receives the speaker" in line for line in health.lines())
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -174,11 +175,11 @@ def test_another_beep_is_told_and_measured(other):
     health = inspect_recording(Recording(samples, RATE), BEEP, PHONE)
     assert health.faults == {Fault.OTHER_BEEP}
     assert not health.usable
-    assert health.heard is not None
-    assert health.heard.start_hz == pytest.approx(other.start_hz, abs=150.0)
-    assert health.heard.stop_hz == pytest.approx(other.stop_hz, abs=150.0)
-    assert health.heard.duration_s == pytest.approx(other.duration_s, rel=0.04)
-    assert health.heard.period_s == pytest.approx(other.period_s, rel=1e-3)
+    assert health.detected is not None
+    assert health.detected.start_hz == pytest.approx(other.start_hz, abs=150.0)
+    assert health.detected.stop_hz == pytest.approx(other.stop_hz, abs=150.0)
+    assert health.detected.duration_s == pytest.approx(other.duration_s, rel=0.04)
+    assert health.detected.period_s == pytest.approx(other.period_s, rel=1e-3)
     assert inspect_recording(Recording(samples, RATE), other, PHONE).findings == ()
 
 
@@ -188,8 +189,8 @@ def test_all_rates_of_phones(rate):
     beep = replace(BEEP, stop_hz=21_500.0, sample_rate_hz=rate)
     health = inspect_recording(Recording(record([Point(2.0)], beeps=12, noise=0.02, beep=beep), rate), beep, PHONE)
     assert health.findings == ()
-    assert health.heard is not None
-    assert health.heard.stop_hz == pytest.approx(21_500.0, abs=200.0)
+    assert health.detected is not None
+    assert health.detected.stop_hz == pytest.approx(21_500.0, abs=200.0)
 
 
 def test_the_direct_sound_calibrates_an_open_phone():
@@ -227,4 +228,4 @@ def test_a_response_is_read_from_the_direct_sound():
 
 def test_too_short_for_a_period_is_no_beep():
     assert inspect(walk("galaxy-s5")[:, :12_000]).faults == {Fault.NO_BEEP}
-    assert heard_beep(np.zeros(100), RATE) is None
+    assert detected_beep(np.zeros(100), RATE) is None

@@ -40,9 +40,9 @@ class Room:
 
     def read(self, count):
         late = np.concatenate([np.zeros(self.echo, dtype=np.float32), self.played])
-        heard = (self.played + 0.02 * late[: len(self.played)])[self.read_so_far : self.read_so_far + count]
+        received = (self.played + 0.02 * late[: len(self.played)])[self.read_so_far : self.read_so_far + count]
         self.read_so_far += count
-        return np.stack([heard, 0.5 * np.roll(heard, 1)], axis=1), False
+        return np.stack([received, 0.5 * np.roll(received, 1)], axis=1), False
 
 
 @pytest.fixture

@@ -17,15 +17,15 @@ from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, bee
 PHASES = (-2.5, 0.0, 1.2)
 
 
-def _turned(heard, phase_rad):
+def _turned(received, phase_rad):
     """The recording with a phase added to channel 1 at all frequencies."""
-    spectrum = np.fft.rfft(heard.samples[1].astype(float)) * np.exp(1j * phase_rad)
-    second = np.fft.irfft(spectrum, heard.samples.shape[1])
-    return Recording(np.stack([heard.samples[0], second.astype(np.float32)]), heard.sample_rate_hz)
+    spectrum = np.fft.rfft(received.samples[1].astype(float)) * np.exp(1j * phase_rad)
+    second = np.fft.irfft(spectrum, received.samples.shape[1])
+    return Recording(np.stack([received.samples[0], second.astype(np.float32)]), received.sample_rate_hz)
 
 
 def _image_paths(tilt_rad, distance_m, phone=PHONE):
-    """(2,) paths off a wall, in the world: the phone's axis is lifted by the tilt, the image lies behind x = 0."""
+    """(2,) paths off a wall, in the world: the phone's axis is pitched by the tilt, the image lies behind x = 0."""
     axis = np.array([np.cos(tilt_rad), np.sin(tilt_rad)])
     speaker, mics = phone.speaker_m[1] * axis, phone.mics_m[:, 1:2] * axis
     wall_m = speaker[0] + distance_m
@@ -73,20 +73,21 @@ def test_an_error_of_the_direction_counts_least_where_the_phone_points_at_the_mi
 @pytest.mark.parametrize("name", ["ideal", "galaxy-s8-plus", "nexus-6p"])
 @pytest.mark.parametrize("phase_rad", [0.0, 2.0])
 def test_rendered_walls_tell_the_phase(name, phase_rad):
-    """A phone on a table at 1.3 m points at a brick wall; equal channels have no phase. The floor is heard besides."""
+    """A phone on a table at 1.3 m points at a brick wall; equal channels have no phase. The floor is received
+    besides."""
     wall, floor = trimesh.creation.box([0.1, 4.0, 3.0]), trimesh.creation.box([12.0, 12.0, 0.1])
     wall.apply_translation([1.05, 0.0, 1.5])
     floor.apply_translation([0.0, 0.0, -0.05])
     brick = Material.named("brick")
     scene, phone = Scene([Obstacle(wall, brick, "wall"), Obstacle(floor, brick, "ground")]), Phone.named(name)
     still = StraightWalk(np.array([0.0, 0.0, 1.3]), heading_rad=0.0, speed_m_s=0.0, duration_s=10 * BEEP.period_s)
-    heard = _turned(render_walk(scene, phone, still, BEEP, seed=1), phase_rad)
-    found = measure_mic_phase(heard, BEEP, phone.geometry, 0.0, np.deg2rad(2.0), (0.6, 1.2), 343.9)
+    received = _turned(render_walk(scene, phone, still, BEEP, seed=1), phase_rad)
+    found = measure_mic_phase(received, BEEP, phone.geometry, 0.0, np.deg2rad(2.0), (0.6, 1.2), 343.9)
     assert abs(found.phase_rad - phase_rad) < found.std_rad < 0.15
 
 
 def test_bearings_need_the_phase_and_get_it():
-    """A walk towards a point 30 cm aside, heard by a phone whose channel 1 is turned by 2.5 rad."""
+    """A walk towards a point 30 cm aside, received by a phone whose channel 1 is rotated by 2.5 rad."""
     ground = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
     point = Point(5.0, 0.3, gain=0.1)
     walk = _turned(recording([ground, point], beeps=34, noise=0.02, speed_m_s=1.3), 2.5)
@@ -103,15 +104,15 @@ def test_bearings_need_the_phase_and_get_it():
 
 
 def test_what_cannot_be_measured_is_said():
-    heard = _before_a_mirror(0.3)
-    with pytest.raises(ValueError, match=r"both microphones must hear an echo 15 dB above the noise at 2 to 3 m"):
-        measure_mic_phase(heard, BEEP, PHONE, 0.3, 0.0, (2.0, 3.0))
+    received = _before_a_mirror(0.3)
+    with pytest.raises(ValueError, match=r"both microphones must receive an echo 15 dB above the noise at 2 to 3 m"):
+        measure_mic_phase(received, BEEP, PHONE, 0.3, 0.0, (2.0, 3.0))
     with pytest.raises(ValueError, match=r"in at least 8 beeps, got 5 of 5"):
         measure_mic_phase(_before_a_mirror(0.3, beeps=5), BEEP, PHONE, 0.3, 0.0, (0.7, 1.3))
     with pytest.raises(
         ValueError, match=r"must reach microphone 1 within 3 cm of the mirror's, got .* tilt_rad is not"
     ):
-        measure_mic_phase(heard, BEEP, PHONE, 1.2, 0.0, (0.7, 1.3))
+        measure_mic_phase(received, BEEP, PHONE, 1.2, 0.0, (0.7, 1.3))
     moved = np.concatenate([_before_a_mirror(tilt, beeps=4).samples for tilt in (0.3, 0.4, 0.5)], axis=1)
     with pytest.raises(ValueError, match=r"must stay within 0.7 rad from beep to beep, got .* hold the phone still"):
         measure_mic_phase(Recording(moved, BEEP.sample_rate_hz), BEEP, PHONE, 0.4, 0.0, (0.7, 1.3))

@@ -95,9 +95,9 @@ def test_range_reaches_the_bound(snr_db):
 @pytest.mark.parametrize("snr_db", SNRS_DB)
 def test_path_difference_reaches_the_bound(snr_db):
     difference, bound = envelope_trials(snr_db)[:, 1], bounds_of(BEEP, snr_db).difference_m
-    heard = difference[np.isfinite(difference)]
-    assert np.std(heard) < 1.3 * bound
-    assert abs(np.mean(heard) - TRUE_DIFFERENCE_M) < 0.1 * bound
+    received = difference[np.isfinite(difference)]
+    assert np.std(received) < 1.3 * bound
+    assert abs(np.mean(received) - TRUE_DIFFERENCE_M) < 0.1 * bound
 
 
 @pytest.mark.parametrize("snr_db", SNRS_DB)

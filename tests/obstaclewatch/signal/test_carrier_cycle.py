@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from obstaclewatch import StandingDetector
-from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence, within_cycle
+from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings, within_cycle
 from obstaclewatch.signal.carrier_phase import phase_at
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, noise_for, record, recording, true_range
@@ -29,8 +29,8 @@ def phases(profile, delay_s, later_s):
 def within(phase_rad, envelope_m, std_m=0.003, longest_m=0.14):
     """One candidate through `within_cycle`."""
     one = np.ones(1)
-    evidence = PathEvidence(envelope_m * one, std_m * one, phase_rad * one, 0.1 * one, CYCLE_M)
-    place, deviation = within_cycle(evidence, longest_m * one)
+    readings = DifferenceReadings(envelope_m * one, std_m * one, phase_rad * one, 0.1 * one, CYCLE_M)
+    place, deviation = within_cycle(readings, longest_m * one)
     return float(place[0]), float(deviation[0])
 
 
@@ -41,8 +41,8 @@ def test_phase_of_an_exact_echo_is_that_of_its_path_difference(point):
     delay_s, difference_s = (2.0 * true_range(point, 0.0, 0.0) + 0.03 * 0.9) / C, difference_of(point) / C
     aside = np.array([-2e-5, 0.0, 2e-5])
     phase = phases(profile, delay_s + aside, difference_s - aside)
-    turned = phase + 2.0 * np.pi * profile.reference_hz * difference_s
-    np.testing.assert_allclose(np.angle(np.exp(1j * turned)), 0.0, atol=0.03)
+    rotated = phase + 2.0 * np.pi * profile.reference_hz * difference_s
+    np.testing.assert_allclose(np.angle(np.exp(1j * rotated)), 0.0, atol=0.03)
 
 
 @pytest.mark.parametrize("point", POINTS)
@@ -71,11 +71,11 @@ def test_the_right_cycle_reaches_the_bound_of_the_carrier(snr_db, fewest_right):
 
 def test_standing_bearings_follow_the_carrier():
     point = Point(2.0, 1.2)
-    heard = recording([point], beeps=16, noise=0.3)
+    received = recording([point], beeps=16, noise=0.3)
     true = np.arctan2(1.2, 2.0 - PHONE.mics_m[0, 1])
     error = {}
     for phase in (0.0, None):
-        found = list(StandingDetector(BEEP, PHONE, mic_phase_rad=phase).stream(heard))
+        found = list(StandingDetector(BEEP, PHONE, mic_phase_rad=phase).stream(received))
         assert len(found[-1]) >= 1
         k = int(np.argmin(np.abs(found[-1].range_m - true_range(point, 0.0, 0.0))))
         error[phase] = abs(found[-1].bearing_rad[k] - true)

@@ -17,7 +17,7 @@ from obstaclewatch.signal.overlap import (
     smooth_at,
     two_echoes,
 )
-from tests.obstaclewatch.lifted import PITCH, by_ground, by_wall, recorded, way_m
+from tests.obstaclewatch.pitched import PITCH, by_ground, by_wall, recorded, way_m
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C
 
 FILTER = MatchedFilter(BEEP, 0.03)
@@ -181,7 +181,8 @@ BESIDE_A_LOUDER_ONE = BESIDE_A_LOUDER_ONE + 1j * np.array(
         -0.029,
     ]
 )
-"""Heard by a phone held still about a peak on a flank, sample 22: development split of `ranging`, a wall at 1.5 m."""
+"""Received by a phone held still about a peak on a flank, sample 22: development split of `ranging`, a wall at 1.5
+m."""
 
 
 def test_a_pair_whose_delays_nothing_bounds_is_none():
@@ -264,9 +265,9 @@ def test_a_corner_beside_a_wall_is_placed_to_a_few_millimetres():
     corner = way_m(by_wall(1.5, foot=True))
     range_m = np.hypot(1.5, 1.35)
     wall = way_m(by_wall(range_m + 0.036, np.pi / 2))
-    heard = recorded([(way_m(by_ground), (0.05, 0.1)), (corner, (0.04, 0.03)), (wall, (0.036, 0.03))])
+    received = recorded([(way_m(by_ground), (0.05, 0.1)), (corner, (0.04, 0.03)), (wall, (0.036, 0.03))])
     settings = PaperSettings(near_m=0.6)
-    found = list(StandingDetector(BEEP, PHONE, settings, pitch_rad=PITCH).stream(heard))[-1]
+    found = list(StandingDetector(BEEP, PHONE, settings, pitch_rad=PITCH).stream(received))[-1]
     assert np.abs(found.range_m - range_m).min() < 0.005
 
 

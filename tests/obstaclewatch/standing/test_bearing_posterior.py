@@ -6,13 +6,13 @@ import pytest
 from obstaclewatch import PaperSettings, StandingDetector
 from obstaclewatch.paper.bearing import walking_angle
 from obstaclewatch.recording import Recording
-from obstaclewatch.signal.carrier_cycle import CYCLES, PathEvidence
+from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.signal.two_mics import cone_cosine, path_difference_at, ranges_of_pairs
 from obstaclewatch.standing.bearing_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior
 from obstaclewatch.walker.ground_height import HEIGHTS_M as HELD_M
 from obstaclewatch.walker.ground_height import GroundFinder
-from tests.obstaclewatch.lifted import (
+from tests.obstaclewatch.pitched import (
     HEIGHT_M,
     LENGTH,
     PITCH,
@@ -31,14 +31,16 @@ STANDING = PaperSettings(near_m=0.6)
 GROUND = (way_m(by_ground), (0.05, 0.1))
 
 
-def evidence(u_m, envelope_std_m=0.004, phase_std_rad=0.3, seed=None):
-    """Evidence of path differences as exact as can be, or with noise of those deviations."""
+def readings_of(u_m, envelope_std_m=0.004, phase_std_rad=0.3, seed=None):
+    """Likelihood of path differences as exact as can be, or with noise of those deviations."""
     u = np.atleast_1d(np.asarray(u_m, dtype=float))
     rng, amount = np.random.default_rng(seed), float(seed is not None)
     envelope = u + amount * envelope_std_m * rng.standard_normal(len(u))
     phase = -2.0 * np.pi * u / CYCLE_M + amount * phase_std_rad * rng.standard_normal(len(u))
     one = np.ones(len(u))
-    return PathEvidence(envelope, envelope_std_m * one, np.angle(np.exp(1j * phase)), phase_std_rad * one, CYCLE_M)
+    return DifferenceReadings(
+        envelope, envelope_std_m * one, np.angle(np.exp(1j * phase)), phase_std_rad * one, CYCLE_M
+    )
 
 
 def seen(range_m, height_m, bearing_rad, image=2.0, attitude=ATTITUDE):
@@ -68,7 +70,7 @@ def test_a_corner_straight_ahead_shares_its_cone_with_things_aside(range_m):
     aside = np.arccos(cosine / ATTITUDE.cos_pitch)
     assert seen(range_m, 0.0, aside) == pytest.approx(u_m, abs=1e-12)
     assert aside > np.deg2rad(30.0)
-    bearing, std, _ = bearing_posterior(np.array([range_m]), evidence(u_m), ATTITUDE)
+    bearing, std, _ = bearing_posterior(np.array([range_m]), readings_of(u_m), ATTITUDE)
     assert bearing[0] < 0.5 * aside
     assert aside - bearing[0] < 4.0 * std[0]
 
@@ -77,22 +79,22 @@ def test_a_corner_straight_ahead_shares_its_cone_with_things_aside(range_m):
 def test_what_no_corner_explains_is_read_as_level(bearing_deg):
     """At 1.5 m a corner's cosine is 0.1 at most, but what is between says something up to 30 degrees."""
     true = np.deg2rad(bearing_deg)
-    bearing, std, cycles = bearing_posterior(np.array([1.5]), evidence(seen(1.5, 0.0, true)), ATTITUDE)
+    bearing, std, cycles = bearing_posterior(np.array([1.5]), readings_of(seen(1.5, 0.0, true)), ATTITUDE)
     assert abs(bearing[0] - true) < max(std[0], np.deg2rad(5.0))
     assert np.argmax(cycles[0]) == len(CYCLES) // 2
 
 
 def test_a_level_phone_tells_heights_only_by_how_steep():
-    """Without lift a corner's cosine is that of its bearing, times the cosine of how far it lies below."""
+    """Without pitch a corner's cosine is that of its bearing, times the cosine of how far it lies below."""
     flat = Attitude(0.0, 1.0, HEIGHT_M, LENGTH)
     u_m = [seen(range_m, HEIGHT_M, 0.0, attitude=flat) for range_m in (1.9, 40.0)]
-    bearing, _, _ = bearing_posterior(np.array([1.9, 40.0]), evidence(u_m), flat)
+    bearing, _, _ = bearing_posterior(np.array([1.9, 40.0]), readings_of(u_m), flat)
     assert np.arccos(np.sqrt(1.0 - (HEIGHT_M / 1.9) ** 2)) == pytest.approx(0.79, abs=0.01)
     assert bearing[0] < 0.4
     assert bearing[1] < np.deg2rad(8.0)
 
 
-def slow_posterior(range_m, heard):
+def slow_posterior(range_m, received):
     """Median and deviation from a dense quadrature that shares no code."""
     fine = np.deg2rad(np.arange(0.02, 90.0, 0.04))
     total = np.zeros(len(fine))
@@ -101,10 +103,10 @@ def slow_posterior(range_m, heard):
             continue
         for image in (1.0, 2.0):
             u = np.array([seen(range_m, min(height, HEIGHT_M), b, image) for b in fine])
-            off = (u - heard.envelope_m[0]) / heard.envelope_std_m[0]
-            k = heard.phase_std_rad[0] ** -2
-            turned = np.exp(k * (np.cos(heard.phase_rad[0] + 2.0 * np.pi * u / CYCLE_M) - 1.0))
-            phase = 0.95 * turned + 0.05 / np.sqrt(2.0 * np.pi * k)
+            off = (u - received.envelope_m[0]) / received.envelope_std_m[0]
+            k = received.phase_std_rad[0] ** -2
+            rotated = np.exp(k * (np.cos(received.phase_rad[0] + 2.0 * np.pi * u / CYCLE_M) - 1.0))
+            phase = 0.95 * rotated + 0.05 / np.sqrt(2.0 * np.pi * k)
             total += prior * np.exp(-0.5 * off**2) * phase * (np.abs(off) <= 4.0)
     share = total / total.sum()
     median = fine[np.searchsorted(np.cumsum(share), 0.5)]
@@ -113,9 +115,9 @@ def slow_posterior(range_m, heard):
 
 @pytest.mark.parametrize(("range_m", "height_m", "bearing_deg"), [(1.9, 1.35, 5.0), (3.0, 0.0, 20.0), (5.0, 0.5, 35.0)])
 def test_agrees_with_a_slow_quadrature(range_m, height_m, bearing_deg):
-    heard = evidence(seen(range_m, height_m, np.deg2rad(bearing_deg)), phase_std_rad=0.5)
-    bearing, std, cycles = bearing_posterior(np.array([range_m]), heard, ATTITUDE)
-    median, deviation = slow_posterior(range_m, heard)
+    received = readings_of(seen(range_m, height_m, np.deg2rad(bearing_deg)), phase_std_rad=0.5)
+    bearing, std, cycles = bearing_posterior(np.array([range_m]), received, ATTITUDE)
+    median, deviation = slow_posterior(range_m, received)
     assert bearing[0] == pytest.approx(median, abs=np.deg2rad(1.0))
     assert std[0] == pytest.approx(deviation, abs=np.deg2rad(1.0))
     assert cycles.sum() == pytest.approx(1.0, abs=1e-6)
@@ -127,7 +129,7 @@ def test_deviations_hold_over_what_the_prior_says():
     height = rng.choice(np.minimum(HEIGHTS_M, HEIGHT_M), count, p=HEIGHT_PRIOR)
     bearing, range_m = rng.uniform(0.0, np.pi / 2, count), rng.uniform(1.5, 5.0, count)
     u_m = [seen(r, z, b, i) for r, z, b, i in zip(range_m, height, bearing, rng.choice([1.0, 2.0], count), strict=True)]
-    found, std, _ = bearing_posterior(range_m, evidence(u_m, seed=6), ATTITUDE)
+    found, std, _ = bearing_posterior(range_m, readings_of(u_m, seed=6), ATTITUDE)
     error = np.abs(found - bearing)
     assert np.isfinite(found).mean() > 0.99
     assert 0.68 < np.nanmean(error < std) < 0.9
@@ -137,8 +139,8 @@ def test_deviations_hold_over_what_the_prior_says():
 
 
 def test_nothing_heard_or_explained_is_not_a_number():
-    heard = PathEvidence(np.array([np.nan, -0.12]), np.full(2, 0.003), np.zeros(2), np.full(2, 0.3), CYCLE_M)
-    bearing, std, cycles = bearing_posterior(np.array([2.0, 2.0]), heard, ATTITUDE)
+    received = DifferenceReadings(np.array([np.nan, -0.12]), np.full(2, 0.003), np.zeros(2), np.full(2, 0.3), CYCLE_M)
+    bearing, std, cycles = bearing_posterior(np.array([2.0, 2.0]), received, ATTITUDE)
     assert np.isnan(bearing).all()
     assert np.isnan(std).all()
     assert not cycles.any()
@@ -146,8 +148,8 @@ def test_nothing_heard_or_explained_is_not_a_number():
 
 def test_without_a_phase_the_envelopes_decide():
     u_m = seen(2.0, 0.0, 0.6)
-    heard = PathEvidence(np.array([u_m]), np.array([0.002]), np.full(1, np.nan), np.full(1, np.nan), CYCLE_M)
-    bearing, std, cycles = bearing_posterior(np.array([2.0]), heard, ATTITUDE)
+    received = DifferenceReadings(np.array([u_m]), np.array([0.002]), np.full(1, np.nan), np.full(1, np.nan), CYCLE_M)
+    bearing, std, cycles = bearing_posterior(np.array([2.0]), received, ATTITUDE)
     assert abs(bearing[0] - 0.6) < std[0] < 0.3
     assert not cycles.any()
     assert len(BEARINGS_RAD) == 90
@@ -195,10 +197,10 @@ def test_without_the_channels_phase_both_ranges_are_still_said():
 @pytest.mark.parametrize("second", [1.0, 0.0])
 def test_equal_channels_and_a_deaf_microphone_leave_ranges(second):
     """Equal channels have no second crest to part, which once was an error."""
-    heard = recorded([GROUND, (way_m(by_wall(1.5, 0.3)), (0.04, 0.03))])
-    samples = np.stack([heard.samples[0], second * heard.samples[0]])
+    received = recorded([GROUND, (way_m(by_wall(1.5, 0.3)), (0.04, 0.03))])
+    samples = np.stack([received.samples[0], second * received.samples[0]])
     detector = StandingDetector(BEEP, PHONE, STANDING, pitch_rad=PITCH)
-    found = list(detector.stream(Recording(samples, heard.sample_rate_hz)))[-1]
+    found = list(detector.stream(Recording(samples, received.sample_rate_hz)))[-1]
     assert np.abs(found.range_m - 1.5).min() < 0.01
     assert np.isnan(found.bearing_rad).all()
     assert np.isnan(found.range2_m).all()
@@ -218,10 +220,10 @@ def test_without_the_ground_things_are_placed_as_if_from_the_phone_s_height():
 
 def test_a_wall_is_read_the_same_with_the_ground():
     wall = (way_m(by_wall(1.5, 0.3)), (0.04, 0.03))
-    heard, unheard = tracked([GROUND, wall]), tracked([wall])
-    assert len(heard) == len(unheard) == 1
-    assert heard.bearing_rad[0] == pytest.approx(0.3, abs=np.deg2rad(3.0))
-    assert heard.range_m[0] == pytest.approx(unheard.range_m[0], abs=1e-3)
+    received, missed = tracked([GROUND, wall]), tracked([wall])
+    assert len(received) == len(missed) == 1
+    assert received.bearing_rad[0] == pytest.approx(0.3, abs=np.deg2rad(3.0))
+    assert received.range_m[0] == pytest.approx(missed.range_m[0], abs=1e-3)
 
 
 def test_the_ground_must_be_louder_at_the_lower_microphone():

@@ -30,10 +30,10 @@ def still(points, beeps, noise, seed=0):
 @pytest.mark.parametrize("beeps", [2, 8])
 def test_signal_to_noise_grows_as_a_running_mean_says(beeps):
     """Once it spans n beeps the mean forgets 1/n a beep: noise falls to 1 / (2 n - 1)."""
-    heard = Recording(still([Point(2.5)], 60, 0.35), BEEP.sample_rate_hz)
+    received = Recording(still([Point(2.5)], 60, 0.35), BEEP.sample_rate_hz)
     range_m = true_range(Point(2.5), 0.0, 0.0)
     alone, held = (
-        [d.snr_db[k] for d, k in nearest_to(range_m, list(averaging(n).stream(heard))[20:])] for n in (1, beeps)
+        [d.snr_db[k] for d, k in nearest_to(range_m, list(averaging(n).stream(received))[20:])] for n in (1, beeps)
     )
     assert len(alone) == len(held) == 40
     assert np.mean(held) - np.mean(alone) == pytest.approx(10.0 * np.log10(2 * beeps - 1), abs=0.5)
@@ -41,11 +41,11 @@ def test_signal_to_noise_grows_as_a_running_mean_says(beeps):
 
 def test_ranges_scatter_less_and_the_claim_follows():
     point = Point(2.5)
-    heard = Recording(still([point], 320, 0.35), BEEP.sample_rate_hz)
+    received = Recording(still([point], 320, 0.35), BEEP.sample_rate_hz)
     range_m = true_range(point, 0.0, 0.0)
     errors = {}
     for beeps in (1, 16):
-        found = nearest_to(range_m, list(averaging(beeps).stream(heard))[15::16])
+        found = nearest_to(range_m, list(averaging(beeps).stream(received))[15::16])
         assert len(found) == 20
         errors[beeps] = np.array([d.range_m[k] - range_m for d, k in found])
         by_noise = [np.sqrt(d.range_std_m[k] ** 2 - OTHER_STD_M**2) for d, k in found]
@@ -74,9 +74,9 @@ def test_another_pose_starts_anew(moved_m):
 
 def test_what_arrives_from_behind_is_left_out():
     ahead, behind, beside = Point(2.0), Point(-1.2), Point(0.0, aside_m=1.6)
-    heard = recording([ahead, behind, beside], beeps=4, noise=0.3)
-    paper = list(PaperStandingDetector(BEEP, PHONE).stream(heard))[-1]
-    ours = list(StandingDetector(BEEP, PHONE).stream(heard))[-1]
+    received = recording([ahead, behind, beside], beeps=4, noise=0.3)
+    paper = list(PaperStandingDetector(BEEP, PHONE).stream(received))[-1]
+    ours = list(StandingDetector(BEEP, PHONE).stream(received))[-1]
     expected = [true_range(point, 0.0, 0.0) for point in (beside, ahead)]
     behind_m = true_range(behind, 0.0, 0.0)
     assert np.abs(paper.range_m - behind_m).min() < 4e-3 < 0.1 < np.abs(ours.range_m - behind_m).min()
@@ -89,8 +89,8 @@ def test_what_arrives_from_behind_is_left_out():
 def test_the_nearest_are_kept_and_a_reset_forgets():
     points = [Point(0.8 + 0.4 * k) for k in range(8)]
     detector = StandingDetector(BEEP, PHONE)
-    heard = recording(points, beeps=3, noise=0.1)
-    first, again = list(detector.stream(heard)), list(detector.stream(heard))
+    received = recording(points, beeps=3, noise=0.1)
+    first, again = list(detector.stream(received)), list(detector.stream(received))
     assert len(first[-1]) == PaperSettings().max_candidates
     np.testing.assert_allclose(first[-1].range_m, [true_range(p, 0.0, 0.0) for p in points[:5]], atol=5e-3)
     assert all(np.array_equal(a.range_m, b.range_m) for a, b in zip(first, again, strict=True))

@@ -21,6 +21,8 @@ CALLER = (
     "import numba\nfrom scenes import callee\n\n@numba.njit(cache=True)\ndef doubled():\n    return 2 * callee.one()\n"
 )
 CALLEE = "import numba\n\n@numba.njit(cache=True)\ndef one():\n    return {}\n"
+OF_A_CLASS = CALLER.replace("doubled()", "doubled(pair)").replace("callee.one()", "pair.one")
+A_CLASS = "from typing import NamedTuple\n\nclass {0}(NamedTuple):\n    one: int\n\ndef made():\n    return {0}(5)\n"
 SCRIPT = (
     "import obstaclewatch.support.compile_cache\nfrom scenes.caller import doubled\n"
     "print(doubled(), sum(doubled.stats.cache_hits.values()))"
@@ -37,11 +39,22 @@ def test_an_update_of_what_is_called_from_another_file_is_heard(tmp_path):
     assert [_printed(tmp_path), _printed(tmp_path)] == ["10 0", "10 1"]
 
 
-def _printed(folder):
+def test_an_update_that_renames_a_class_of_the_arguments_is_survived(tmp_path):
+    """numba unpickled the classes of stored signatures before it looked at the stamp: AttributeError."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "__init__.py").write_text("")
+    (tmp_path / "scenes" / "caller.py").write_text(OF_A_CLASS)
+    script = SCRIPT.replace("doubled()", "doubled(callee.made())").replace("doubled\n", "callee, doubled\n")
+    for name in ("Old", "New"):
+        (tmp_path / "scenes" / "callee.py").write_text(A_CLASS.format(name))
+        assert [_printed(tmp_path, script), _printed(tmp_path, script)] == ["10 0", "10 1"]
+
+
+def _printed(folder, script=SCRIPT):
     """Result of the caller, and how often it came from the store, in a fresh process that finds `scenes` there."""
     path = os.pathsep.join([str(folder), str(ROOT)])
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")} | {"PYTHONPATH": path}
-    done = subprocess.run([sys.executable, "-c", SCRIPT], cwd=folder, env=environment, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

@@ -38,7 +38,8 @@ def test_range_has_no_range_doppler_bias(speed):
 
 
 def test_steps_that_no_ground_tells_of_are_fitted():
-    """1 cm of surge, 2.6 cm of readings; the Kalman filter's ranges are within 0.9 cm in nine of ten beeps."""
+    """1 cm of fore-aft oscillation, 2.6 cm of readings; the Kalman filter's ranges are within 0.9 cm in nine of ten
+    beeps."""
     errors, _ = _errors(Point(5.2, gain=0.1, bob_m=0.01), 1.3)
     assert np.percentile(np.abs(errors), 90) < 0.007
 
@@ -83,7 +84,7 @@ def test_two_obstacles_are_followed_at_once():
 
 
 def test_a_missing_beep_leaves_the_track():
-    """Beep 16 is silent: evidence is gathered anew, while the track that there is goes on."""
+    """Beep 16 is silent: likelihood is gathered anew, while the track that there is goes on."""
     samples = record([GROUND, Point(5.2, gain=0.1)], speed_m_s=1.3, **WALK).astype(np.float32)
     size = BEEP.period_samples
     samples[:, 16 * size : 17 * size] = 0.0
@@ -116,9 +117,9 @@ def test_identical_channels_leave_the_ranges():
     samples = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)[[0, 0]].astype(np.float32)
     found = list(TrackingDetector(BEEP, PHONE).stream(Recording(samples, BEEP.sample_rate_hz)))
     assert all(Flag.IDENTICAL_CHANNELS in d.beep_flags for d in found)
-    heard = [d for d in found if len(d)]
-    assert len(heard) >= 10
-    assert all(np.isfinite(d.range_m).all() and np.isnan(d.bearing_rad).all() for d in heard)
+    received = [d for d in found if len(d)]
+    assert len(received) >= 10
+    assert all(np.isfinite(d.range_m).all() and np.isnan(d.bearing_rad).all() for d in received)
 
 
 def test_no_beep_and_wrong_blocks():
@@ -143,7 +144,7 @@ def test_a_reach_too_short_for_noise_is_refused():
 
 def test_a_walker_without_width_is_refused():
     """0 / 0 in the prior made every probability of a collision NaN: no alert, without a word."""
-    with pytest.raises(ValueError, match=r"walker_half_width_m must be positive to judge courses, got 0\.0"):
+    with pytest.raises(ValueError, match=r"walker_half_width_m must be positive to judge trajectories, got 0\.0"):
         TrackingDetector(BEEP, PHONE, PaperSettings(walker_half_width_m=0.0))
 
 

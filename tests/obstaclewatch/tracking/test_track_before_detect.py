@@ -1,4 +1,4 @@
-"""Evidence along lines against sums over explicit lines, and local noise against its closed form."""
+"""Likelihood along lines against sums over explicit lines, and local noise against its closed form."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import pytest
 
 from obstaclewatch.signal.local_noise import local_noise
 from obstaclewatch.tracking.detector import WAITS_M, due, is_pressing, next_to_judge
-from obstaclewatch.tracking.track_before_detect import CHANGE, LineEvidence, log_ratio
+from obstaclewatch.tracking.track_before_detect import CHANGE, LineLikelihood, log_ratio
 from obstaclewatch.tracking.tracks import Track
-from obstaclewatch.trajectories.posterior_grid import Course, Posterior
+from obstaclewatch.trajectories.posterior_grid import Expectation, Posterior
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 
@@ -33,23 +33,23 @@ def _slow(ratios, shifts):
 def test_running_sums_are_those_of_plain_loops():
     rng = np.random.default_rng(2)
     ratios = rng.uniform(-1.2, 4.0, (7, 90)).astype(np.float32)
-    evidence = LineEvidence(90, CELL_M, PERIOD_S)
+    likelihood = LineLikelihood(90, CELL_M, PERIOD_S)
     for ratio in ratios:
-        evidence.add(ratio)
-    shifts = np.rint(evidence.speeds_m_s * PERIOD_S / CELL_M).astype(int)
+        likelihood.add(ratio)
+    shifts = np.rint(likelihood.speeds_m_s * PERIOD_S / CELL_M).astype(int)
     expected = _slow(ratios, shifts)
-    score, cell = evidence.best()
+    score, cell = likelihood.best()
     assert score == pytest.approx(expected.max(), rel=1e-5)
     assert expected[:, cell].max() == pytest.approx(score, rel=1e-5)
     row, at = np.unravel_index(np.argmax(expected), expected.shape)
-    assert evidence.speeds_m_s[row] in evidence.speeds_to(at)
+    assert likelihood.speeds_m_s[row] in likelihood.speeds_to(at)
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.25, 1.6, 2.5])
 def test_an_echo_too_weak_for_any_one_beep_adds_up(speed):
     """Power 5 over noise in a fluctuating echo; noise alone, with as many beeps, gathers less."""
     rng = np.random.default_rng(4)
-    with_echo, alone = (LineEvidence(400, CELL_M, PERIOD_S) for _ in range(2))
+    with_echo, alone = (LineLikelihood(400, CELL_M, PERIOD_S) for _ in range(2))
     for beep in range(16):
         power = rng.exponential(1.0, (2, 800))
         at = round((5.5 - speed * PERIOD_S * beep) / CELL_M)
@@ -91,10 +91,10 @@ def _posterior(time_s):
     return Posterior(time_s, np.ones((7, 1)), 1.3, *(np.ones(1) for _ in range(3)), 1.0, np.nan, np.nan)
 
 
-def _track(range_m, judged_s, heard_s):
-    """A track whose course was judged once and that was heard last at a time."""
+def _track(range_m, judged_s, detected_s):
+    """A track whose trajectory was judged once and that was received last at a time."""
     judged = None if judged_s is None else _posterior(judged_s)
-    return Track(range_m, 1.3, np.eye(2), heard_s, 12.0, heard_s=heard_s, judged=judged)
+    return Track(range_m, 1.3, np.eye(2), detected_s, 12.0, detected_s=detected_s, judged=judged)
 
 
 def test_one_course_is_judged_at_a_time_the_nearest_most_often():
@@ -103,7 +103,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
     for beep in range(1, 41):
         now_s = PERIOD_S * beep
         for track in tracks:
-            track.heard_s = now_s
+            track.detected_s = now_s
         which = due(tracks, now_s)
         which.judged = _posterior(now_s)
         turns.append(next(number for number, track in enumerate(tracks) if track is which))
@@ -124,7 +124,7 @@ def test_what_was_not_heard_since_is_not_judged_again():
 def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     track = _track(1.6, 0.9, 0.9)
     assert not is_pressing(track)  # nothing is expected of it yet
-    track.course, track.misses = Course(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
+    track.trajectory, track.misses = Expectation(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
 
 
@@ -133,7 +133,9 @@ def test_what_is_far_waits_while_tracks_are_searched_for():
     assert next_to_judge([near, far], 1.8, searched=False) is far  # never judged
     assert next_to_judge([near, far], 1.8, searched=True) is near
     assert next_to_judge([far], 1.8, searched=True) is None
-    far.course = Course(0.9, 1.3, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9)  # fast: 1.3 m of the walker's way are left
+    far.trajectory = Expectation(
+        0.9, 1.3, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9
+    )  # fast: 1.3 m of the walker's way are left
     assert next_to_judge([near, far], 1.8, searched=True) is far
 
 

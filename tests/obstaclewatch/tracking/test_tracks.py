@@ -11,12 +11,12 @@ from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import (
     OFFSETS_M,
     PHASE_STD,
-    add_turned,
+    add_rotated,
     bessel_i0,
     cycle,
     deviation_factor,
-    hear,
     log_agreement,
+    received_at,
 )
 from obstaclewatch.signal.echoes import echoes_at
 from obstaclewatch.signal.matched_filter import MatchedFilter
@@ -97,16 +97,16 @@ def test_phase_reads_the_moment_while_the_envelope_reads_ahead(speed):
 
 def _heard_at(row, u_m):
     """(2, H) real and imaginary part of a row at path differences."""
-    heard = np.empty((2, len(u_m)), dtype=np.float32)
-    hear(heard, np.empty(len(u_m), dtype=np.int32), row, u_m)
-    return heard
+    received = np.empty((2, len(u_m)), dtype=np.float32)
+    received_at(received, np.empty(len(u_m), dtype=np.int32), row, u_m)
+    return received
 
 
 def _sum(second, read_m, hit_m):
     """(H,) what (K, W) rows add up to at path differences (K, H), as read and as hit."""
     total = np.zeros((2, read_m.shape[1]), dtype=np.float32)
     for row, read, hit in zip(second, read_m, hit_m, strict=True):
-        add_turned(total, _heard_at(row, read), hit, np.float32(1.0 / WAVELENGTH), np.float32(1.0))
+        add_rotated(total, _heard_at(row, read), hit, np.float32(1.0 / WAVELENGTH), np.float32(1.0))
     return total[0] + 1j * total[1]
 
 

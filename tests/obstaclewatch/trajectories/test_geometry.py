@@ -1,4 +1,4 @@
-"""Compiled courses against points and phones in space."""
+"""Compiled trajectories against points and phones in space."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ def _bodies(height=0.0, radius=0.0, miss=0.0, cos_angle=1.0, stays=1.0, along=0.
     ahead=st.floats(0.3, 6.0),
     miss=st.floats(0.0, 1.5),
     height=st.floats(0.0, 1.4),
-    lift=st.floats(-0.03, 0.03),
+    rise=st.floats(-0.03, 0.03),
     pitch=st.floats(-0.8, 0.8),
 )
 @settings(max_examples=60, deadline=None)
-def test_a_point_is_seen_where_it_is(ahead, miss, height, lift, pitch):
+def test_a_point_is_seen_where_it_is(ahead, miss, height, rise, pitch):
     """Range, cosine and path difference from coordinates: a body without radius, microphone 1 behind along the axis."""
-    point, axis = np.array([ahead, miss, -height - lift]), np.array([np.cos(pitch), 0.0, np.sin(pitch)])
-    seen = sight(*_single(ahead, height + lift, 0.0, miss, 1.0))
+    point, axis = np.array([ahead, miss, -height - rise]), np.array([np.cos(pitch), 0.0, np.sin(pitch)])
+    seen = sight(*_single(ahead, height + rise, 0.0, miss, 1.0))
     near, far = np.linalg.norm(point), np.linalg.norm(point + L * axis)
     assert seen[0] == pytest.approx(near, abs=EXACT)
-    cosine = cone_cosine(*seen, *_single(height + lift, np.cos(pitch), np.sin(pitch)))
+    cosine = cone_cosine(*seen, *_single(height + rise, np.cos(pitch), np.sin(pitch)))
     assert cosine == pytest.approx(point @ axis / near, abs=1e-6)
     line, u_m = np.array([ahead], dtype=np.float32), np.empty(1, dtype=np.float32)
-    path_differences(u_m, _bodies(height, miss=miss), line, pitch, lift, L)
+    path_differences(u_m, _bodies(height, miss=miss), line, pitch, rise, L)
     assert u_m[0] == pytest.approx(far - near, abs=EXACT)
 
 

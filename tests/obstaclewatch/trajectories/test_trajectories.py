@@ -1,4 +1,4 @@
-"""Courses against exact geometry: points, corners with the ground and walls, seen from a pitched phone."""
+"""Trajectories against exact geometry: points, corners with the ground and walls, seen from a pitched phone."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from obstaclewatch.signal.carrier_phase import OFFSETS_M
 from obstaclewatch.tracking.detector import MOST_MISFIT
 from obstaclewatch.trajectories.geometry import bodies_at
 from obstaclewatch.trajectories.likelihood import path_differences
-from obstaclewatch.trajectories.posterior_grid import Course, CourseGrid, Samples
+from obstaclewatch.trajectories.posterior_grid import Expectation, Samples, TrajectoryGrid
 from obstaclewatch.trajectories.prior import (
     HEIGHTS_M,
     RADIUS_M,
@@ -21,7 +21,7 @@ from obstaclewatch.trajectories.prior import (
     speed_density,
 )
 from obstaclewatch.walker.gait import OTHER_M, READING_M, reading_covariance
-from obstaclewatch.walker.pitch_oscillation import Swing
+from obstaclewatch.walker.pitch_oscillation import Oscillation
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C
 
 LENGTH = PHONE.mic_separation_m
@@ -67,9 +67,9 @@ def _samples(speed=1.25, miss=0.0, height=0.0, radius=0.0, level=4.0, beeps=16, 
     return Samples(time + AHEAD_S, np.linalg.norm(read, axis=1), np.full(beeps, 0.004), second.astype("c8"))
 
 
-def _judge(samples, now_s=0.0) -> Course:
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
-    return grid.course(grid.posterior(samples, now_s, GROUND_M), now_s)
+def _judge(samples, now_s=0.0) -> Expectation:
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    return grid.trajectory(grid.posterior(samples, now_s, GROUND_M), now_s)
 
 
 @pytest.mark.parametrize("height", [0.0, GROUND_M])
@@ -77,10 +77,10 @@ def _judge(samples, now_s=0.0) -> Course:
 @pytest.mark.parametrize(("miss", "collides"), [(0.0, True), (0.2, True), (1.0, False), (1.3, False)])
 def test_course_is_told_from_ranges_and_phase(height, radius, miss, collides):
     """Regression: the corner of a round bin was taken for a point at a miss distance of 0.9 m whatever its own."""
-    course = _judge(_samples(miss=miss, height=height, radius=radius))
-    assert (course.collision > 0.5) == collides
-    assert abs(course.collision - collides) < 0.35
-    assert course.miss_m == pytest.approx(miss, abs=0.35)
+    trajectory = _judge(_samples(miss=miss, height=height, radius=radius))
+    assert (trajectory.collision > 0.5) == collides
+    assert abs(trajectory.collision - collides) < 0.35
+    assert trajectory.miss_m == pytest.approx(miss, abs=0.35)
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.2, 0.3])
@@ -92,15 +92,15 @@ def test_the_phase_itself_tells_a_walls_direction(angle):
     shape = np.exp(-(((OFFSETS_M - u_m[:, None]) / 0.1) ** 2))
     second = (12.0 * shape * np.exp(-2j * np.pi * u_m[:, None] / WAVELENGTH + 1.0j)).astype("c8")
     samples = Samples(time + AHEAD_S, 2.0 - closing * (time + AHEAD_S), np.full(12, 0.004), second)
-    grids = [CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, phase) for phase in (1.0, None)]
-    known, unknown = (grid.course(grid.posterior(samples, 0.0, GROUND_M), 0.0) for grid in grids)
+    grids = [TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, phase) for phase in (1.0, None)]
+    known, unknown = (grid.trajectory(grid.posterior(samples, 0.0, GROUND_M), 0.0) for grid in grids)
     assert known.bearing_rad == pytest.approx(angle, abs=0.08)
     assert known.bearing_std_rad < 0.95 * unknown.bearing_std_rad
 
 
 def _row_and_difference(wanted, ahead_m):
-    """The course nearest to (miss, height, angle, whether a wall, tilt), and its path difference that far ahead."""
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    """The trajectory nearest to (miss, height, angle, whether a wall, tilt), and its path difference that far ahead."""
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
     miss, height, angle, is_wall, tilt = wanted
     other = (grid._all.height_m != height) | (grid._all.is_wall != is_wall) | (grid._all.tilt_rad != tilt)
     row = int(np.argmin(np.abs(grid._all.miss_m - miss) + np.abs(grid._all.angle_rad - angle) + 9.0 * other))
@@ -115,9 +115,9 @@ def _row_and_difference(wanted, ahead_m):
 @pytest.mark.parametrize("height", [0.0, np.inf])
 @pytest.mark.parametrize("miss", [0.0, 0.6])
 def test_path_difference_of_upright_things_is_that_of_their_image(height, miss):
-    """Regression: taken for points, things straight ahead seemed 1.5 mm, 9 degrees, off their course."""
-    courses, row, found = _row_and_difference((miss, height, 0.0, False, 0.0), 1.4)
-    place = _place(np.array([1.4]), courses.miss_m[row], min(height, GROUND_M), 0.0)
+    """Regression: taken for points, things straight ahead seemed 1.5 mm, 9 degrees, off their trajectory."""
+    trajectories, row, found = _row_and_difference((miss, height, 0.0, False, 0.0), 1.4)
+    place = _place(np.array([1.4]), trajectories.miss_m[row], min(height, GROUND_M), 0.0)
     assert found == pytest.approx(_upright_path_difference(place)[0], abs=2e-4)
     assert abs(_path_difference(place)[0] - found) > 6e-4
 
@@ -138,8 +138,8 @@ def _mirrored_difference(normal, distance_m):
 @pytest.mark.parametrize("angle", [0.0, 0.5])
 @pytest.mark.parametrize("tilt", np.unique(WALL_TILTS_RAD))
 def test_path_difference_of_walls_is_that_of_their_image(angle, tilt):
-    courses, row, found = _row_and_difference((0.0, 0.0, angle, True, tilt), 1.5)
-    assert found == pytest.approx(_mirrored_difference(_normal(courses.angle_rad[row], tilt), 1.5)[0], abs=2e-4)
+    trajectories, row, found = _row_and_difference((0.0, 0.0, angle, True, tilt), 1.5)
+    assert found == pytest.approx(_mirrored_difference(_normal(trajectories.angle_rad[row], tilt), 1.5)[0], abs=2e-4)
 
 
 def test_a_panel_that_leans_is_placed_where_it_is():
@@ -150,32 +150,34 @@ def test_a_panel_that_leans_is_placed_where_it_is():
     u_read, u_now = (_mirrored_difference(normal, distance) for distance in (read_m, now_m))
     second = 6.0 * np.exp(-(((OFFSETS_M - u_read[:, None]) / 0.1) ** 2) - 2j * np.pi * u_now[:, None] / WAVELENGTH)
     samples = Samples(time + AHEAD_S, read_m, np.full(24, 0.004), second.astype("c8"))
-    steps = Swing(2.0 * np.pi * np.sqrt(1.25 * 60.0 / WALK_RATIO_M_MIN) / 60.0, 0.0j, 0.0j, 0.0j)
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
-    course = grid.course(grid.posterior(samples, 0.0, GROUND_M, steps), 0.0)
-    assert course.bearing_rad == pytest.approx(angle, abs=np.deg2rad(8.0))
-    assert course.collision > 0.7
-    assert course.speed_m_s == pytest.approx(1.25, abs=0.1)
+    steps = Oscillation(2.0 * np.pi * np.sqrt(1.25 * 60.0 / WALK_RATIO_M_MIN) / 60.0, 0.0j, 0.0j, 0.0j)
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    trajectory = grid.trajectory(grid.posterior(samples, 0.0, GROUND_M, steps), 0.0)
+    assert trajectory.bearing_rad == pytest.approx(angle, abs=np.deg2rad(8.0))
+    assert trajectory.collision > 0.7
+    assert trajectory.speed_m_s == pytest.approx(1.25, abs=0.1)
 
 
 def test_how_far_aside_a_collision_may_be_heard_depends_on_the_height():
     """Half a metre aside is a miss of what makes a corner with the ground, and may be a collision of a car."""
-    courses = hypotheses(0.25)
-    aside = ~courses.is_wall & (np.abs(courses.miss_m - 0.52) < 0.02)
-    corner, between = (courses.collision[aside & (courses.height_m == height)].mean() for height in (np.inf, 0.5))
+    trajectories = hypotheses(0.25)
+    aside = ~trajectories.is_wall & (np.abs(trajectories.miss_m - 0.52) < 0.02)
+    corner, between = (
+        trajectories.collision[aside & (trajectories.height_m == height)].mean() for height in (np.inf, 0.5)
+    )
     assert corner < 0.5
     assert between > 0.85
-    assert np.all(np.diff(courses.collision[~courses.is_wall].reshape(len(HEIGHTS_M), -1), axis=1) < 1e-12)
+    assert np.all(np.diff(trajectories.collision[~trajectories.is_wall].reshape(len(HEIGHTS_M), -1), axis=1) < 1e-12)
 
 
 MIC_AHEAD_M = 0.5 * LENGTH * np.cos(PITCH)
 
 
 def test_distance_and_speed_of_a_collision():
-    course = _judge(_samples(speed=1.3, last_m=1.6))
-    assert course.left_m == pytest.approx(1.6 + MIC_AHEAD_M - 0.1, abs=0.1)  # a point is taken for a body of 15 cm
-    assert course.speed_m_s == pytest.approx(1.3, abs=0.05)
-    assert course.contact_s == pytest.approx(course.left_m / course.speed_m_s)
+    trajectory = _judge(_samples(speed=1.3, last_m=1.6))
+    assert trajectory.left_m == pytest.approx(1.6 + MIC_AHEAD_M - 0.1, abs=0.1)  # a point is taken for a body of 15 cm
+    assert trajectory.speed_m_s == pytest.approx(1.3, abs=0.05)
+    assert trajectory.contact_s == pytest.approx(trajectory.left_m / trajectory.speed_m_s)
     oncoming = _judge(_samples(speed=2.5, last_m=2.0))
     assert oncoming.speed_m_s == pytest.approx(2.5, abs=0.1)
     assert oncoming.left_m == pytest.approx((1.9 + MIC_AHEAD_M) * 1.4 / 2.5, abs=0.1)
@@ -183,7 +185,7 @@ def test_distance_and_speed_of_a_collision():
 
 
 def _walk_to_contact(outline):
-    """Distance that a body of 0.25 m half breadth walks along x until its round front, 0.1 m ahead, meets points."""
+    """Distance that a body of 0.25 m half width walks along x until its round front, 0.1 m ahead, meets points."""
     walked = np.linspace(0.0, 3.0, 30001)
     gap = np.hypot(outline[:, :1] - (walked + 0.1 - 0.25), outline[:, 1:])
     return walked[np.argmax(gap.min(axis=0) <= 0.25)]
@@ -191,88 +193,88 @@ def _walk_to_contact(outline):
 
 @pytest.mark.parametrize("miss", [0.0, 0.15, 0.3])
 def test_way_left_is_that_to_the_first_touch_of_a_round_body(miss):
-    courses = hypotheses(0.25)
-    row = int(np.argmin(np.abs(courses.miss_m - miss) + courses.is_wall))
+    trajectories = hypotheses(0.25)
+    row = int(np.argmin(np.abs(trajectories.miss_m - miss) + trajectories.is_wall))
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
-    outline = np.array([1.5, courses.miss_m[row]]) + RADIUS_M * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    assert 1.5 - courses.contact_m[row] == pytest.approx(_walk_to_contact(outline), abs=5e-4)
+    outline = np.array([1.5, trajectories.miss_m[row]]) + RADIUS_M * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    assert 1.5 - trajectories.contact_m[row] == pytest.approx(_walk_to_contact(outline), abs=5e-4)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 0.9])
 def test_way_left_is_that_to_the_first_touch_of_a_wall(angle):
     """Regression: left was the way along the wall's normal, 40 cm too little where it met the walk at 50 degrees."""
-    courses = hypotheses(0.25)
-    row = int(np.argmin(np.abs(courses.angle_rad - angle) + ~courses.is_wall))
-    turned = courses.angle_rad[row]
-    normal, along = np.array([np.cos(turned), np.sin(turned)]), np.array([-np.sin(turned), np.cos(turned)])
+    trajectories = hypotheses(0.25)
+    row = int(np.argmin(np.abs(trajectories.angle_rad - angle) + ~trajectories.is_wall))
+    rotated = trajectories.angle_rad[row]
+    normal, along = np.array([np.cos(rotated), np.sin(rotated)]), np.array([-np.sin(rotated), np.cos(rotated)])
     outline = 1.2 * normal + np.linspace(-3.0, 3.0, 6001)[:, None] * along
-    left = 1.2 / np.cos(turned) - courses.contact_m[row]
+    left = 1.2 / np.cos(rotated) - trajectories.contact_m[row]
     assert left == pytest.approx(_walk_to_contact(outline), abs=5e-4)
 
 
 @pytest.mark.parametrize(("angle", "collides"), [(0.0, True), (0.35, True), (1.3, False)])
 def test_walls_keep_their_angle(angle, collides):
-    """A wall is heard along its normal: range falls at v cos(angle), direction stays."""
+    """A wall is received along its normal: range falls at v cos(angle), direction stays."""
     time = 0.09 * np.arange(-15, 1)
     direction = np.array([np.cos(angle), np.sin(angle), 0.0])
     read_m = 1.5 - 1.25 * np.cos(angle) * (time + AHEAD_S)
     now_m = 1.5 - 1.25 * np.cos(angle) * time
     u_read, u_now = (_path_difference(distance[:, None] * direction) for distance in (read_m, now_m))
     second = 20.0 * np.exp(-(((OFFSETS_M - u_read[:, None]) / 0.05) ** 2) - 2j * np.pi * u_now[:, None] / WAVELENGTH)
-    course = _judge(Samples(time + AHEAD_S, read_m, np.full(16, 0.002), second.astype("c8")))
-    assert (course.collision > 0.5) == collides
-    assert course.bearing_rad == pytest.approx(angle, abs=0.3)
+    trajectory = _judge(Samples(time + AHEAD_S, read_m, np.full(16, 0.002), second.astype("c8")))
+    assert (trajectory.collision > 0.5) == collides
+    assert trajectory.bearing_rad == pytest.approx(angle, abs=0.3)
 
 
 def test_cosine_is_that_of_the_cone():
     place = _place(np.array([1.35]), 0.3, GROUND_M, 0.0)[0]
     cosine = place @ [np.cos(PITCH), 0.0, np.sin(PITCH)] / np.linalg.norm(place)
-    course = _judge(_samples(miss=0.3, height=GROUND_M))
-    assert course.cosine == pytest.approx(cosine, abs=0.12)
+    trajectory = _judge(_samples(miss=0.3, height=GROUND_M))
+    assert trajectory.cosine == pytest.approx(cosine, abs=0.12)
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.8, 2.6), st.floats(0.0, 2.0), st.floats(0.0, 1.3), st.floats(-1.0, 1.0), st.integers(3, 16))
 def test_probabilities_stay_probabilities_and_time_has_no_origin(speed, miss, height, shift_s, beeps):
     samples = _samples(speed, miss, height, beeps=beeps)
-    course = _judge(samples)
+    trajectory = _judge(samples)
     moved = Samples(samples.time_s + shift_s, samples.range_m, samples.range_std_m, samples.second)
     later = _judge(moved, shift_s)
-    assert 0.0 <= course.collision <= 1.0 + 1e-9
-    assert 0.0 <= course.bearing_rad <= np.pi / 2
-    assert later.collision == pytest.approx(course.collision, abs=1e-6)
-    assert later.left_m == pytest.approx(course.left_m, abs=1e-6)
+    assert 0.0 <= trajectory.collision <= 1.0 + 1e-9
+    assert 0.0 <= trajectory.bearing_rad <= np.pi / 2
+    assert later.collision == pytest.approx(trajectory.collision, abs=1e-6)
+    assert later.left_m == pytest.approx(trajectory.left_m, abs=1e-6)
 
 
 @pytest.mark.parametrize("height", [0.0, GROUND_M])
 def test_a_posterior_is_carried_along_its_courses(height):
     """Two beeps later it says what the same readings say if they are asked for that time."""
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
     samples = _samples(miss=0.3, height=height, last_m=1.8)
     before = grid.posterior(samples, 0.0, GROUND_M)
-    carried, asked = grid.course(before, 0.18), grid.course(grid.posterior(samples, 0.18, GROUND_M), 0.18)
+    carried, asked = grid.trajectory(before, 0.18), grid.trajectory(grid.posterior(samples, 0.18, GROUND_M), 0.18)
     assert carried == pytest.approx(asked, abs=2e-3)
-    assert carried.left_m == pytest.approx(grid.course(before, 0.0).left_m - 0.18 * carried.speed_m_s, abs=0.02)
+    assert carried.left_m == pytest.approx(grid.trajectory(before, 0.0).left_m - 0.18 * carried.speed_m_s, abs=0.02)
 
 
 def test_what_bob_and_surge_do_to_the_range_of_each_course():
-    """Of every single course: differences of the range with the phone 1 mm higher, and 1 mm further ahead."""
-    grid = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
+    """Of every single trajectory: differences of the range with the phone 1 mm higher, and 1 mm further ahead."""
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
     judged, step_m = grid.posterior(_samples(miss=0.3, height=GROUND_M, last_m=1.8), 0.0, GROUND_M), 1e-3
     bodies, seen = bodies_at(judged.bodies, judged.ground_m), 0
-    for course in range(0, len(judged.share), 7):
-        height, radius, miss, cos_angle, stays = (float(column[course]) for column in bodies[:5])
-        ahead = float(judged.ahead_m[course])
+    for trajectory in range(0, len(judged.share), 7):
+        height, radius, miss, cos_angle, stays = (float(column[trajectory]) for column in bodies[:5])
+        ahead = float(judged.ahead_m[trajectory])
 
         def range_m(higher_m, further_m, at=(height, radius, miss, cos_angle, stays, ahead)):
             height, radius, miss, cos_angle, stays, ahead = at
             plan = np.hypot(ahead - further_m * cos_angle, miss) - radius
             return np.hypot(plan, height + stays * higher_m)
 
-        alone = grid.course(judged._replace(share=np.eye(1, len(judged.share), course)[0]), 0.0)
+        alone = grid.trajectory(judged._replace(share=np.eye(1, len(judged.share), trajectory)[0]), 0.0)
         seen += 1
         assert alone.bob == pytest.approx((range_m(step_m, 0.0) - range_m(-step_m, 0.0)) / 2e-3, abs=1e-4)
-        assert alone.surge == pytest.approx((range_m(0.0, -step_m) - range_m(0.0, step_m)) / 2e-3, abs=1e-4)
+        assert alone.fore_aft == pytest.approx((range_m(0.0, -step_m) - range_m(0.0, step_m)) / 2e-3, abs=1e-4)
     assert seen == 55
 
 
@@ -297,15 +299,15 @@ def test_gait_covariance_is_that_of_many_random_steps():
     rng = np.random.default_rng(5)
     time = 0.09 * np.arange(8)
     frequency, phase = rng.normal(1.85, 0.15, (20_000, 1)), rng.uniform(0.0, 2.0 * np.pi, (20_000, 1))
-    surge = 0.020 * np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time + phase)
+    fore_aft = 0.020 * np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * time + phase)
     expected = reading_covariance(time, np.zeros(8), READING_M) - OTHER_M**2 * np.eye(8)
-    assert surge.T @ surge / len(surge) == pytest.approx(expected, abs=2e-5)
+    assert fore_aft.T @ fore_aft / len(fore_aft) == pytest.approx(expected, abs=2e-5)
 
 
 @pytest.mark.parametrize("height", [0.0, GROUND_M])
 def test_readings_of_another_echo_fit_no_course(height):
     """What a track began on shows in the misfit, and forgetting it mends it."""
-    grid, own = CourseGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M), _samples(height=height)
+    grid, own = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M), _samples(height=height)
     off_m = np.where(np.arange(len(own.time_s)) < 8, 0.25, 0.0)
     mixed = own._replace(range_m=own.range_m + off_m)
     late = Samples(own.time_s[8:], own.range_m[8:], own.range_std_m[8:], own.second[8:])

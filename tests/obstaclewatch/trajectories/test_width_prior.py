@@ -29,7 +29,7 @@ LEANING = COURSES.tilt_rad > 0.0
 
 
 def _shared(which, probability=1.0):
-    """(H,) a probability, evenly over some courses."""
+    """(H,) a probability, evenly over some trajectories."""
     return probability * which / which.sum()
 
 
@@ -68,8 +68,8 @@ def test_surer_of_a_narrow_thing_is_a_smaller_deviation():
 def test_a_detection_carries_radius_and_deviation_together():
     """A point as high as the phone: narrow or not, but never one number without the other."""
     ground = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
-    heard = recording([ground, Point(5.0, gain=0.1)], beeps=34, noise=0.02, speed_m_s=1.3)
-    found = [d for d in TrackingDetector(BEEP, PHONE).stream(heard) if len(d)]
+    received = recording([ground, Point(5.0, gain=0.1)], beeps=34, noise=0.02, speed_m_s=1.3)
+    found = [d for d in TrackingDetector(BEEP, PHONE).stream(received) if len(d)]
     radius, std = (np.concatenate([getattr(d, name) for d in found]) for name in ("radius_m", "radius_std_m"))
     assert np.isfinite(radius).any()
     assert np.array_equal(np.isnan(radius), np.isnan(std))

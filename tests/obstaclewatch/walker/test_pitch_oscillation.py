@@ -1,4 +1,5 @@
-"""The walker's swing from the ground's echo: exact geometry of a mirrored speaker, rendered beeps, what is no step."""
+"""The walker's oscillation from the ground's echo: exact geometry of a mirrored speaker, rendered beeps, what is no
+step."""
 
 from __future__ import annotations
 
@@ -13,12 +14,12 @@ from obstaclewatch.walker.pitch_oscillation import (
     MEMORY_BEEPS,
     STEADY,
     GroundEcho,
-    StepListener,
-    Swing,
+    Oscillation,
+    OscillationEstimator,
     ground_echo,
     ground_path_difference_m,
-    swing_as_read,
-    swing_at,
+    oscillation_as_read,
+    oscillation_at,
 )
 from obstaclewatch.walker.pitch_oscillation import STEP_RAD_S as STEPS_RAD_S
 from obstaclewatch.walker.sinusoid import common_sinusoid, waves, weighted_fits
@@ -30,20 +31,20 @@ AHEAD_S = BEEP.range_doppler_s
 PITCH = np.deg2rad(30.0)
 HEIGHT_M = 1.35
 STEP_RAD_S = 2.0 * np.pi * 1.8
-TRUE = Swing(STEP_RAD_S, 0.026 * np.exp(0.7j), 0.02 * np.exp(-0.4j), 0.01j * np.exp(-0.4j))
+TRUE = Oscillation(STEP_RAD_S, 0.026 * np.exp(0.7j), 0.02 * np.exp(-0.4j), 0.01j * np.exp(-0.4j))
 TIME_S = 0.09 * np.arange(MEMORY_BEEPS)
 
 
-def _listener(swing=TRUE, noise=0.0, crossed=()):
-    """A listener that heard the ground of a swinging phone: the way to its own image, from both microphones."""
+def _listener(oscillation=TRUE, noise=0.0, crossed=()):
+    """A listener that received the ground of a swinging phone: the way to its own image, from both microphones."""
     rng = np.random.default_rng(3)
-    listener = StepListener(LENGTH, WAVELENGTH, PITCH, AHEAD_S)
-    pitch = PITCH + swing_at(swing, TIME_S)[0]
-    height = HEIGHT_M + swing_at(swing, TIME_S)[1]
+    listener = OscillationEstimator(LENGTH, WAVELENGTH, PITCH, AHEAD_S)
+    pitch = PITCH + oscillation_at(oscillation, TIME_S)[0]
+    height = HEIGHT_M + oscillation_at(oscillation, TIME_S)[1]
     axis = np.stack([np.cos(pitch), np.sin(pitch)])
     down = np.stack([np.zeros_like(height), -2.0 * height]) + LENGTH * axis
     phase = -2.0 * np.pi / WAVELENGTH * (np.linalg.norm(down, axis=0) - 2.0 * height) + 0.4
-    read = HEIGHT_M + swing_as_read(swing, TIME_S, AHEAD_S)[1]
+    read = HEIGHT_M + oscillation_as_read(oscillation, TIME_S, AHEAD_S)[1]
     for k, time in enumerate(TIME_S):
         other = (0.09, 2.0) if k in crossed else (0.0, 0.0)
         at = read[k] + noise * 0.003 * rng.standard_normal() + other[0]
@@ -52,8 +53,8 @@ def _listener(swing=TRUE, noise=0.0, crossed=()):
 
 
 def _left(found, true):
-    """(3,) rms of the swing that is left, over the true one's."""
-    error, size = swing_at(found, TIME_S) - swing_at(true, TIME_S), swing_at(true, TIME_S)
+    """(3,) rms of the oscillation that is left, over the true one's."""
+    error, size = oscillation_at(found, TIME_S) - oscillation_at(true, TIME_S), oscillation_at(true, TIME_S)
     return np.sqrt(np.mean(error**2, axis=1) / np.mean(size**2, axis=1))
 
 
@@ -66,48 +67,50 @@ def test_path_difference_to_the_ground_is_that_of_the_image():
 
 def test_exact_readings_give_the_swing_back():
     """Up to the grid of frequencies and the second order of the pitch, 1 % each."""
-    found = _listener().swing(HEIGHT_M)
+    found = _listener().oscillation(HEIGHT_M)
     assert found.step_rad_s == pytest.approx(STEP_RAD_S, abs=1e-8)
     assert np.all(_left(found, TRUE) < 0.03)
 
 
 @pytest.mark.parametrize("crossed", [(), (4, 5, 6), (15, 16, 17, 18)])
 def test_noise_and_an_echo_that_crosses_leave_most_of_it(crossed):
-    found = _listener(noise=1.0, crossed=crossed).swing(HEIGHT_M)
+    found = _listener(noise=1.0, crossed=crossed).oscillation(HEIGHT_M)
     assert found.step_rad_s == pytest.approx(STEP_RAD_S, abs=2.0 * np.pi * 0.051)
     assert np.all(_left(found, TRUE)[:2] < 0.3)
 
 
 def test_what_is_read_is_the_place_and_its_speed_ahead():
     step = 1e-5
-    speed = (swing_at(TRUE, TIME_S + step) - swing_at(TRUE, TIME_S - step)) / (2.0 * step)
-    assert swing_as_read(TRUE, TIME_S, AHEAD_S) == pytest.approx(swing_at(TRUE, TIME_S) + AHEAD_S * speed, abs=1e-8)
+    speed = (oscillation_at(TRUE, TIME_S + step) - oscillation_at(TRUE, TIME_S - step)) / (2.0 * step)
+    assert oscillation_as_read(TRUE, TIME_S, AHEAD_S) == pytest.approx(
+        oscillation_at(TRUE, TIME_S) + AHEAD_S * speed, abs=1e-8
+    )
 
 
 def test_a_walker_is_fastest_when_lowest():
-    found = _listener().swing(HEIGHT_M)
+    found = _listener().oscillation(HEIGHT_M)
     times = np.linspace(0.0, 1.0, 1000)
-    height, surge = swing_at(found, times)[1:]
+    height, fore_aft = oscillation_at(found, times)[1:]
     assert np.ptp(height) > 0.03
-    speed = np.gradient(surge, times)
+    speed = np.gradient(fore_aft, times)
     assert np.corrcoef(speed, height)[0, 1] < -0.999
 
 
 def test_no_step_no_swing():
     """Noise alone, a phone at rest, and too few beeps."""
     rng = np.random.default_rng(1)
-    noise, rest, short = (StepListener(LENGTH, WAVELENGTH, PITCH, AHEAD_S) for _ in range(3))
+    noise, rest, short = (OscillationEstimator(LENGTH, WAVELENGTH, PITCH, AHEAD_S) for _ in range(3))
     for time in TIME_S:
         noise.add(time, GroundEcho(HEIGHT_M + 0.01 * rng.standard_normal(), rng.uniform(-np.pi, np.pi)))
         rest.add(time, GroundEcho(HEIGHT_M, 0.3))
     for time in TIME_S[: LEAST_BEEPS - 1]:
-        short.add(time, GroundEcho(HEIGHT_M + swing_at(TRUE, TIME_S[:1])[1, 0], 0.0))
-    assert noise.swing(HEIGHT_M) == STEADY
-    assert short.swing(HEIGHT_M) == STEADY
-    assert np.abs(swing_at(rest.swing(HEIGHT_M), TIME_S)).max() < 1e-9
+        short.add(time, GroundEcho(HEIGHT_M + oscillation_at(TRUE, TIME_S[:1])[1, 0], 0.0))
+    assert noise.oscillation(HEIGHT_M) == STEADY
+    assert short.oscillation(HEIGHT_M) == STEADY
+    assert np.abs(oscillation_at(rest.oscillation(HEIGHT_M), TIME_S)).max() < 1e-9
     listener = _listener()
     listener.clear()
-    assert listener.swing(HEIGHT_M) == STEADY
+    assert listener.oscillation(HEIGHT_M) == STEADY
 
 
 def test_random_numbers_hardly_pass_for_a_step():
@@ -125,10 +128,10 @@ def test_ground_echo_of_a_rendered_beep():
     profile = MatchedFilter(BEEP, 0.03).compress(record([point]) / FULL_SCALE)
     one, two = (true_range(point, 0.0, 0.0, mic) for mic in (0, 1))
     path_m = one + float(point.leg_m(PHONE.speaker_m[1], 0.0, np.float64(0.0)))
-    heard = ground_echo(profile, 0.0, path_m + 0.05, two - one, C)
-    assert heard.read_m == pytest.approx(0.5 * path_m, abs=0.003)
+    received = ground_echo(profile, 0.0, path_m + 0.05, two - one, C)
+    assert received.read_m == pytest.approx(0.5 * path_m, abs=0.003)
     expected = -2.0 * np.pi * (two - one) * profile.reference_hz / C
-    assert abs(np.angle(np.exp(1j * (heard.phase_rad - expected)))) < 0.15
+    assert abs(np.angle(np.exp(1j * (received.phase_rad - expected)))) < 0.15
 
 
 def test_steps_tell_the_walking_speed():

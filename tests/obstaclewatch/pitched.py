@@ -1,4 +1,4 @@
-"""A lifted phone above the ground, by coordinates: what mirrors and corners send to its microphones."""
+"""A pitched phone above the ground, by coordinates: what mirrors and corners send to its microphones."""
 
 from __future__ import annotations
 
