@@ -228,7 +228,7 @@ def test_drawings_show_the_bench_s_own_geometry(signals):
     assert f"D2 = {100 * d2:.1f} cm" in words
     assert "L = 16.0 cm" in words
     flow = " ".join(shape.text for shape in FIGURES["fig2"](signals).panels[0].shapes)
-    for name in ("MatchedFilter", "judge_motion", "walking_angle", "size_from_crest", "on_course", "decide"):
+    for name in ("MatchedFilter", "judge_motion", "walking_angle", "size_from_crest", "on_collision_course", "decide"):
         assert name in flow
     first = FIGURES["fig1"](signals).panels[0]
     assert sum(shape.role == "sound" for shape in first.shapes) >= 3
