@@ -23,8 +23,8 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.curved.coupled_points import Place, settle
 from simulator.images.body_images import images_lighting
-from simulator.images.image_method import mirrored
 from simulator.images.image_tree import Images
+from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ
@@ -254,16 +254,11 @@ def _paths(search: Search, mic: int, met: list[tuple[int, Images, Place]]) -> Ca
 
 def _through(tracing: Tracing, point_m: Floats, images: Images) -> Floats:
     """(R, 3) images of points in the mirrors of other images."""
-    patches, image = tracing.world.patches, point_m
-    for k in range(images.order.max(initial=0)):
-        rows = np.flatnonzero(images.order > k)
-        patch = images.sequence[rows, k]
-        frame = tracing.placed[images.pose[rows], patches.obstacle[patch]]
-        normal = turned(patches.normal[patch], frame[:, 3])
-        offset = patches.offset_m[patch] + np.sum(normal * frame[:, :3], axis=1)
-        image = image.copy()
-        image[rows] = mirrored(image[rows], normal, offset)
-    return image
+    if not images.order.any():  # there may be no mirrors at all
+        return point_m
+    planes = images.pose[:, None], images.sequence
+    steps = [(k, images.order > k) for k in range(images.order.max(initial=0))]
+    return last_image(point_m, tracing.mirrors.normal[planes], tracing.mirrors.offset_m[planes], steps)
 
 
 def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, second: Floats) -> Flags:

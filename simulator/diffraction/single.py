@@ -22,7 +22,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.images.edge_images import EdgeImages, images_of
-from simulator.images.image_method import mirrored
+from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates, joined
@@ -204,14 +204,12 @@ def point_slot(found: Candidates) -> Ints:
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
     at, wedges = point_slot(found), at_poses(tracing, found.edge, found.pose)
-    source, receiver = found.points_m[:, 0], found.points_m[:, -1]
-    offset = np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
-    for k in range(found.sequence.shape[1]):
-        met = (k < at)[:, None]
-        source = np.where(met, mirrored(source, found.normal[:, k], offset[:, k]), source)
-    for k in reversed(range(found.sequence.shape[1])):
-        met = ((k > at) & (k < found.order))[:, None]
-        receiver = np.where(met, mirrored(receiver, found.normal[:, k], offset[:, k]), receiver)
+    planes = found.normal, np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
+    width = found.sequence.shape[1]
+    early = [(k, k < at) for k in range(width)]
+    late = [(k, (k > at) & (k < found.order)) for k in reversed(range(width))]
+    source = last_image(found.points_m[:, 0], *planes, early)
+    receiver = last_image(found.points_m[:, -1], *planes, late)
     return wedges, seen(wedges, source, receiver)
 
 

@@ -17,7 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.single import edge_points, placed, point_slot, seen
-from simulator.images.image_method import mirrored
+from simulator.images.plane_walks import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
@@ -171,7 +171,7 @@ def _solved(
     normal, offset = _planes(tracing, found, struck_s)
     early = [(k, place > k) for k in range(width)]
     late = [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
-    lit, heard = _mirrors(source, normal, offset, early), _mirrors(receiver, normal, offset, late)
+    lit, heard = (images_in_turn(p, normal, offset, s) for p, s in ((source, early), (receiver, late)))
     points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source
     moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
@@ -182,17 +182,11 @@ def _solved(
     _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
     _carry_cells(tracing, found, struck_s, moment)
     for images, at, steps in ((lit, here, early), (heard, there, late)):
-        _cross(points, images, normal, offset, np.where(turns[:, None], points[every, at], receiver), steps[::-1])
+        start = np.where(turns[:, None], points[every, at], receiver)
+        crossings = crossings_in_turn(start, images, normal, offset, steps[::-1])
+        for k, active in steps:
+            points[active, k + 1] = crossings[active, k]
     return moment
-
-
-def _mirrors(point: Floats, normal: Floats, offset: Floats, steps: list[tuple[int, NDArray]]) -> Floats:
-    """(N, R, 3) image of a point after each mirror in turn; element k is the image after mirror k."""
-    images, image = np.empty((normal.shape[1], *point.shape)), point
-    for k, active in steps:
-        image = np.where(active[:, None], mirrored(image, normal[:, k], offset[:, k]), image)
-        images[k] = image
-    return images
 
 
 def _reflect_smoothly(
@@ -238,20 +232,6 @@ def _carry_cells(tracing: Tracing, found: Candidates, struck_s: Floats, moment: 
         obstacle, pose = tracing.world.obstacle_of(found.sequence[rows, k]), found.pose[rows]
         rest = into_rest(found.points_m[rows, k + 1], tracing.placed[pose, obstacle])
         moment.points_m[rows, k + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, k]))
-
-
-def _cross(
-    points: Floats, images: Floats, normal: Floats, offset: Floats, start: Floats, steps: list[tuple[int, NDArray]]
-) -> None:
-    """Fill in where the way from a point to the images crosses each mirror, one after the other."""
-    target = start.copy()
-    for k, active in steps:
-        here = np.sum(target * normal[:, k], axis=1) - offset[:, k]
-        there = np.sum(images[k] * normal[:, k], axis=1) - offset[:, k]
-        gap = np.where(active & (here != there), here - there, 1.0)
-        crossing = target + (here / gap)[:, None] * (images[k] - target)
-        points[active, k + 1] = crossing[active]
-        target[active] = crossing[active]
 
 
 def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:

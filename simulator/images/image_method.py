@@ -10,7 +10,6 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats
 from simulator.images.image_pruning import distance, dot, grown
 from simulator.world.mirrors import BORDER_M
 
@@ -150,8 +149,3 @@ def straight_crossings(mirrors, source, target, pose, order, sequence):
             end = end + share * (images[k + 1] - end)
             points[r, k] = end
     return points, length
-
-
-def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:
-    """(R, 3) images of points in planes, one plane a row."""
-    return point_m - 2.0 * (np.sum(point_m * normal, axis=-1) - offset_m)[..., None] * normal

@@ -1,0 +1,44 @@
+"""Paths over planes that are given: the images of an end in one after the other, and the crossings on the way back.
+
+`image_method` looks for sequences of patches and asks whether the crossings lie inside them. Here the sequence is known
+and every reflection has its plane: where patches move within a beep, or before and after a curved surface or an edge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats
+
+Steps = list[tuple[int, Flags]]  # reflections in the order met, and which of the R paths have them
+
+
+def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:
+    """(R, 3) images of points in planes, one plane a row."""
+    return point_m - 2.0 * (np.sum(point_m * normal, axis=-1) - offset_m)[..., None] * normal
+
+
+def images_in_turn(point_m: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:
+    """(N, R, 3) images of points (R, 3); element k is the image after reflection k in planes (R, N, 3) and (R, N)."""
+    images, image = np.empty((normal.shape[1], *point_m.shape)), point_m
+    for k, active in steps:
+        image = np.where(active[:, None], mirrored(image, normal[:, k], offset_m[:, k]), image)
+        images[k] = image
+    return images
+
+
+def last_image(point_m: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:
+    """(R, 3) images of points after all steps; the points themselves without any."""
+    return images_in_turn(point_m, normal, offset_m, steps)[steps[-1][0]] if steps else point_m
+
+
+def crossings_in_turn(start_m: Floats, images: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:
+    """(R, N, 3) where paths back from (R, 3) to the images (N, R, 3) cross each plane; 0 where a path has none."""
+    crossings, target = np.zeros(normal.shape), start_m.copy()
+    for k, active in steps:
+        here = np.sum(target * normal[:, k], axis=1) - offset_m[:, k]
+        there = np.sum(images[k] * normal[:, k], axis=1) - offset_m[:, k]
+        gap = np.where(active & (here != there), here - there, 1.0)
+        crossing = target + (here / gap)[:, None] * (images[k] - target)
+        target[active] = crossings[active, k] = crossing[active]
+    return crossings
