@@ -1,6 +1,6 @@
 """What the generated approaches are like, all together: distance, angle, offset, speed and size, beside the paper's.
 
-The paper gives the number of cases, the distances at which it listens, judges and alerts, and nothing of the speeds,
+The paper gives the number of cases, the distances at which it detects, judges and alerts, and nothing of the speeds,
 angles, offsets and sizes that its walkers met: there ours stand alone.
 """
 
@@ -20,7 +20,7 @@ from scenes.preview.pictures import COLORS
 from scenes.streets.approaches import DATA_COLLECTION, Approach, make_approach
 from scenes.truth.truth import ground_truth
 
-PAPER_DISTANCES_M = {"listens\nto 7 m": 7.0, "judges\nfrom 5 m": 5.0, "alerts\nwithin 3 m": 3.0}
+PAPER_DISTANCES_M = {"detects\nto 7 m": 7.0, "judges\nfrom 5 m": 5.0, "alerts\nwithin 3 m": 3.0}
 """Sections 3.5, 3.6 and 3.2."""
 
 MET, MISSED, PAPER = "#2c5f8a", "#d08a2e", "#b4432f"

@@ -1,7 +1,7 @@
-"""Is a scene fit to be simulated? Meshes, their places, and the phone's way through them.
+"""Is a scene fit to be simulated? Meshes, their places, and the phone's path through them.
 
 An error says that the simulation would be wrong: a closed body whose normals point inwards returns no echo, a phone
-inside an obstacle hears nothing real. A warning says what is probably not meant.
+inside an obstacle records nothing real. A warning says what is probably not meant.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def check_scene(scene: Scene, walk: Walk | None = None, phone: Phone | None = No
 
     Args:
         scene: to check; overlaps of what moves are looked for every 0.25 s of the walk, at time 0 without one.
-        walk: the phone's way, followed from 0 to its duration every 20 ms; None leaves it out.
+        walk: the phone's path, followed from 0 to its duration every 20 ms; None leaves it out.
         phone: its transducers; None takes the phone's origin alone.
     """
     found = [finding for obstacle in scene.obstacles for finding in _mesh_findings(obstacle)]

@@ -1,6 +1,6 @@
 """How loud obstacles echo: peak of the matched filter over the direct sound, over all that a street varies.
 
-Every obstacle is drawn as `random_obstacle` draws it, turned as it stands to a walker, and put on hard ground with its
+Every obstacle is drawn as `random_obstacle` draws it, rotated as it stands to a walker, and put on hard ground with its
 nearest point straight ahead at the distance in plan. Images in the ground count: a bin lower than the phone echoes
 through its corner with the ground.
 """
@@ -54,7 +54,7 @@ def echo_levels(category: str, distance_m: float, phone: Phone, count: int = 40,
     Args:
         category: of the obstacles, one of `scenes.obstacles.CATEGORIES`.
         distance_m: in plan from the phone to the obstacle.
-        phone: whose microphone 0 listens, and whose own direct sound is the reference.
+        phone: whose microphone 0 records, and whose own direct sound is the reference.
         count: of obstacles; each gives a level for every height of the phone.
         seed: of the draws.
 

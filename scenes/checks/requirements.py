@@ -78,7 +78,7 @@ class Cost:
 
     @property
     def walk_s(self) -> float:
-        """For the whole walk."""
+        """For the walk."""
         return self.prepare_s + self.beeps * self.per_beep_s
 
 

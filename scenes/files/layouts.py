@@ -1,4 +1,4 @@
-"""The named scenes as whole streets, and scenes from YAML files.
+"""The named scenes as streets, and scenes from YAML files.
 
 A street runs along +x from the origin, its path about |y| < 1 m, and ends at a wall across it. What stands where is
 fixed; which bin, car or person it is, and by how much it is off its place, comes from the seed. The campus passes
@@ -31,7 +31,7 @@ class Spot:
     Attributes:
         category: of what stands there.
         at_m: (x, y) in the street.
-        yaw_rad: how it is turned; at 0 its front faces the oncoming walker.
+        yaw_rad: its rotation; at 0 its front faces the oncoming walker.
         speed_m_s: of a pedestrian, the way they face; 0 stands.
     """
 

@@ -117,7 +117,7 @@ class ObstacleSpec(Strict):
 
 
 class SceneSpec(Strict):
-    """A whole scene, and what a walk through it needs."""
+    """A scene, and what a walk through it needs."""
 
     name: str
     air: AirSpec = AirSpec()

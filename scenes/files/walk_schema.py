@@ -180,7 +180,7 @@ def _route(spec: WalkSpec, speed_m_s: float) -> Route | None:
 
 
 def _moved(points_m: Floats, heading_rad: float, drawn: Drawn) -> Floats:
-    """Points shifted to the left of a heading, then turned about the first of them."""
+    """Points shifted to the left of a heading, then rotated about the first of them."""
     shifted = points_m + drawn.left_m * np.array([-np.sin(heading_rad), np.cos(heading_rad)])
     cos, sin = np.cos(drawn.turn_rad), np.sin(drawn.turn_rad)
     moved: Floats = (shifted - shifted[0]) @ np.array([[cos, sin], [-sin, cos]]) + shifted[0]
@@ -216,7 +216,7 @@ def _geometry(spec: PhoneSpec, base: PhoneGeometry) -> PhoneGeometry:
 
 
 def _rebuilt(phone: Phone, geometry: PhoneGeometry) -> Phone:
-    """The same transducers elsewhere; sound through the case takes as much longer as its way, and is as much weaker."""
+    """The same transducers elsewhere; sound through the case takes longer and is weaker, as its path is longer."""
     case = phone.structure_borne
     if case is not None:
         stretch = geometry.speaker_to_mic_m / phone.geometry.speaker_to_mic_m

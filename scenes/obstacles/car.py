@@ -97,9 +97,9 @@ def car(style: Style = "sedan", scale: float = 1.0) -> trimesh.Trimesh:
     if not scale > 0.0:
         raise ValueError(f"scale must be positive, got {scale}")
     shape = SHAPES[style]
-    whole = merged([_body(shape), _cabin(shape), *_wheels(shape), *_mirrors(shape), *_plates(shape)])
-    whole.apply_scale(scale)
-    return whole
+    mesh = merged([_body(shape), _cabin(shape), *_wheels(shape), *_mirrors(shape), *_plates(shape)])
+    mesh.apply_scale(scale)
+    return mesh
 
 
 def random_car(rng: np.random.Generator, name: str = "car") -> Obstacle:

@@ -17,7 +17,7 @@ DEPTH_M = 0.10  # how deep those leaves lie
 def hedge(
     length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5, rng: np.random.Generator | None = None
 ) -> trimesh.Trimesh:
-    """Square leaves within 10 cm of the front, back, ends and top of a box along y, turned about its normals at random.
+    """Square leaves within 10 cm of the front, back, ends and top of a box along y, at random angles about its normals.
 
     Args:
         length_m, height_m, depth_m: of the box.
@@ -52,7 +52,7 @@ def _leaves(rng: np.random.Generator, size_m: Floats, axis: int, side: float) ->
 
 
 def _squares(middle_m: Floats, normal: Floats, rng: np.random.Generator) -> trimesh.Trimesh:
-    """Squares about (N, 3) middles at right angles to unit normals, each turned at random in its plane."""
+    """Squares about (N, 3) middles at right angles to unit normals, each rotated at random in its plane."""
     turn = Rotation.from_rotvec(rng.uniform(0.0, 2.0 * np.pi, len(normal))[:, None] * normal)
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
     first = turn.apply(first / np.linalg.norm(first, axis=1, keepdims=True)) * LEAF_M / 2

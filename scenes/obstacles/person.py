@@ -39,12 +39,12 @@ def person(stature_m: float = 1.75, stride_rad: float = 0.28, girth: float = 1.0
 
     Args:
         stature_m: height of the crown, 1.0 to 2.3 m.
-        stride_rad: swing of the legs (and, opposed, of the arms) from the vertical; 0 stands.
+        stride_rad: angle of the legs (and, opposed, of the arms) from the vertical; 0 stands.
         girth: factor on all thicknesses.
         arms: whether there are any.
 
     Raises:
-        ValueError: a stature outside 1.0-2.3 m, a swing outside 0-0.6 rad, a girth outside 0.5-2.
+        ValueError: a stature outside 1.0-2.3 m, a stride outside 0-0.6 rad, a girth outside 0.5-2.
     """
     _require_within("stature_m", stature_m, 1.0, 2.3)
     _require_within("stride_rad", stride_rad, 0.0, 0.6)
@@ -126,7 +126,7 @@ def _arm(side: float, swing_rad: float, girth: float) -> trimesh.Trimesh:
 def _limb(
     profile: PchipInterpolator, y: float, swing_rad: float, pivot: float, girth: float, first_z: float | None = None
 ) -> trimesh.Trimesh:
-    """A limb of horizontal ellipses hung from a pivot height, its foot forward (-x) for a positive swing."""
+    """A limb of horizontal ellipses hung from a pivot height, its foot forward (-x) for a positive angle."""
     low = profile.x[0] if first_z is None else first_z
     z = np.linspace(low, profile.x[-1], 7)
     radius = profile(z) * girth

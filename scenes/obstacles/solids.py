@@ -184,7 +184,7 @@ def shifted(mesh: trimesh.Trimesh, offset_m: ArrayLike) -> trimesh.Trimesh:
 
 
 def tilted(mesh: trimesh.Trimesh, angle_rad: float) -> trimesh.Trimesh:
-    """A copy turned about the y axis through the origin; a positive angle leans its top towards +x."""
+    """A copy rotated about the y axis through the origin; a positive angle leans its top towards +x."""
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
     return trimesh.Trimesh(mesh.vertices @ turn.T, mesh.faces, process=False)

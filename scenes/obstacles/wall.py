@@ -54,7 +54,7 @@ def shop_front(
     """Panes of glass along y between mullions 6 cm wide, on a plinth and under a lintel; 0.2 m thick, its front to -x.
 
     Args:
-        length_m, height_m: of the whole front.
+        length_m, height_m: of the front.
         pane_m: greatest width of a pane.
         setback_m: how far the panes lie behind the frame, below 0.1.
 

@@ -53,7 +53,7 @@ def preview_html(
     Args:
         scene: obstacles, coloured by category; those that move do so with the slider of instants.
         path: file to write.
-        walk: way of the phone to draw.
+        walk: path of the phone to draw.
         phone: whose echoes are traced and drawn; needs a walk, None draws no sound.
         instants_s: when the sound is traced; None takes six over the walk.
         fidelity: what is traced.
@@ -163,7 +163,7 @@ def _tubes(paths: Paths) -> dict[str, dict[str, str]]:
 
 
 def _strongest(paths: Paths, pose: int, sound_speed_m_s: float) -> list[dict[str, Any]]:
-    """The loudest obstacle by obstacle: level re the free field at 1 m, half the way of its strongest path."""
+    """The loudest obstacle by obstacle: level re the free field at 1 m, half the length of its strongest path."""
     rows = np.flatnonzero((paths.pose == pose) & (paths.mic == 0) & (paths.order > 0))
     rows = rows[np.argsort(-np.abs(paths.gain[rows]))]
     _, first = np.unique(paths.obstacle[rows], return_index=True)

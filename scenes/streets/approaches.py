@@ -1,7 +1,7 @@
 """Approaches: one walker, one target, one outcome that geometry decides.
 
-An approach puts a target of a category into the setting of a scene, in or beside the way of a walker. Its outcome
-is fixed by the lateral offset alone, drawn as the position of the target's near edge across the walker's course:
+An approach puts a target of a category into the setting of a scene, in or beside the path of a walker. Its outcome
+is fixed by the lateral offset alone, drawn as the position of the target's near edge across the walker's line:
 
 - collision: uniform between a central hit and an overlap of 6 cm with the walker's half width;
 - no collision: uniform 0.10-0.90 m clear of it.
@@ -20,7 +20,7 @@ from obstaclewatch.support.argument_types import check_seed
 from obstaclewatch.support.arrays import Floats
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person
-from scenes.streets.placing import distance_along, extents, half_breadth, lateral_shift, moved_back, placed
+from scenes.streets.placing import distance_along, extents, half_width_across, lateral_shift, moved_back, placed
 from scenes.streets.surroundings import SETTINGS, Setting, ground_of, neighbours
 from scenes.truth.swept import Body
 from scenes.truth.truth import contact, passing_time
@@ -192,7 +192,7 @@ def _endless_walk(rng: np.random.Generator, height_m: float) -> GaitWalk:
 
 
 def _target(rng: np.random.Generator, setting: Setting, category: str, collision: bool) -> Obstacle:
-    """A target over the origin, turned as such things stand to a walker along +x, with its velocity."""
+    """A target over the origin, rotated as such things stand to a walker along +x, with its velocity."""
     name = f"target-{category}"
     if category == "pedestrian":
         return _target_person(rng, setting, name)
@@ -202,7 +202,7 @@ def _target(rng: np.random.Generator, setting: Setting, category: str, collision
 
 
 def target_yaw(rng: np.random.Generator, category: str, alongside: bool = False) -> float:
-    """How an obstacle of a category is turned to a walker along +x, rad; 0 faces the walker.
+    """Yaw of an obstacle of a category against a walker along +x, rad; 0 faces the walker.
 
     Args:
         rng: to draw from.
@@ -223,21 +223,21 @@ def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obs
     if kind == "stands":
         return placed(random_person(rng, name, walking=False), np.zeros(2), rng.uniform(-np.pi, np.pi))
     if kind == "comes":
-        course = np.pi + rng.normal(0.0, np.deg2rad(8.0))
+        heading = np.pi + rng.normal(0.0, np.deg2rad(8.0))
     else:
-        course = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(75.0, 105.0))
-    velocity = rng.uniform(0.8, 1.4) * np.array([np.cos(course), np.sin(course), 0.0])
-    return placed(random_person(rng, name, walking=True), np.zeros(2), float(course) - np.pi, velocity)
+        heading = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(75.0, 105.0))
+    velocity = rng.uniform(0.8, 1.4) * np.array([np.cos(heading), np.sin(heading), 0.0])
+    return placed(random_person(rng, name, walking=True), np.zeros(2), float(heading) - np.pi, velocity)
 
 
 def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, collision: bool) -> Obstacle:
-    """The target at its distance ahead and its offset across the walker's course, both as seen by the target."""
+    """The target at its distance ahead and its offset across the walker's line, both as seen by the target."""
     body = Body()
     relative = _velocity(walk) - target.velocity_m_s[:2]
     closing = float(np.hypot(*relative))
     ahead = relative / closing
     left = np.array([-ahead[1], ahead[0]])
-    breadth, middle = half_breadth(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
+    breadth, middle = half_width_across(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
     low, high = extents(target, left, body.height_m)
     if collision:
         edge = rng.uniform(min(-0.5 * (high - low), -0.01), breadth - OVERLAP_M)

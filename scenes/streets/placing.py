@@ -1,4 +1,4 @@
-"""Putting obstacles in their places: moving, turning, keeping apart, and setting a target in a walker's way."""
+"""Putting obstacles in their places: moving, rotating, keeping apart, and setting a target in a walker's path."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from simulator.scene.scene import Obstacle
 def placed(
     obstacle: Obstacle, at_m: ArrayLike, yaw_rad: float = 0.0, velocity_m_s: ArrayLike | None = None
 ) -> Obstacle:
-    """A copy turned counter-clockwise about the z axis, then moved in plan by (2,) m; None keeps its velocity."""
+    """A copy rotated counter-clockwise about the z axis, then moved in plan by (2,) m; None keeps its velocity."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     vertices = np.asarray(obstacle.mesh.vertices) @ turn.T + np.append(np.asarray(at_m, dtype=np.float64), 0.0)
@@ -73,12 +73,12 @@ def lateral_shift(edge_m: float, side: float, extent_m: tuple[float, float]) -> 
     return edge_m - low if side > 0 else -edge_m - high
 
 
-def half_breadth(body: Body, heading_rad: float, course_rad: float) -> tuple[float, float]:
-    """Half the breadth of the walker's body across a course, and how far its middle lies to the left of the phone, m.
+def half_width_across(body: Body, heading_rad: float, travel_rad: float) -> tuple[float, float]:
+    """Half the width of the walker's body across its travel, and how far its middle lies to the left of the phone, m.
 
-    The course is the direction of travel relative to the target, which for a moving target is not the heading.
+    The direction of travel is relative to the target; for a moving target it is not the heading.
     """
-    drift = heading_rad - course_rad
+    drift = heading_rad - travel_rad
     core = body.core(np.zeros((1, 3)), np.array([drift]))[0]
     across = core[:, 1]
     return body.half_width_m + 0.5 * float(np.ptp(across)), float(across.mean())
@@ -100,5 +100,5 @@ def distance_along(obstacle: Obstacle, start_m: Floats, lateral_m: Floats, ahead
     grid = np.arange(-reach, reach + 0.5, 0.5)  # it may lie askew, its near end far ahead of its middle
     near = np.flatnonzero(excess(grid) <= 0.0)
     if len(near) == 0:
-        raise ValueError(f"distance_m must be above the offset of '{obstacle.name}' from the course, got {distance_m}")
+        raise ValueError(f"distance_m must be above the offset of '{obstacle.name}' from the line, got {distance_m}")
     return float(brentq(lambda along: excess(along)[0], grid[near[-1]], grid[near[-1] + 1], xtol=1e-9))

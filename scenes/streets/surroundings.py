@@ -176,7 +176,7 @@ def _boundaries(rng: np.random.Generator, stretch: Stretch, target: Obstacle, wa
 def _alongside(
     boundary: Obstacle, target: Obstacle, walk: GaitWalk, side: float, nearest_m: float, further_m: float
 ) -> Obstacle:
-    """The boundary along the walk, beyond the target and all its way, and no nearer to the path than a distance."""
+    """The boundary along the walk, beyond the target wherever it moves, and no nearer to the path than a distance."""
     left = np.array([-np.sin(walk.heading_rad), np.cos(walk.heading_rad)])
     origin = walk.start_m[:2] @ left
     _, beyond = extents(target, side * left, 3.0)
@@ -187,7 +187,7 @@ def _alongside(
 
 
 def _thing(rng: np.random.Generator, kind: str, name: str) -> Obstacle:
-    """Something that stands beside the path, turned at random; a pedestrian among them waits there."""
+    """Something that stands beside the path, rotated at random; a pedestrian among them waits there."""
     thing = random_person(rng, name, walking=False) if kind == "pedestrian" else random_obstacle(kind, rng, name)
     return placed(thing, np.zeros(2), rng.uniform(-np.pi, np.pi))
 
@@ -195,9 +195,9 @@ def _thing(rng: np.random.Generator, kind: str, name: str) -> Obstacle:
 def _passer_by(rng: np.random.Generator, name: str, heading_rad: float) -> Obstacle:
     """Someone who walks the same way, comes the other way, or (one in five) crosses."""
     turn = rng.choice([0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi], p=[0.4, 0.4, 0.1, 0.1])
-    course = heading_rad + turn + rng.normal(0.0, np.deg2rad(5.0))
-    velocity = rng.uniform(0.8, 1.5) * np.array([np.cos(course), np.sin(course), 0.0])
-    return placed(random_person(rng, name, walking=True), np.zeros(2), course - np.pi, velocity)
+    heading = heading_rad + turn + rng.normal(0.0, np.deg2rad(5.0))
+    velocity = rng.uniform(0.8, 1.5) * np.array([np.cos(heading), np.sin(heading), 0.0])
+    return placed(random_person(rng, name, walking=True), np.zeros(2), heading - np.pi, velocity)
 
 
 def _beside(rng: np.random.Generator, thing: Obstacle, taken: Sequence[Occupied], walk: GaitWalk) -> Obstacle:

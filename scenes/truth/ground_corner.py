@@ -1,4 +1,4 @@
-"""Where an obstacle and the ground make a corner that echoes: the shortest way from a point by way of both and back.
+"""Where an obstacle and the ground make a corner that echoes: the shortest path from a point to both and back.
 
 A point and its image in the ground are the foci of ellipsoids; the smallest that touches the obstacle touches it where
 sound that also meets the ground comes back first (Fermat). On an upright thing that is its foot; on one that leans it
@@ -72,7 +72,7 @@ def _least_on_triangle(corners: Floats, start: Floats, image: Floats) -> Floats:
 
 @numba.njit(cache=True, nogil=True)
 def _where_crossed(corner: Floats, normal: Floats, start: Floats, image: Floats) -> Floats:
-    """Where the shortest way from one point to the other by way of a plane meets it; `normal` may have any length."""
+    """Where the shortest path between two points that touches a plane meets it; `normal` may have any length."""
     before, after = normal @ (start - corner), normal @ (image - corner)
     if before * after > 0.0:
         image = image - (2.0 * after / (normal @ normal)) * normal
@@ -82,7 +82,7 @@ def _where_crossed(corner: Floats, normal: Floats, start: Floats, image: Floats)
 
 @numba.njit(cache=True, nogil=True)
 def _least_on_edge(first: Floats, second: Floats, start: Floats, image: Floats) -> Floats:
-    """Both points turned about the edge into one plane: the straight line between them crosses it at the least sum."""
+    """Both points rotated about the edge into one plane: the straight line between them crosses it at the least sum."""
     edge = second - first
     length2 = edge @ edge
     if length2 == 0.0:

@@ -39,7 +39,7 @@ def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> Flag
     Args:
         mesh: its faces' normals point outwards.
         query_m: (Q, 3) points, m.
-        within_rad: greatest angle between a face's normal and the way from the nearest point to the query.
+        within_rad: greatest angle between a face's normal and the direction from the nearest point to the query.
     """
     query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
     nearest, distance = nearest_points(mesh, query)

@@ -23,7 +23,7 @@ class Body:
     """Measures of the walker's body around the phone.
 
     Attributes:
-        half_width_m: half the breadth across the walk; the paper's users are not measured, 0.25 m is our convention.
+        half_width_m: half the width across the walk; the paper's users are not measured, 0.25 m is our convention.
         front_m: how far the body (hands and phone) reaches ahead of the phone's origin.
         back_m: how far it reaches behind the phone's origin: arm's length and the depth of the torso.
         height_m: how high it reaches above the ground.

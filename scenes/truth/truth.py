@@ -1,6 +1,6 @@
 """Ground truth from the meshes and the walk alone: where the obstacle is, and whether the walker meets it.
 
-Nothing here has heard of paths or echoes, so that an error of the tracer cannot mark its own work.
+Nothing here uses paths or echoes, so that an error of the tracer cannot mark its own work.
 
 Against dense sampling of 10,000 random walks past obstacles of all categories, a third of them moving
 (tests/scenes/truth/test_against_brute_force.py): no verdict differs but for the 39 walks within 1 mm of contact; ranges
@@ -34,8 +34,8 @@ INSTANT_S = 1e-4
 """Over which a walk's velocity at its end is taken."""
 
 FACING_RAD = float(np.deg2rad(25.0))
-"""Between the way to the phone and the normals of all faces at the nearest point of what faces it. A face that is met
-square is at 0, a rim's top at 60 or more; between them lie the folds of finely meshed curved surfaces."""
+"""Between the direction to the phone and the normals of all faces at the nearest point of what faces it. A face that is
+met square is at 0, a rim's top at 60 or more; between them lie the folds of finely meshed curved surfaces."""
 
 LEVEL_M = 0.03
 """Lower than the phone by more than this is below it."""
@@ -49,8 +49,8 @@ LINE_M = 1000.0
 
 
 @runtime_checkable
-class HasMeanWay(Protocol):
-    """A walk that knows its way without the gait."""
+class HasMeanPath(Protocol):
+    """A walk that knows its path without the gait."""
 
     def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N,) times, s, to (N, 2) places in plan."""
@@ -58,7 +58,7 @@ class HasMeanWay(Protocol):
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """What is true of an obstacle at T instants of a walk, and of the walk as a whole.
+    """What is true of an obstacle at T instants of a walk, and of the walk.
 
     Attributes:
         time_s: (T,) the instants asked for.
@@ -66,12 +66,12 @@ class GroundTruth:
         nearest_point_m: (T, 3) nearest point of its mesh to the middle between speaker and microphone 0, world frame.
         range_m: (T,) distance from that middle to the nearest point.
         mic_range_m: (T, 2) distance from each microphone to the same nearest point (the paper's D1 and D2).
-        ground_range_m: (T,) half the shortest way from that middle to the obstacle, to the ground at z = 0 and back,
+        ground_range_m: (T,) half the shortest path from that middle to the obstacle, to the ground at z = 0 and back,
             in either order: the echo of the corner that both make. To the foot of an upright obstacle it is the
             distance; where the obstacle leans, its point of reflection is higher up.
-        mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight way and that by the
-            ground.
-        by_ground: (T,) whether it is the corner that is to be heard first: the nearest point lies lower than the phone
+        mic_ground_range_m: (T, 2) from each microphone to that point, the mean of the straight path and that over
+            the ground.
+        by_ground: (T,) whether the corner is to be detected first: the nearest point lies lower than the phone
             and the surface there does not face it, as on the rim of a thing with a flat top, and what stands at the
             corner is upright, as hands, shoes and leaning boards are not. Told from the phone's mean height over the
             walk: either echo fades over some 10 cm of height, a Fresnel zone, and a bob of 2-4 cm must not make the
@@ -145,7 +145,7 @@ def ground_truth(
         phone: for the places of its transducers.
         time_s: (T,) instants within the walk; for one beep, the instant at which its centre meets the obstacle.
         target: name of the obstacle asked about; None asks about the nearest, and about contact with any.
-        half_width_m: half the breadth of the walker's body.
+        half_width_m: half the width of the walker's body.
         body: all its measures, instead of the half width and the usual rest.
 
     Raises:
@@ -173,7 +173,7 @@ def ground_truth(
     row = np.arange(len(times))
     corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
     steady = _without_bob(walk, phone, _middle(pose, phone))
-    by_ground = np.stack([_corner_heard_first(obstacle, steady, times) for obstacle in asked])[choice, row]
+    by_ground = np.stack([_corner_first(obstacle, steady, times) for obstacle in asked])[choice, row]
     mics = pose.to_world(phone.geometry.mics_m)
     worn = Body(half_width_m) if body is None else body
     radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
@@ -185,8 +185,8 @@ def ground_truth(
         nearest_point_m=point,
         range_m=np.linalg.norm(point - _middle(pose, phone), axis=1),
         mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
-        ground_range_m=_by_ground_and_straight(corner, _middle(pose, phone)),
-        mic_ground_range_m=_by_ground_and_straight(corner[:, None], mics),
+        ground_range_m=_mean_range(corner, _middle(pose, phone)),
+        mic_ground_range_m=_mean_range(corner[:, None], mics),
         by_ground=by_ground,
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
@@ -274,29 +274,29 @@ def _nearest(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Floats) -> tu
 
 
 def _corner(obstacle: Obstacle, pose: Pose, phone: Phone, time_s: Floats) -> Floats:
-    """(T, 3) where the obstacle is touched on the shortest way to it, to the ground and back."""
+    """(T, 3) where the obstacle is touched on the shortest path to it, to the ground and back."""
     drift = time_s[:, None] * obstacle.velocity_m_s * [1.0, 1.0, 0.0]
     return corner_points(obstacle.mesh, _middle(pose, phone) - drift) + drift
 
 
 def _without_bob(walk: Walk, phone: Phone, middle_m: Floats) -> Floats:
-    """(T, 3) the same places, at the mean height over the whole walk."""
+    """(T, 3) the same places, at the mean height over the walk."""
     time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / TRACK_STEP_S))))
     height = _middle(walk.pose(time), phone)[:, 2].mean()
     return np.column_stack([middle_m[:, :2], np.full(len(middle_m), height)])
 
 
-def _corner_heard_first(obstacle: Obstacle, middle_m: Floats, time_s: Floats) -> Flags:
+def _corner_first(obstacle: Obstacle, middle_m: Floats, time_s: Floats) -> Flags:
     """(T,) as `GroundTruth.by_ground`, for phones at given places."""
     mesh, place = obstacle.mesh, middle_m - time_s[:, None] * obstacle.velocity_m_s
     nearest, _ = nearest_points(mesh, place)
     low = nearest[:, 2] < place[:, 2] - LEVEL_M
-    turned_away = ~facing(mesh, place, FACING_RAD)
+    not_facing = ~facing(mesh, place, FACING_RAD)
     _, beside_m = nearest_points(mesh, corner_points(mesh, place) + [0.0, 0.0, UP_M])
-    return low & turned_away & (beside_m < UP_M * np.sin(UPRIGHT_RAD))
+    return low & not_facing & (beside_m < UP_M * np.sin(UPRIGHT_RAD))
 
 
-def _by_ground_and_straight(corner_m: Floats, place_m: Floats) -> Floats:
+def _mean_range(corner_m: Floats, place_m: Floats) -> Floats:
     """Mean of the distances to a place and to its image in the ground; the last axis is x, y, z."""
     straight = np.linalg.norm(corner_m - place_m, axis=-1)
     return 0.5 * (straight + np.linalg.norm(corner_m - place_m * [1.0, 1.0, -1.0], axis=-1))
@@ -320,11 +320,11 @@ def _radius(obstacle: Obstacle, heading_rad: Floats, body: Body) -> Floats:
 
 
 def _mean_line(obstacle: Obstacle, walk: Walk, time_s: Floats, phone_m: Floats) -> Floats:
-    """(L, 2, 2) segments of the phone's way without its gait, as seen from the obstacle, and straight on at the end.
+    """(L, 2, 2) segments of the phone's path without its gait, as seen from the obstacle, and straight on at the end.
 
-    A walk that knows its mean way is asked for it; of any other it is a straight line by least squares.
+    A walk that knows its mean path is asked for it; for any other it is a straight line by least squares.
     """
-    if isinstance(walk, HasMeanWay):
+    if isinstance(walk, HasMeanPath):
         mean = walk.mean_plan_m(time_s) - time_s[:, None] * obstacle.velocity_m_s[:2]
         before, end = walk.mean_plan_m(time_s[-1] - np.array([INSTANT_S, 0.0]))
         velocity = (end - before) / INSTANT_S - obstacle.velocity_m_s[:2]

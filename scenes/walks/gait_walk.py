@@ -1,4 +1,4 @@
-"""Walks: a straight heading at constant mean speed, with the bob, sway and surge of human gait.
+"""Walks: a straight heading at constant mean speed, with the bob, sway and fore-aft oscillation of human gait.
 
 The phone is held as one holds it to read or type at chest height: in portrait, its top edge forwards and lifted by
 about 30 degrees (the paper's "vertical" holding, used in all its experiments), or in landscape, its top edge to the
@@ -38,7 +38,7 @@ def grip(heading_rad: ArrayLike, pitch_rad: ArrayLike, roll_rad: ArrayLike, hold
 
     Args:
         heading_rad: counter-clockwise from +x.
-        pitch_rad: lift of the phone's far side: the top edge in portrait, a long side in landscape.
+        pitch_rad: elevation of the phone's far side: the top edge in portrait, a long side in landscape.
         roll_rad: positive lowers the right-hand side, as the walker sees it.
         holding: "vertical" is portrait, top edge forwards; "horizontal" is landscape, top edge to the left.
 
@@ -78,7 +78,7 @@ class Gait:
         step_hz: steps per second.
         bob_m: up and down, at the step frequency.
         sway_m: left and right, at half of it (once per stride).
-        surge_m: forwards and back, at the step frequency, fastest when lowest.
+        fore_aft_m: forwards and back, at the step frequency, fastest when lowest.
         pitch_wobble_rad: of the phone's pitch, at the step frequency.
         roll_wobble_rad: of its roll, at half of it.
         phase_rad: of the step cycle at time 0.
@@ -96,13 +96,13 @@ class Gait:
     step_hz: float = 0.0
     bob_m: float = 0.0
     sway_m: float = 0.0
-    surge_m: float = 0.0
+    fore_aft_m: float = 0.0
     pitch_wobble_rad: float = 0.0
     roll_wobble_rad: float = 0.0
     phase_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("step_hz", "bob_m", "sway_m", "surge_m", "pitch_wobble_rad", "roll_wobble_rad"):
+        for name in ("step_hz", "bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
 
@@ -111,8 +111,8 @@ class Gait:
         """The gait of a healthy adult at that speed; none when standing.
 
         The cadence follows from the walk ratio. Bob and sway are those of the centre of mass, held outside the
-        measured 0.7-1.6 m/s: that the phone follows the trunk is an assumption, arms damp some of it. The surge
-        (1 cm) and the wobble of the hand (1.5 and 1 degrees) are assumptions of the same order.
+        measured 0.7-1.6 m/s: that the phone follows the trunk is an assumption, arms damp some of it. The
+        fore-aft oscillation (1 cm) and the wobble of the hand (1.5 and 1 degrees) are assumptions of the same order.
         """
         if speed_m_s == 0.0:
             return cls()
@@ -120,7 +120,7 @@ class Gait:
             step_hz=float(np.sqrt(60.0 * speed_m_s / WALK_RATIO_M_PER_STEPS_MIN)) / 60.0,
             bob_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_VERTICAL_M)),
             sway_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_LATERAL_M)),
-            surge_m=0.010,
+            fore_aft_m=0.010,
             pitch_wobble_rad=np.deg2rad(1.5),
             roll_wobble_rad=np.deg2rad(1.0),
             phase_rad=phase_rad,
@@ -129,7 +129,7 @@ class Gait:
     def wobble(self, step_rad: Floats) -> Wobble:
         """The departure at (N,) phases of the step cycle."""
         return Wobble(
-            ahead_m=self.surge_m * np.sin(step_rad - np.pi),
+            ahead_m=self.fore_aft_m * np.sin(step_rad - np.pi),
             left_m=self.sway_m * np.sin(0.5 * step_rad),
             up_m=self.bob_m * np.cos(step_rad),
             pitch_rad=self.pitch_wobble_rad * np.sin(step_rad),
@@ -146,7 +146,7 @@ class GaitWalk:
         heading_rad: direction of travel, counter-clockwise from +x; the body faces it.
         speed_m_s: mean speed, not negative; 0 stands still.
         duration_s: length of the walk.
-        pitch_rad: mean lift of the phone's far side.
+        pitch_rad: mean elevation of the phone's far side.
         roll_rad: mean lowering of its right-hand side.
         gait: motion around the mean path; None is the published one at that speed, `Gait()` is none at all.
         holding: "vertical" or "horizontal", see `grip`.

@@ -53,7 +53,7 @@ class Route:
         rounding_m: the turn at a waypoint begins this far before it and ends this far behind.
 
     Raises:
-        ValueError: fewer than two waypoints, legs shorter than twice the rounding, a turn of more than 150 degrees.
+        ValueError: fewer than two waypoints, segments shorter than twice the rounding, a turn of more than 150 degrees.
 
     Example:
         >>> import numpy as np
@@ -74,10 +74,10 @@ class Route:
         object.__setattr__(self, "waypoints_m", points)
         if not 0.0 < self.rounding_m < np.inf:
             raise ValueError(f"rounding_m must be positive, got {self.rounding_m}")
-        shortest = float(self._leg_m.min())
+        shortest = float(self._segment_m.min())
         if shortest == 0.0 or (len(points) > 2 and shortest < 2.0 * self.rounding_m * (1.0 - 1e-9)):
             raise ValueError(
-                f"legs of a route must be at least twice rounding_m = {self.rounding_m:g}, got one of {shortest:g} m"
+                f"parts of a route must be at least twice rounding_m = {self.rounding_m:g}, got one of {shortest:g} m"
             )
         cosine = np.sum(self._direction[1:] * self._direction[:-1], axis=1)
         sharpest = float(np.arccos(np.clip(cosine, -1.0, 1.0)).max(initial=0.0))
@@ -86,36 +86,36 @@ class Route:
 
     @classmethod
     def arc(cls, start_m: ArrayLike, heading_rad: float, radius_m: float, turn_rad: float) -> Route:
-        """About a circular arc: legs of at most 15 degrees whose rounded corners follow on each other.
+        """About a circular arc: segments of at most 15 degrees whose rounded corners follow on each other.
 
         Args:
             start_m: (2,) where it begins.
-            heading_rad: of its first leg.
+            heading_rad: of its first segment.
             radius_m: of the arc.
-            turn_rad: from the first leg to the last, positive to the left.
+            turn_rad: from the first segment to the last, positive to the left.
         """
         if not (0.0 < radius_m < np.inf and np.isfinite(turn_rad) and turn_rad != 0.0):
             raise ValueError(f"radius_m must be positive and turn_rad not 0, got {radius_m} and {turn_rad}")
         corners = max(1, int(np.ceil(abs(turn_rad) / np.deg2rad(15.0))))
         step = turn_rad / corners
         heading = heading_rad + step * np.arange(corners + 1)
-        leg = abs(step) * radius_m * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        segment = abs(step) * radius_m * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
         start = np.asarray(start_m, dtype=np.float64)
-        points = start + np.concatenate([np.zeros((1, 2)), np.cumsum(leg, axis=0)])
+        points = start + np.concatenate([np.zeros((1, 2)), np.cumsum(segment, axis=0)])
         return cls(points, 0.5 * abs(step) * radius_m)
 
     @cached_property
-    def _leg_m(self) -> Floats:
+    def _segment_m(self) -> Floats:
         return np.linalg.norm(np.diff(self.waypoints_m, axis=0), axis=1)
 
     @cached_property
     def _direction(self) -> Floats:
-        return np.diff(self.waypoints_m, axis=0) / np.maximum(self._leg_m, 1e-300)[:, None]
+        return np.diff(self.waypoints_m, axis=0) / np.maximum(self._segment_m, 1e-300)[:, None]
 
     @property
     def length_m(self) -> float:
         """Length of the polyline, which is what distances along the route are counted on."""
-        return float(self._leg_m.sum())
+        return float(self._segment_m.sum())
 
     def point(self, along_m: ArrayLike) -> Floats:
         """(N, 2) places at (N,) distances along the polyline; straight on before the start and beyond the end."""
@@ -127,12 +127,12 @@ class Route:
         """(N,) direction of travel there, counter-clockwise from +x."""
         along = np.atleast_1d(np.asarray(along_m, dtype=np.float64))
         turned = rounded_step(self._past_corners(along), self.rounding_m) @ np.diff(self._direction, axis=0)
-        course = self._direction[0] + turned
-        return np.arctan2(course[:, 1], course[:, 0])
+        direction = self._direction[0] + turned
+        return np.arctan2(direction[:, 1], direction[:, 0])
 
     def _past_corners(self, along_m: Floats) -> Floats:
         """(N, K - 2) distance beyond every corner."""
-        return along_m[:, None] - np.cumsum(self._leg_m)[:-1]
+        return along_m[:, None] - np.cumsum(self._segment_m)[:-1]
 
 
 class Stop(NamedTuple):
@@ -155,7 +155,7 @@ class Pace:
     Attributes:
         speed_m_s: when not stopping, positive.
         stops: in order of time; a stop at a negative time lets the walk begin at a stand.
-        ramp_s: half the time it takes to stop or to start; None takes two steps for the whole.
+        ramp_s: half the time it takes to stop or to start; None takes two steps in all.
 
     Raises:
         ValueError: a speed or ramp that is not positive, stops that overlap or are shorter than it takes to stop.
@@ -226,7 +226,7 @@ class RouteWalk:
     Attributes:
         route: in plan.
         pace: distance walked over time.
-        duration_s: length of the walk; `time_to_walk` gives that of the whole route, and it goes straight on after it.
+        duration_s: length of the walk; `time_to_walk` gives that of the route, and it goes straight on after it.
         height_m: mean height of the phone.
         pitch_rad, roll_rad, holding: see `scenes.walks.gait_walk.grip`.
         gait: motion around the mean path; None is the published one at the pace's speed, `Gait()` none at all.

@@ -102,5 +102,5 @@ def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[st
         fields |= {"speed_m_s": speed_m_s, "duration_s": beeps * period_s}
     if walks and change.speed_m_s is not None:
         gait = type(gait).at_speed(speed_m_s, gait.phase_rad)
-    amplitudes = ("bob_m", "sway_m", "surge_m", "pitch_wobble_rad", "roll_wobble_rad")
+    amplitudes = ("bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad")
     return fields | {"gait": replace(gait, **{name: change.gait_scale * getattr(gait, name) for name in amplitudes})}

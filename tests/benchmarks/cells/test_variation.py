@@ -74,7 +74,7 @@ def test_a_collision_without_gait_is_still_a_collision():
         collision=True, detectors=("PaperDetector",), walk=WalkChange(gait_scale=0.0),
     )  # fmt: skip
     plain, gliding = approach_situation(cell), varied(approach_situation(cell), cell)
-    assert gliding.walk.motion.surge_m == 0.0
+    assert gliding.walk.motion.fore_aft_m == 0.0
     first, then = (ground_truth(s.scene, s.walk, s.phone, [0.0], target=s.targets[0]) for s in (plain, gliding))
     assert first.collides
     assert then.collides

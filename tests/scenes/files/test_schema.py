@@ -122,7 +122,7 @@ def test_mistakes_in_a_file_are_named_with_line_and_field(tmp_path: Path, line: 
         (WALK + "target: dog", r"scene.yaml:6: target: .*got 'dog'; there are \['bin', 'end'\]"),
         (WALK.replace("walk:", "#"), "scene.yaml:1: walk: is missing"),
         (WALK.replace("start_m: [1, 0.5], heading_deg: 0", "waypoints_m: [[0, 0], [1, 0], [1, 9]]"),
-         "scene.yaml:5: walk: legs of a route must be at least twice"),
+         "scene.yaml:5: walk: parts of a route must be at least twice"),
         (WALK + "phone: {length_m: 0.15, mics_m: [[0, 1, 0], [0, 0, 0]], speaker_m: [0, 0, 1]}",
          "scene.yaml:6: phone: a phone must have either"),
         ("- 1", "scene.yaml:1: a scene file must be a mapping"),

@@ -9,7 +9,7 @@ from scenes.streets.placing import (
     apart,
     distance_along,
     extents,
-    half_breadth,
+    half_width_across,
     lateral_shift,
     moved_back,
     placed,
@@ -44,11 +44,11 @@ def test_a_near_edge_comes_where_it_is_wanted_on_either_side() -> None:
     assert lateral_shift(0.5, -1.0, extent) == pytest.approx(-0.8)
 
 
-def test_a_body_is_broader_across_a_course_it_does_not_face() -> None:
+def test_a_body_is_wider_across_a_line_it_does_not_face() -> None:
     body = Body(half_width_m=0.25, front_m=0.1, back_m=0.6)
-    assert half_breadth(body, 0.3, 0.3) == pytest.approx((0.25, 0.0), abs=1e-12)
-    breadth, middle = half_breadth(body, np.pi / 2, 0.0)
-    assert breadth == pytest.approx(0.35)
+    assert half_width_across(body, 0.3, 0.3) == pytest.approx((0.25, 0.0), abs=1e-12)
+    width, middle = half_width_across(body, np.pi / 2, 0.0)
+    assert width == pytest.approx(0.35)
     assert middle == pytest.approx(-0.25)
 
 
@@ -62,7 +62,7 @@ def test_a_wall_askew_comes_to_the_wanted_distance(yaw: float, lateral: float) -
 
 
 def test_a_distance_below_the_offset_is_refused() -> None:
-    with pytest.raises(ValueError, match="distance_m must be above the offset of 'bin' from the course"):
+    with pytest.raises(ValueError, match="distance_m must be above the offset of 'bin' from the line"):
         distance_along(a_bin(), np.zeros(2), np.array([0.0, 5.0]), AHEAD, 2.0)
 
 
