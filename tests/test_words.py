@@ -24,14 +24,14 @@ EVERYWHERE = {
     r"whole walks": "walks, clusters",
 }
 """What is not written, and what is instead."""
-IN_THE_BENCH = {
+IN_BENCH_AND_SCENES = {
     r"\bsilences\b": "rejects, mutes, true negatives; TPR at TNR",
     r"\blifts?\b": "pitch, given or estimated",
     r"\bthe (swing|surge)\b|\bsurges\b": "pitch oscillation, fore-aft oscillation",
     r"\bheard\b|\bhears?\b|\blisten(s|ed|ing)?\b": "detected, received, recorded, audible",
     r"cannot be told|can be told": "not significant, inconclusive",
 }
-"""The same, of `benchmarks` alone: the other packages and the pages still have them."""
+"""The same, of `benchmarks` and `scenes` alone: the other packages and the pages still have them."""
 
 
 def written(folders: Sequence[str]) -> Iterator[Path]:
@@ -60,7 +60,7 @@ def test_the_project_speaks_the_field_s_words(pattern):
     assert not found, f"write: {EVERYWHERE[pattern]}\n" + "\n".join(found)
 
 
-@pytest.mark.parametrize("pattern", IN_THE_BENCH)
-def test_the_bench_speaks_them_more_strictly(pattern):
-    found = lines_with(pattern, written(["benchmarks"]))
-    assert not found, f"write: {IN_THE_BENCH[pattern]}\n" + "\n".join(found)
+@pytest.mark.parametrize("pattern", IN_BENCH_AND_SCENES)
+def test_bench_and_scenes_speak_them_more_strictly(pattern):
+    found = lines_with(pattern, written(["benchmarks", "scenes"]))
+    assert not found, f"write: {IN_BENCH_AND_SCENES[pattern]}\n" + "\n".join(found)
