@@ -80,9 +80,9 @@ def _chains(search: Search, mirrors: Candidates, whole: list[Pairs], loudest: Fl
     found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
     owner, kept = search.tracing.world.obstacle_of(found.sequence[:, 0]), np.ones(len(found), dtype=bool)
     for pairs in whole:
-        direct_ways = (pairs.before.order == 0) & (pairs.after.order == 0)
-        heard = 2 * pairs.pose[direct_ways] + pairs.mic[direct_ways]
-        kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, heard))
+        straight = (pairs.before.order == 0) & (pairs.after.order == 0)
+        taken = 2 * pairs.pose[straight] + pairs.mic[straight]
+        kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, taken))
     rows = np.flatnonzero(~kept)
     search.reject(
         Reason.LEFT_TO_INTEGRAL, len(rows),

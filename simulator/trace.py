@@ -12,7 +12,7 @@ from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
-from simulator.field.free_segments import legs_free
+from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
@@ -131,7 +131,7 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 
 def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
-    return (found.order == 0) | (found.cell >= 0) | legs_free(search.tracing, found)
+    return (found.order == 0) | (found.cell >= 0) | segments_free(search.tracing, found)
 
 
 def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
@@ -170,7 +170,7 @@ def _first_of_twins(_search: Search, found: Candidates) -> Flags:
 
 
 def _unfolded_source(found: Candidates) -> Floats:
-    """(C, 3) where the source seems to be from the receiver: the whole length back along the last leg."""
+    """(C, 3) where the source seems to be from the receiver: the whole length back along the last segment."""
     every = np.arange(len(found))
     end, before = found.points_m[every, found.order + 1], found.points_m[every, found.order]
     for k in range(found.order.max(initial=0), 0, -1):  # the last two reflections of a corner path coincide

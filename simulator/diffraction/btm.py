@@ -6,7 +6,7 @@ f = pi +- t_s +- t_r,
     H = -(nu / 4 pi) int sum_4 beta_i e^{-jk(m + l)} / (m l) dz,   beta_i = sin(nu f_i) / (cosh(nu eta) - cos(nu f_i)).
 
 In eta = asinh((z - z_s) / r_s) + asinh((z - z_r) / r_r) one has dz / (m l) = d eta / L and
-L^2 = (m + l)^2 = L0^2 + 4 r_s r_r sinh^2(eta / 2), L0 the shortest way over the (endless) edge. With u^2 = L - L0,
+L^2 = (m + l)^2 = L0^2 + 4 r_s r_r sinh^2(eta / 2), L0 the shortest path over the (endless) edge. With u^2 = L - L0,
 
     H = -(nu / 4 pi) e^{-jk L0} int_{u_1}^{u_2} G(u) e^{-jk u^2} du,   G even and free of square-root singularities,
 
@@ -51,7 +51,7 @@ class _Poles:
     Attributes:
         sine: sin(nu f).
         half_sine2: sin^2(nu f / 2).
-        delta_m: L0 - L_p, how much shorter the mirror or direct path is than the way over the edge.
+        delta_m: L0 - L_p, how much shorter the mirror or direct path is than the path over the edge.
         strength: +-2 / (nu L_p), the residue in u^2 over sqrt(delta); positive on the lit side.
         near: whether the pole is taken out.
     """

@@ -1,8 +1,8 @@
-"""Sound that two or more edges of a thin panel bend, by integrals over the edges, as ways with a delay each.
+"""Sound that two or more edges of a thin panel bend, by integrals over the edges, as paths with a delay each.
 
 Every edge is shared between windows about its two ends and its middle (`edge_nodes`). The part of the integrals
-(`edge_integrals`) that belongs to one window of each edge met is one way: through the corners of windows at ends, and
-in the middle through the point that makes the way shortest. What turns faster than that cancels within the window, so
+(`edge_integrals`) that belongs to one window of each edge met is one path: through the corners of windows at ends, and
+in the middle through the point that makes the path shortest. What turns faster than that cancels within the window, so
 that the gains are smooth over frequency. Corners, on which several edges bend the sound at once, are included, and no
 apex fades out anywhere. What four and five edges bend is looked for where it may be heard (`longer_chains`).
 """
@@ -15,8 +15,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator.diffraction.chain_paths import Ways, candidates_over, face_factor, free_of_obstacles, rejected_ways
-from simulator.diffraction.chain_windows import Windowed, ways_of, windowed_chains
+from simulator.diffraction.chain_paths import (
+    ChainPaths,
+    candidates_over,
+    face_factor,
+    free_of_obstacles,
+    rejected_paths,
+)
+from simulator.diffraction.chain_windows import Windowed, paths_of, windowed_chains
 from simulator.diffraction.edge_integrals import Face, face_of, half_way, over_three, over_two
 from simulator.diffraction.edge_nodes import nodes_of
 from simulator.diffraction.edge_view import APEX, END, START
@@ -31,7 +37,7 @@ from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-LONGEST_RIM_M = 5.5  # the legs of a face then take 0.5 GB
+LONGEST_RIM_M = 5.5  # the segments of a face then take 0.5 GB
 
 
 @dataclass(frozen=True)
@@ -52,14 +58,14 @@ class Panel:
 
     @cached_property
     def face(self) -> Face:
-        """Nodes and legs, worked out when first asked for."""
+        """Nodes and segments, worked out when first asked for."""
         search, wedges = self.search, self.search.tracing.world.wedges[self.edge]
         nodes = nodes_of(wedges, search.air.sound_speed_m_s)
         return face_of(nodes, linked_edges(wedges), search.band_wavenumber_1_m)
 
-    def ways(self, rows: Ints, pose: Ints, mic: Ints) -> Ways:
+    def paths(self, rows: Ints, pose: Ints, mic: Ints) -> ChainPaths:
         """Of chains (R,) at poses and microphones (R,)."""
-        return ways_of(self.search.tracing, self.edge, self.chains[rows], pose, mic)
+        return paths_of(self.search.tracing, self.edge, self.chains[rows], pose, mic)
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,7 @@ def integrable(wedges: Wedges) -> bool:
 def integrated_chains(
     search: Search, panel: Ints, mirrored: Flags, longest: int, loudest: Floats
 ) -> tuple[Candidates, Complexes]:
-    """Ways over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
+    """ChainPaths over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
 
     Args:
         panel: its wedges.
@@ -112,8 +118,8 @@ def integrated_chains(
             mic.append(np.full(len(loud), found.mic))
             row.append(loud)
             pressure.append(found.pressure[loud])
-    ways = over.ways(np.concatenate(row), np.concatenate(pose), np.concatenate(mic))
-    return _kept(over, ways, np.concatenate(pressure))
+    paths = over.paths(np.concatenate(row), np.concatenate(pose), np.concatenate(mic))
+    return _kept(over, paths, np.concatenate(pressure))
 
 
 def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> Flags:
@@ -215,17 +221,17 @@ def _reject_mirrored(over: Panel, where: Flags) -> None:
 
 
 def _rejected(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats) -> Rejected:
-    return Rejected(bound, lambda some: candidates_over(over.search, over.ways(row[some], pose[some], mic[some])))
+    return Rejected(bound, lambda some: candidates_over(over.search, over.paths(row[some], pose[some], mic[some])))
 
 
-def _kept(over: Panel, ways: Ways, pressure: Complexes) -> tuple[Candidates, Complexes]:
-    """Candidates of the ways that nothing hides, and their gains without the phase of their lengths."""
-    search, tracing, length = over.search, over.search.tracing, ways.legs_m.sum(axis=1)
+def _kept(over: Panel, paths: ChainPaths, pressure: Complexes) -> tuple[Candidates, Complexes]:
+    """Candidates of the paths that nothing hides, and their gains without the phase of their lengths."""
+    search, tracing, length = over.search, over.search.tracing, paths.segments_m.sum(axis=1)
     near = length <= search.limit_m
     free = near.copy()
-    free[near] = free_of_obstacles(tracing, ways[near])
+    free[near] = free_of_obstacles(tracing, paths[near])
     hidden, rows = np.flatnonzero(near & ~free), np.flatnonzero(free)
     bound = np.abs(pressure).max(axis=1, initial=0.0)
-    search.reject(Reason.HIDDEN, len(hidden), partial(rejected_ways, search, ways[hidden], bound[hidden]))
+    search.reject(Reason.HIDDEN, len(hidden), partial(rejected_paths, search, paths[hidden], bound[hidden]))
     gain = pressure[rows] * np.exp(1j * length[rows, None] * search.band_wavenumber_1_m)
-    return candidates_over(search, ways[rows]), gain * face_factor(tracing, ways[rows], search.band_hz)
+    return candidates_over(search, paths[rows]), gain * face_factor(tracing, paths[rows], search.band_hz)

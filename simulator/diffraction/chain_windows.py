@@ -1,4 +1,4 @@
-"""Chains of edges of a thin panel by the windows in which they are met, and the ways that stand for them."""
+"""Chains of edges of a thin panel by the windows in which they are met, and the paths that stand for them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
-from simulator.diffraction.chain_paths import Ways
+from simulator.diffraction.chain_paths import ChainPaths
 from simulator.diffraction.edge_nodes import WINDOWS
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.single import at_poses
@@ -15,7 +15,7 @@ from simulator.diffraction.thin_panels import Chains, linked_edges
 from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
 
-ROUNDS = 32  # over the middles of a way, each put where its neighbours make the way shortest
+ROUNDS = 32  # over the middles of a path, each put where its neighbours make the path shortest
 PARTS = (APEX, START, END)
 IN_WINDOWS = 3  # of longer chains only the first and the last edge are told apart by windows
 
@@ -72,8 +72,8 @@ def _every(choices: list) -> Ints:
     return np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, len(choices))
 
 
-def ways_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: Ints) -> Ways:
-    """The ways through the corners, and the points of the middles that make them shortest; one a row of the table."""
+def paths_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: Ints) -> ChainPaths:
+    """The paths through the corners, and the points of the middles that make them shortest; one a row of the table."""
     chain, width = np.where(table.edge >= 0, panel[table.edge], -1), table.edge.shape[1]
     none = np.full(len(pose), -1)
     points = np.repeat(tracing.mics_m[pose, mic][:, None], width + 2, axis=1)
@@ -88,11 +88,11 @@ def ways_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: Int
             free = np.flatnonzero(table.part[rows, slot] == APEX)
             some = rows[free]
             points[some, slot + 1] = _shortest(edge[free], points[some, slot], points[some, slot + 2])
-    return Ways(pose, mic, Chains(chain, table.count, none, np.full(len(pose), APEX)), points)
+    return ChainPaths(pose, mic, Chains(chain, table.count, none, np.full(len(pose), APEX)), points)
 
 
 def _shortest(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> Floats:
-    """(R, 3) point of each edge over which the way between its neighbours is shortest; ends on its line may meet it."""
+    """(R, 3) point of each edge that makes the path between its neighbours shortest; ends on its line may meet it."""
     along, start = wedges.along, wedges.start_m
     height = [np.sum((point - start) * along, axis=1) for point in (source_m, receiver_m)]
     radius = [

@@ -6,13 +6,13 @@ edges at the points x, y (and z) and runs along the face between them contribute
     p_2 =   int int     b_S(x, y) b_R(y, x)               e^{-jk(m + |xy| + l)}        / (m |xy| l)        dx dy
     p_3 = - int int int b_S(x, y) b(x, y, z) b_R(z, y)    e^{-jk(m + |xy| + |yz| + l)} / (m |xy| |yz| l)   dx dy dz
 
-with b = (1/8 pi) sum_4 beta, the other end of each leg on the face; its two faces and the halves by which a wave along
-a face counts double make up for each other. Between points of the face b is 1 / (2 pi cosh(eta / 2)) with
-eta = u + u', one term of each leg, and the hyperbolic secant is its own Fourier transform:
+with b = (1/8 pi) sum_4 beta, the other end of each segment on the face; its two faces and the halves by which a wave
+along a face counts double make up for each other. Between points of the face b is 1 / (2 pi cosh(eta / 2)) with
+eta = u + u', one term of each segment, and the hyperbolic secant is its own Fourier transform:
 
     sech(eta / 2) = int sech(pi s) (cos su cos su' - sin su sin su') ds.
 
-So the legs on either side of y are summed apart, and three edges cost what two do. What a point sends to each y, by
+So the segments on either side of y are summed apart, and three edges cost what two do. What a point sends to each y, by
 the terms of this sum, is all that the edges before y are needed for; one sum over y gives the same for the points z
 after it, with one edge more behind (`passed_on`). With i edges before z from the speaker and j from the microphone,
 
@@ -41,7 +41,7 @@ FACTOR = np.concatenate([_AT_S, -_AT_S[1:]])  # of the cosines, then of the sine
 
 @dataclass(frozen=True)
 class Face:
-    """What the legs along a panel's face have in common for all speakers and microphones.
+    """What the segments along a panel's face have in common for all speakers and microphones.
 
     Attributes:
         nodes: N points on E edges.
@@ -61,7 +61,7 @@ class Face:
 
 
 def face_of(nodes: EdgeNodes, linked: Flags, wavenumber: Floats) -> Face:
-    """Work out all legs of a face once."""
+    """Work out all segments of a face once."""
     count = len(nodes)
     turn = np.zeros((count, count, len(wavenumber)), dtype=np.complex64)
     swing, step = np.ones((count, count)), np.zeros((count, count, 2))
@@ -162,8 +162,12 @@ def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
                 for j in range(first[b], first[b + 1]):
                     rise, across, square = 0.0, 0.0, 0.0
                     for x in range(3):
-                        leg = point[j, x] - point[i, x]
-                        rise, across, square = rise + leg * along[i, x], across + leg * inwards[i, x], square + leg**2
+                        segment = point[j, x] - point[i, x]
+                        rise, across, square = (
+                            rise + segment * along[i, x],
+                            across + segment * inwards[i, x],
+                            square + segment**2,
+                        )
                     slant = np.arcsinh(rise / np.abs(across))
                     swing[i, j] = np.exp(0.5 * slant)
                     step[i, j, 0], step[i, j, 1] = np.cos(STEP * slant), np.sin(STEP * slant)

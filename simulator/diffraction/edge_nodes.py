@@ -1,7 +1,7 @@
 """Points of quadrature on the edges of a thin panel, and windows that share each edge between its ends and its middle.
 
-Both ends of a face leg may run along the edges, so that the phase turns by up to 2k along each: pieces of half the
-shortest wavelength, with three Gauss points each. Towards corners, where legs become short, they halve down to a
+Both ends of a face segment may run along the edges, so that the phase turns by up to 2k along each: pieces of half the
+shortest wavelength, with three Gauss points each. Towards corners, where segments become short, they halve down to a
 millimetre. Against plain sums over four points in each piece: 1e-3 of the double integral at most, 4e-3 of the triple
 one, the transform of `edge_integrals` included (0.2 and 0.45 m at 75 and 85 degrees).
 """

@@ -41,14 +41,14 @@ class EdgeView:
 
     @property
     def apex_height_m(self) -> Floats:
-        """(R,) where the shortest way meets the line of the edge."""
+        """(R,) where the shortest path meets the line of the edge."""
         total = self.source_radius_m + self.receiver_radius_m
         slope = (self.receiver_height_m - self.source_height_m) / total
         return self.source_height_m + slope * self.source_radius_m
 
     @property
     def apex_path_m(self) -> Floats:
-        """(R,) the shortest way over the line of the edge, L0."""
+        """(R,) the shortest path over the line of the edge, L0."""
         total = self.source_radius_m + self.receiver_radius_m
         return np.hypot(total, self.receiver_height_m - self.source_height_m)
 

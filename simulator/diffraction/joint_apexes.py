@@ -1,4 +1,4 @@
-"""The shortest way over several straight lines in turn: a convex problem, solved by damped Newton steps."""
+"""The shortest path over several straight lines in turn: a convex problem, solved by damped Newton steps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from obstaclewatch.support.arrays import Flags, Floats
 
 STEPS, HALVINGS = 40, 12
 SETTLED = 1e-9  # slope of the length that is left
-STIFF = 1e-9  # share added to the diagonal, where a way degenerates
+STIFF = 1e-9  # share added to the diagonal, where a path degenerates
 STRIDE_M = 3.0  # longest step
 APART_M = 1e-4  # points of neighbouring lines this close have met in a corner, where there is no apex
 
@@ -16,7 +16,7 @@ APART_M = 1e-4  # points of neighbouring lines this close have met in a corner, 
 def joint_apexes(
     start_m: Floats, along: Floats, length_m: Floats, source_m: Floats, receiver_m: Floats
 ) -> tuple[Floats, Flags]:
-    """Where the shortest way from sources to receivers meets chains of N endless lines.
+    """Where the shortest path from sources to receivers meets chains of N endless lines.
 
     Args:
         start_m, along: (R, N, 3) a point of each line and its unit direction.
@@ -51,9 +51,9 @@ def joint_apexes(
 
 def second_derivatives(points_m: Floats, along: Floats) -> Floats:
     """(R, N, N) of the length over points (R, N + 2, 3) by the shifts of the inner N along `along` (R, N, 3)."""
-    legs = np.diff(points_m, axis=1)
-    length = np.linalg.norm(legs, axis=2)
-    ray = legs / length[:, :, None]
+    segments = np.diff(points_m, axis=1)
+    length = np.linalg.norm(segments, axis=2)
+    ray = segments / length[:, :, None]
     before, after = (np.einsum("rnx,rnx->rn", along, ray[:, n : n + along.shape[1]]) for n in (0, 1))
     count = along.shape[1]
     out = np.zeros((len(points_m), count, count))
@@ -75,8 +75,8 @@ def _length(height: Floats, lines: tuple[Floats, ...]) -> Floats:
 
 
 def _slope(points: Floats, along: Floats) -> Floats:
-    legs = np.diff(points, axis=1)
-    ray = legs / np.maximum(np.linalg.norm(legs, axis=2), 1e-300)[:, :, None]
+    segments = np.diff(points, axis=1)
+    ray = segments / np.maximum(np.linalg.norm(segments, axis=2), 1e-300)[:, :, None]
     return np.einsum("rnx,rnx->rn", along, ray[:, :-1] - ray[:, 1:])
 
 

@@ -4,7 +4,7 @@ Within some ten degrees of edge-on the first three orders add up to a tenth of e
 much as that. The sixth is a tenth of the fifth or less (plates of 0.2-0.45 m).
 
 Of the edges met, the first and the last keep their windows and the ones between count as a whole: the gains of these
-ways, their lengths taken off, are still smooth over the band (from eight nodes the fourth order comes to 2e-3, the
+paths, their lengths taken off, are still smooth over the band (from eight nodes the fourth order comes to 2e-3, the
 fifth, which is a tenth of it, to 4e-2). A chain is followed as long as it may be heard, and an order as a whole as long
 as it may change what fewer edges of the panel add up to: well off edge-on it does not.
 """

@@ -214,13 +214,13 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
 
 
 def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
-    """(C, 3) unit vectors by which the arriving and the leaving leg stand clear of the edge's own faces."""
+    """(C, 3) unit vectors by which the arriving and the leaving segment stand clear of the edge's own faces."""
     wedges, view = views_of(tracing, found)
     return tuple(clear_of_faces(wedges, angle) for angle in (view.source_angle_rad, view.receiver_angle_rad))  # type: ignore[return-value]
 
 
 def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
-    """Direction off the edge nearest to a leg's own that is square to the faces or steeper.
+    """Direction off the edge nearest to a segment's own that is square to the faces or steeper.
 
     Where a face stands on a mirror, the direction between the two.
     """

@@ -1,4 +1,4 @@
-"""Whether every leg of a path is free: ends on a surface are lifted off the mesh along the normal."""
+"""Whether every segment of a path is free: ends on a surface are lifted off the mesh along the normal."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from simulator.world.visibility import COINCIDENT_M, OFFSET
 from simulator.world.world import Tracing
 
 
-def legs_free(tracing: Tracing, found: Candidates) -> Flags:
+def segments_free(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether nothing stands between any two points of a path in turn."""
-    start, end = _lifted_legs(tracing, found)
+    start, end = _lifted_segments(tracing, found)
     free = np.ones(len(found), dtype=bool)
     for k in range(start.shape[1]):
         rows = np.flatnonzero(free & (found.order >= k))
@@ -24,8 +24,8 @@ def legs_free(tracing: Tracing, found: Candidates) -> Flags:
     return free
 
 
-def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
-    """(C, N + 1, 3) starts and ends of the legs, clear of the surfaces that they leave and meet."""
+def _lifted_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+    """(C, N + 1, 3) starts and ends of the segments, clear of the surfaces that they leave and meet."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     lift = found.lift_m + OFFSET * extent
     lifted = found.points_m.copy()
@@ -41,16 +41,16 @@ def _lifted_legs(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     return start, end
 
 
-def _part_from_corner(found: Candidates, over: Ints, leg: Ints, step: int, here: Floats, there: Floats) -> None:
-    """Where an edge (R,) stands on the mirror beside it, the leg between them has no length: clear both of both.
+def _part_from_corner(found: Candidates, over: Ints, segment: Ints, step: int, here: Floats, there: Floats) -> None:
+    """Where an edge (R,) stands on the mirror beside it, the segment between them has no length: clear both of both.
 
     Args:
-        leg: (R,) the leg from the edge to the mirror; the mirror's other leg is `step` further.
-        here, there: (C, N + 1, 3) ends of all legs: at the edge for `leg`, and at the mirror.
+        segment: (R,) the segment from the edge to the mirror; the mirror's other segment is `step` further.
+        here, there: (C, N + 1, 3) ends of all segments: at the edge for `segment`, and at the mirror.
     """
-    length = np.linalg.norm(found.points_m[over, leg + 1] - found.points_m[over, leg], axis=1)
-    rows = np.flatnonzero((length < COINCIDENT_M) & (leg + step >= 0) & (leg < found.order[over] + (step < 0)))
-    row, at = over[rows], leg[rows]
+    length = np.linalg.norm(found.points_m[over, segment + 1] - found.points_m[over, segment], axis=1)
+    rows = np.flatnonzero((length < COINCIDENT_M) & (segment + step >= 0) & (segment < found.order[over] + (step < 0)))
+    row, at = over[rows], segment[rows]
     lift = here[row, at] + there[row, at] - found.points_m[row, at] - found.points_m[row, at + 1]
     point = found.points_m[row, at] + lift
     here[row, at] = there[row, at] = here[row, at + step] = point

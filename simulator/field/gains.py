@@ -87,8 +87,9 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
 def _cosines(world: World, found: Candidates) -> Floats:
     """(C, N) of incidence at every reflection, the same for a path and for its reverse.
 
-    An end of an edge that stands on a mirror has no leg to that mirror: behind the edge, the leg that leaves the mirror
-    counts. A crease on a mirror continues reflections both before and after its face: the mean of both legs counts.
+    An end of an edge that stands on a mirror has no segment to that mirror: behind the edge, the segment that leaves
+    the mirror counts. A crease on a mirror continues reflections both before and after its face: the mean of both
+    segments counts.
     """
     length, ray = rays(found.points_m, found.normal)
     slot = np.arange(found.sequence.shape[1])
@@ -98,7 +99,7 @@ def _cosines(world: World, found: Candidates) -> Floats:
     cosine = np.where(short, every[:, slot, slot + 1], cosine)
     rows = np.flatnonzero(found.edge >= 0)
     rows = rows[world.wedges.mirror[found.edge[rows]] >= 0]
-    row, at = np.nonzero(short[rows, 1:])  # the crease is one slot on, and the leg that leaves it another
+    row, at = np.nonzero(short[rows, 1:])  # the crease is one slot on, and the segment that leaves it another
     cosine[rows[row], at] = np.sqrt(every[rows[row], at, at] * every[rows[row], at, at + 2])
     return cosine
 

@@ -1,8 +1,8 @@
-"""Ray-tube spreading: the wavefront's curvature carried through every leg and reflection.
+"""Ray-tube spreading: the wavefront's curvature carried through every segment and reflection.
 
 Deschamps, Proc. IEEE 60 (1972) 1022-1035. The curvature is a symmetric tensor Q with Q d = 0 along the ray d:
-1/L on the first leg, Q / (1 + s Q) after a leg s, H Q H + 2 cos(t) P' K P after a mirror of curvature K. A plane is
-K = 0, so flat and curved reflections mix freely in one sequence.
+1/L on the first segment, Q / (1 + s Q) after a segment s, H Q H + 2 cos(t) P' K P after a mirror of curvature K. A
+plane is K = 0, so flat and curved reflections mix freely in one sequence.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ def spreading(points_m: Floats, normals: Floats, curvatures: Floats, count: Ints
 
 
 def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
-    """(P, N + 1) lengths and (P, N + 1, 3) unit directions of the legs of paths (P, N + 2, 3).
+    """(P, N + 1) lengths and (P, N + 1, 3) unit directions of the segments of paths (P, N + 2, 3).
 
-    Two reflections in the corner of two surfaces share one point; the leg between them has no length, and its
-    direction is that of the leg before it, mirrored in the first of the two.
+    Two reflections in the corner of two surfaces share one point; the segment between them has no length, and its
+    direction is that of the segment before it, mirrored in the first of the two.
     """
-    legs = np.diff(points_m, axis=1)
-    length = np.linalg.norm(legs, axis=2)
-    ray = legs / np.maximum(length, _TINY)[:, :, None]
-    for k in range(1, legs.shape[1]):
+    segments = np.diff(points_m, axis=1)
+    length = np.linalg.norm(segments, axis=2)
+    ray = segments / np.maximum(length, _TINY)[:, :, None]
+    for k in range(1, segments.shape[1]):
         rows = np.flatnonzero(length[:, k] < _CORNER_M)
         normal = normals[rows, k - 1]
         along = np.sum(ray[rows, k - 1] * normal, axis=1)
@@ -68,7 +68,7 @@ def _reflected(front: Floats, ray: Floats, normal: Floats, curvature: Floats) ->
 
 
 def _advanced(front: Floats, length: Floats) -> tuple[Complexes, Floats]:
-    """Amplitude factor 1 / sqrt(det(1 + s Q)) of a leg, and the curvature at its end."""
+    """Amplitude factor 1 / sqrt(det(1 + s Q)) of a segment, and the curvature at its end."""
     trace = np.trace(front, axis1=1, axis2=2)
     minor = 0.5 * (trace**2 - np.einsum("pij,pji->p", front, front))
     spread = np.sqrt(np.maximum(0.25 * trace**2 - minor, 0.0))
