@@ -1,8 +1,8 @@
-"""What the exact course of a target's own echo would tell: `python docs/make_bounds.py WALKS`, from the root.
+"""What the exact trajectory of a target's own echo allows: `python docs/make_bounds.py WALKS`, from the root.
 
 The simulator's paths say from where the target's strongest echo comes in every beep. Its range and the cosine of its
 cone about the phone's long axis, exact and without gait, up to 24 beeps back, are the most that two microphones can
-hear. The posterior of bearing and collision is taken from the nearest beeps of all other walks: what that misses no
+receive. The posterior of bearing and collision is taken from the nearest beeps of all other walks: what that misses no
 estimator of these walks undercuts by much; it falls a little with more walks.
 """
 
@@ -32,18 +32,18 @@ GATE_M, STEP_M = 0.1, 0.11
 RANGE_M, LEFT_M = (0.9, 4.0), (1.0, 1.5)
 NEIGHBORS = 40
 SCALES = np.array([1.0, 2.5, 30.0, 12.0, 60.0, 90.0, 1.5])
-"""Of `features`. The last is told with the walker's speed alone."""
+"""Of `features`. The last is used with the walker's speed alone."""
 
 
 @dataclass(frozen=True)
 class Walked:
-    """The target's echoes at microphone 0 on one walk, as a phone without gait would hear them.
+    """The target's echoes at microphone 0 on one walk, as a phone without gait would receive them.
 
     Attributes:
         echo: (E, 5) number of the beep, range, cosine of the cone, bearing in degrees, gain.
         left_m: (beeps,) to the first touch, or to the nearest point of what is not touched.
         collides: whether it is touched.
-        pitch_rad, height_m, speed_m_s: lift of the phone, microphone 0 above the ground, and walking speed.
+        pitch_rad, height_m, speed_m_s: pitch of the phone, microphone 0 above the ground, and walking speed.
     """
 
     echo: Array
@@ -61,7 +61,7 @@ def main(walks: int) -> None:
     table = np.concatenate([rows_of(walked(cells[which]), number) for number, which in enumerate(tqdm(chosen))])
     number, bearing, collides, left_m, what = table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4:]
     there = (left_m >= LEFT_M[0]) & (left_m < LEFT_M[1])
-    for name, used in (("the exact course", 6), ("and the walker's speed", 7)):
+    for name, used in (("the exact trajectory", 6), ("and the walker's speed", 7)):
         near, weight = neighbors(what[:, :used] * SCALES[:used], number)
         error = np.abs(weighted_median(bearing[near], weight) - bearing)
         probability = np.sum(weight * collides[near], axis=1)
@@ -93,54 +93,54 @@ def walked(cell: Cell) -> Walked:
 
 
 def seen(point: Array, mic_m: Array, axis: Array, heading: Array, by_ground: bool) -> tuple[float, float, float]:
-    """Range, cosine and bearing, degrees; by way of the ground the means of the ways to the point and to its image."""
-    way = np.stack([point, point * [1.0, 1.0, -1.0 if by_ground else 1.0]]) - mic_m
-    length = np.linalg.norm(way, axis=1)
-    ahead, aside = float(way[0] @ heading), float(heading[0] * way[0, 1] - heading[1] * way[0, 0])
-    return float(length.mean()), float(np.mean(way @ axis / length)), float(np.rad2deg(np.arctan2(abs(aside), ahead)))
+    """Range, cosine and bearing, degrees; via the ground the means of the paths to the point and to its image."""
+    sight = np.stack([point, point * [1.0, 1.0, -1.0 if by_ground else 1.0]]) - mic_m
+    length = np.linalg.norm(sight, axis=1)
+    ahead, aside = float(sight[0] @ heading), float(heading[0] * sight[0, 1] - heading[1] * sight[0, 0])
+    return float(length.mean()), float(np.mean(sight @ axis / length)), float(np.rad2deg(np.arctan2(abs(aside), ahead)))
 
 
 def rows_of(walk: Walked, number: int) -> Array:
     """(n, 11) number of the walk, bearing, whether it collides, what is left, `features`; of the beeps that echo."""
     rows = []
     for beep in np.unique(walk.echo[:, 0]):
-        course = followed(walk.echo, beep)
-        if len(course) >= LEAST_BEEPS and RANGE_M[0] < course[0, 1] < RANGE_M[1]:
-            rows.append([number, course[0, 3], walk.collides, walk.left_m[int(beep)], *features(course, walk)])
+        track = followed(walk.echo, beep)
+        if len(track) >= LEAST_BEEPS and RANGE_M[0] < track[0, 1] < RANGE_M[1]:
+            rows.append([number, track[0, 3], walk.collides, walk.left_m[int(beep)], *features(track, walk)])
     return np.array(rows).reshape(-1, 11)
 
 
 def followed(echo: Array, beep: float) -> Array:
     """(k, 5) the beep's loudest echo and, back in time, in each beep what lies nearest to where it should have been."""
     here = echo[echo[:, 0] == beep]
-    course, step_m, lost = [here[np.argmax(here[:, 4])]], STEP_M, 0
+    track, step_m, lost = [here[np.argmax(here[:, 4])]], STEP_M, 0
     for earlier in np.arange(beep - 1, beep - MEMORY_BEEPS, -1):
-        there, gap = echo[echo[:, 0] == earlier], course[-1][0] - earlier
-        off_m = np.abs(there[:, 1] - course[-1][1] - step_m * gap)
+        there, gap = echo[echo[:, 0] == earlier], track[-1][0] - earlier
+        off_m = np.abs(there[:, 1] - track[-1][1] - step_m * gap)
         if len(off_m) and off_m.min() < GATE_M + 0.03 * gap:
             found = there[np.argmin(off_m)]
-            step_m, lost = 0.7 * step_m + 0.3 * (found[1] - course[-1][1]) / gap, 0
-            course.append(found)
+            step_m, lost = 0.7 * step_m + 0.3 * (found[1] - track[-1][1]) / gap, 0
+            track.append(found)
         elif (lost := lost + 1) > MOST_LOST:
             break
-    return np.array(course)
+    return np.array(track)
 
 
-def features(course: Array, walk: Walked) -> tuple[float, ...]:
+def features(track: Array, walk: Walked) -> tuple[float, ...]:
     """Bearing if the echo comes from the phone's height, and from a corner with the ground; range, speed, and so on."""
-    age_s = BEEP.period_s * (course[:, 0] - course[0, 0])
-    _, fall, curve = np.polynomial.polynomial.polyfit(age_s, course[:, 1], 2)
-    cosine, turn, _ = np.polynomial.polynomial.polyfit(age_s, course[:, 2], 2)
-    range_m, height_m = course[0, 1], min(walk.height_m, 0.999 * course[0, 1])
+    age_s = BEEP.period_s * (track[:, 0] - track[0, 0])
+    _, fall, curve = np.polynomial.polynomial.polyfit(age_s, track[:, 1], 2)
+    cosine, drift, _ = np.polynomial.polynomial.polyfit(age_s, track[:, 2], 2)
+    range_m, height_m = track[0, 1], min(walk.height_m, 0.999 * track[0, 1])
     low = (cosine * range_m + height_m * np.sin(walk.pitch_rad)) / np.sqrt(range_m**2 - height_m**2)
     level, corner, speed = np.rad2deg(
         np.arccos(np.clip([*(np.array([cosine, low]) / np.cos(walk.pitch_rad)), -fall / walk.speed_m_s], -1.0, 1.0))
     )
-    return level, corner, np.log(range_m), -fall, turn, np.clip(2.0 * curve, -2.0, 2.0), speed
+    return level, corner, np.log(range_m), -fall, drift, np.clip(2.0 * curve, -2.0, 2.0), speed
 
 
 def neighbors(what: Array, number: Array) -> tuple[NDArray[np.intp], Array]:
-    """(n, K) the rows nearest to each among those of other walks, and their weights, 1 together."""
+    """(n, K) the rows nearest to each among those of other walks, and their weights, which sum to 1."""
     near, weight = np.empty((len(what), NEIGHBORS), dtype=np.intp), np.empty((len(what), NEIGHBORS))
     for row in range(len(what)):
         distance2 = np.sum((what - what[row]) ** 2, axis=1)
@@ -167,13 +167,13 @@ def by_bearing(error: Array, bearing: Array) -> str:
 
 
 def decided(probability: Array, collides: NDArray[np.bool_], number: Array) -> str:
-    """Area, and true alerts at 90 and 97 % of true silences, of walks by their mean probability."""
+    """Area, and TPR at TNR 90 and 97 %, of walks by their mean probability."""
     walks = np.unique(number)
     mean = np.array([probability[number == walk].mean() for walk in walks])
     hit = np.array([collides[number == walk][0] for walk in walks])
     area = np.mean((mean[hit][:, None] > mean[~hit]) + 0.5 * (mean[hit][:, None] == mean[~hit]))
-    true = [100.0 * np.mean(mean[hit] > np.quantile(mean[~hit], silent)) for silent in (0.9, 0.97)]
-    return f"area {area:.2f}; true alerts {true[0]:.0f}, {true[1]:.0f} %; {hit.sum()} of {len(hit)} walks collide"
+    true = [100.0 * np.mean(mean[hit] > np.quantile(mean[~hit], tnr)) for tnr in (0.9, 0.97)]
+    return f"area {area:.2f}; TPR {true[0]:.0f}, {true[1]:.0f} %; {hit.sum()} of {len(hit)} walks collide"
 
 
 if __name__ == "__main__":

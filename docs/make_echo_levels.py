@@ -46,10 +46,10 @@ def _draw(levels: dict[tuple[str, float], EchoLevels]) -> Figure:
     for number, category in enumerate(CATEGORIES):
         for k, distance in enumerate(DISTANCES_M):
             one = levels[category, distance]
-            heard = one.level_db[np.isfinite(one.level_db)]
+            audible = one.level_db[np.isfinite(one.level_db)]
             middle = number + 1.0 + 0.26 * (k - 1)
-            spread = 0.09 * np.linspace(-1.0, 1.0, len(heard))
-            axes.scatter(middle + spread, heard, s=7, color=COLORS[distance], alpha=0.6, linewidths=0)
+            spread = 0.09 * np.linspace(-1.0, 1.0, len(audible))
+            axes.scatter(middle + spread, audible, s=7, color=COLORS[distance], alpha=0.6, linewidths=0)
             axes.plot([middle - 0.11, middle + 0.11], [one.percentile_db(50.0)] * 2, color="black", linewidth=2)
     marks = {"Nexus 6P": "s", "Galaxy S5": "o", "Galaxy S4": "^"}
     for label, mark in marks.items():

@@ -1,7 +1,7 @@
 """Draw docs/fidelity_levels.png: `python docs/make_fidelity_levels.py`, from the root of the project.
 
-The echo of a person, a car and a sign on the ground, over distance and over the angle they are turned by, at two
-levels of fidelity: where they differ, and by how much.
+The echo of a person, a car and a sign on the ground, over distance and over its yaw, at two levels of
+fidelity: where they differ, and by how much.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ LEVELS = {"standard": ("#1b9e77", "--"), "reference": ("#333333", "-")}
 CATEGORIES = ("pedestrian", "car", "sign")
 SEED = 3
 DISTANCES_M = np.linspace(1.0, 6.0, 26)
-TURNS_RAD = np.deg2rad(np.arange(-90.0, 91.0, 6.0))
-TURNED_AT_M = 2.5
+YAWS_RAD = np.deg2rad(np.arange(-90.0, 91.0, 6.0))
+YAWED_AT_M = 2.5
 FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)
 
 
@@ -34,9 +34,9 @@ def main() -> None:
         for level, (color, style) in LEVELS.items():
             near = over_distance(category, Fidelity(level=level))
             away.plot(DISTANCES_M, near, style, color=color, label=level)
-            about.plot(np.rad2deg(TURNS_RAD), over_turn(category, Fidelity(level=level)), style, color=color)
+            about.plot(np.rad2deg(YAWS_RAD), over_yaw(category, Fidelity(level=level)), style, color=color)
         away.set(title=category, xlabel="distance, m")
-        about.set(xlabel=f"turned by, degrees, at {TURNED_AT_M:g} m", xticks=np.arange(-90, 91, 30))
+        about.set(xlabel=f"yaw, degrees, at {YAWED_AT_M:g} m", xticks=np.arange(-90, 91, 30))
     for row in axes:
         row[0].set_ylabel("echo re free field at 1 m, dB")
     for panel in axes.ravel():
@@ -54,14 +54,14 @@ def over_distance(category: str, fidelity: Fidelity) -> NDArray[np.float64]:
     return _levels(target, place, fidelity)
 
 
-def over_turn(category: str, fidelity: Fidelity) -> NDArray[np.float64]:
-    """(T,) echo levels of an obstacle turned about its middle, dB."""
-    place = np.array([[-TURNED_AT_M, 0.0, 1.3]])
-    return np.concatenate([_levels(_drawn(category, turn), place, fidelity) for turn in TURNS_RAD])
+def over_yaw(category: str, fidelity: Fidelity) -> NDArray[np.float64]:
+    """(T,) echo levels of an obstacle rotated about its middle, dB."""
+    place = np.array([[-YAWED_AT_M, 0.0, 1.3]])
+    return np.concatenate([_levels(_drawn(category, yaw), place, fidelity) for yaw in YAWS_RAD])
 
 
-def _drawn(category: str, turn_rad: float) -> Obstacle:
-    return placed(random_obstacle(category, np.random.default_rng(SEED), category), np.zeros(2), turn_rad)
+def _drawn(category: str, yaw_rad: float) -> Obstacle:
+    return placed(random_obstacle(category, np.random.default_rng(SEED), category), np.zeros(2), yaw_rad)
 
 
 def _levels(target: Obstacle, place: NDArray[np.float64], fidelity: Fidelity) -> NDArray[np.float64]:
