@@ -6,17 +6,20 @@ of speaker and microphone, and the crossings of the mirrors are found afterwards
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from simulator.curved import stationary as curved
 from simulator.images.body_images import images_lighting
 from simulator.images.image_tree import Images
-from simulator.images.unfolding import Turns, image_pairs, unfolded
+from simulator.images.unfolding import Turns, image_pairs, straightened, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
 from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
 from simulator.world.interactions import Interaction
+from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 
 
@@ -31,8 +34,32 @@ def mixed(search: Search, index: int) -> Candidates:
         before, after = lit[left], heard[right]
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
+        _book_missing(search, index, mic, before, after, hit)
         parts.append(_reflected(search, index, mic, before[hit.query], after[hit.query], hit))
     return concatenated(parts)
+
+
+def _book_missing(
+    search: Search, index: int, mic: int, before: Images, after: Images, hit: curved.StationaryPoints
+) -> None:
+    """Book the pairs of images that no point of the surface mirrors into each other.
+
+    They are listed over the group of facets where the way is shortest, at the level of a plane there.
+    """
+    tracing, surface = search.tracing, search.tracing.world.surfaces[index]
+    missing = np.setdiff1d(np.arange(len(before)), hit.query)
+
+    def described() -> Rejected:
+        ends, groups = (before[missing], after[missing]), surface.clusters.groups.center_m
+        frame = tracing.placed[ends[0].pose, surface.obstacle]
+        spots = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
+        length = sum(np.linalg.norm(spots - end.point_m[:, None], axis=2) for end in ends)
+        each, nearest = np.arange(len(missing)), np.argmin(length, axis=1)
+        number = np.full((len(missing), 1), tracing.world.numbering.number(Interaction.CURVED, index))
+        turns = Turns(mic, *ends, spots[each, nearest][:, None], number)
+        return Rejected(1.0 / length[each, nearest], partial(straightened, search, turns))
+
+    search.reject(Reason.NO_MIRROR_POINT, len(missing), described)
 
 
 def _reflected(

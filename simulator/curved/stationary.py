@@ -21,6 +21,7 @@ from simulator.surfaces.reflectors import SmoothSurface
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
 CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
 STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
+RUNS_THROUGH = 1e-6  # sum of both cosines of incidence below which a straight line runs through the surface: no mirror
 INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
 
 
@@ -61,9 +62,8 @@ def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> Statio
     source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
     group = surface.clusters
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, group.facet, group.start, group.center_m, group.radius_m, group.axis,
-        group.spread_rad, source, receiver,
-    )  # fmt: skip
+        *_arrays(surface), surface.closed, group.facet, group.start, group.groups, group.facets, source, receiver
+    )
     if (count > MAX_HITS).any():
         raise ValueError(
             f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
@@ -124,8 +124,8 @@ def _complete(
 
 
 @numba.njit(cache=True)
-def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
-    """Tangential part of the sum of unit vectors to both points, along two edges of the facet."""
+def _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta, x, n, h):
+    """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet."""
     surface_at(corner, normal, bulge, eta, zeta, x, n)
     ls = lr = 0.0
     for k in range(3):
@@ -138,9 +138,28 @@ def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h):
     f = g = 0.0
     for k in range(3):
         t = h[k] - along * n[k]
-        f += t * (corner[1, k] - corner[0, k])
-        g += t * (corner[2, k] - corner[1, k])
+        f += t * axes[0, k]
+        g += t * axes[1, k]
     return f, g
+
+
+@numba.njit(cache=True)
+def _facet_axes(corner, axes):
+    """Fill in (2, 3) orthonormal vectors in the plane of a facet."""
+    size = along = 0.0
+    for k in range(3):
+        axes[0, k] = corner[1, k] - corner[0, k]
+        size += axes[0, k] ** 2
+    for k in range(3):
+        axes[0, k] /= np.sqrt(size)
+        axes[1, k] = corner[2, k] - corner[0, k]
+        along += axes[0, k] * axes[1, k]
+    size = 0.0
+    for k in range(3):
+        axes[1, k] -= along * axes[0, k]
+        size += axes[1, k] ** 2
+    for k in range(3):
+        axes[1, k] /= np.sqrt(size)
 
 
 @numba.njit(cache=True)
@@ -148,17 +167,17 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
     """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
 
     A step is halved until the mismatch falls: along a facet much longer than its distance the plain step circles.
+    The mismatch is taken along orthogonal axes: along two edges of a sliver, which are nearly one direction, what is
+    across them would drown in the error of the differences.
     """
-    x, n, h = np.empty(3), np.empty(3), np.empty(3)
-    scale_f = scale_g = 0.0
-    for k in range(3):
-        scale_f += (corner[1, k] - corner[0, k]) ** 2
-        scale_g += (corner[2, k] - corner[1, k]) ** 2
+    rows = np.empty((5, 3))
+    x, n, h, axes = rows[0], rows[1], rows[2], rows[3:]
+    _facet_axes(corner, axes)
     step = 1e-6
-    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
+    f, g = _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta, x, n, h)
     for _ in range(40):
-        f1, g1 = _mismatch(corner, normal, bulge, source, receiver, eta + step, zeta, x, n, h)
-        f2, g2 = _mismatch(corner, normal, bulge, source, receiver, eta, zeta + step, x, n, h)
+        f1, g1 = _mismatch(corner, normal, bulge, axes, source, receiver, eta + step, zeta, x, n, h)
+        f2, g2 = _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta + step, x, n, h)
         a, b, c, d = (f1 - f) / step, (f2 - f) / step, (g1 - g) / step, (g2 - g) / step
         det = a * d - b * c
         if det == 0.0:
@@ -168,10 +187,11 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
         if size < CONVERGED:
             return eta - de, zeta - dz, True
         share = min(1.0, 0.5 / size)
-        merit = f * f / scale_f + g * g / scale_g
+        merit = f * f + g * g
         for _half in range(8):
-            f, g = _mismatch(corner, normal, bulge, source, receiver, eta - share * de, zeta - share * dz, x, n, h)
-            if f * f / scale_f + g * g / scale_g < merit:
+            there = eta - share * de, zeta - share * dz
+            f, g = _mismatch(corner, normal, bulge, axes, source, receiver, there[0], there[1], x, n, h)
+            if f * f + g * g < merit:
                 break
             share *= 0.5
         eta, zeta = eta - share * de, zeta - share * dz
@@ -181,78 +201,55 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
 
 
 @numba.njit(cache=True)
-def _may_hold(corner, normal, closed, source, receiver, axis1, axis2):
-    """Whether a stationary point may lie on the facet: the corners' mismatches straddle zero, with a wide margin."""
-    h = np.empty(3)
-    low1 = low2 = np.inf
-    high1 = high2 = -np.inf
-    facing = False
+def _first_guess(corner, straight, center, source, receiver):
+    """Where on a facet to begin: its middle, or on a straight one the middle of the stretch where both legs rise alike.
+
+    There a line along the facet mirrors both points into each other, whatever its normal.
+    """
+    if straight[0] == 0.0 and straight[1] == 0.0 and straight[2] == 0.0:
+        return 2.0 / 3.0, 1.0 / 3.0
+    rise_s = rise_r = 0.0
+    height = np.zeros(3)
+    for k in range(3):
+        rise_s += (source[k] - center[k]) * straight[k]
+        rise_r += (receiver[k] - center[k]) * straight[k]
+        for i in range(3):
+            height[i] += (corner[i, k] - center[k]) * straight[k]
+    to_s = to_r = 0.0
+    for k in range(3):
+        to_s += (source[k] - center[k] - rise_s * straight[k]) ** 2
+        to_r += (receiver[k] - center[k] - rise_r * straight[k]) ** 2
+    to_s, to_r = np.sqrt(to_s), np.sqrt(to_r)
+    low, high = height.min(), height.max()
+    place = (rise_s * to_r + rise_r * to_s) / (to_s + to_r + 1e-300)
+    place = min(max(place, low + 0.01 * (high - low)), high - 0.01 * (high - low))
+    weight, crossed = np.zeros(3), 0
     for i in range(3):
-        ls = lr = 0.0
-        for k in range(3):
-            ls += (source[k] - corner[i, k]) ** 2
-            lr += (receiver[k] - corner[i, k]) ** 2
-        if ls == 0.0 or lr == 0.0:
-            return True
-        ls, lr = 1.0 / np.sqrt(ls), 1.0 / np.sqrt(lr)
-        for k in range(3):
-            h[k] = (source[k] - corner[i, k]) * ls + (receiver[k] - corner[i, k]) * lr
-        along = dot(h, normal[i])
-        size = np.sqrt(dot(h, h)) + 1e-300
-        if along > 0.0 or not closed:
-            facing = True
-        sign = 1.0 if along >= 0.0 else -1.0
-        t1 = t2 = 0.0
-        for k in range(3):
-            t = h[k] / size - sign * normal[i, k]
-            t1 += t * axis1[k]
-            t2 += t * axis2[k]
-        low1, high1 = min(low1, t1), max(high1, t1)
-        low2, high2 = min(low2, t2), max(high2, t2)
-    margin1, margin2 = 0.5 * (high1 - low1) + 1e-12, 0.5 * (high2 - low2) + 1e-12
-    return facing and low1 - margin1 <= 0.0 <= high1 + margin1 and low2 - margin2 <= 0.0 <= high2 + margin2
+        j = (i + 1) % 3
+        if (height[i] < place) != (height[j] < place):
+            share = (place - height[i]) / (height[j] - height[i])
+            weight[i], weight[j], crossed = weight[i] + 1.0 - share, weight[j] + share, crossed + 1
+    return (weight[1] + weight[2]) / crossed, weight[2] / crossed
 
 
 @numba.njit(cache=True)
-def _facet_axes(corner, axis1, axis2):
-    """Two orthonormal vectors in the plane of a facet."""
-    size = along = 0.0
-    for k in range(3):
-        axis1[k] = corner[1, k] - corner[0, k]
-        size += axis1[k] ** 2
-    size = np.sqrt(size)
-    for k in range(3):
-        axis1[k] /= size
-        axis2[k] = corner[2, k] - corner[0, k]
-        along += axis1[k] * axis2[k]
-    size = 0.0
-    for k in range(3):
-        axis2[k] -= along * axis1[k]
-        size += axis2[k] ** 2
-    for k in range(3):
-        axis2[k] /= np.sqrt(size)
-
-
-@numba.njit(cache=True)
-def _search(corner, normal, bulge, closed, facet, start, center, radius, axis, spread, source, receiver):
+def _search(corner, normal, bulge, closed, facet, start, groups, facets, source, receiver):
     """Facet and position of every stationary point, one group of facets after the other, each point kept once."""
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
     uv = np.zeros((queries, MAX_HITS, 2))
     point = np.zeros((queries, MAX_HITS, 3))
     count = np.zeros(queries, np.int64)
-    axes = np.empty((len(corner), 2, 3))
-    for t in range(len(corner)):
-        _facet_axes(corner[t], axes[t, 0], axes[t, 1])
-    for g in range(len(radius)):
+    for g in range(len(start) - 1):
         for q in range(queries):
-            if not may_mirror(center[g], radius[g], axis[g], spread[g], closed, source[q], receiver[q]):
+            if not may_mirror(groups, g, closed, source[q], receiver[q]):
                 continue
             for t in facet[start[g] : start[g + 1]]:
-                if not _may_hold(corner[t], normal[t], closed, source[q], receiver[q], axes[t, 0], axes[t, 1]):
+                if not may_mirror(facets, t, closed, source[q], receiver[q]):
                     continue
+                guess = _first_guess(corner[t], facets.straight[t], facets.center_m[t], source[q], receiver[q])
                 found, eta, zeta = _on_facet(
-                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], point[q], count[q]
+                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], guess, point[q], count[q]
                 )
                 if found:
                     if count[q] < MAX_HITS:
@@ -263,14 +260,17 @@ def _search(corner, normal, bulge, closed, facet, start, center, radius, axis, s
 
 
 @numba.njit(cache=True)
-def _on_facet(corner, normal, bulge, closed, source, receiver, known, count):
+def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count):
     """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
-    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, 2.0 / 3.0, 1.0 / 3.0)
+    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1])
     if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
         return False, eta, zeta
-    x, n, h = np.empty(3), np.empty(3), np.empty(3)
-    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, x, n, h)
-    if closed and dot(h, n) <= 0.0:
+    x, n = np.empty(3), np.empty(3)
+    surface_at(corner, normal, bulge, eta, zeta, x, n)
+    to_source, to_receiver = source - x, receiver - x
+    cosines = dot(to_source, n) / np.sqrt(dot(to_source, to_source))
+    cosines += dot(to_receiver, n) / np.sqrt(dot(to_receiver, to_receiver))
+    if (cosines if closed else abs(cosines)) <= RUNS_THROUGH:
         return False, eta, zeta
     size = 0.0
     for k in range(3):

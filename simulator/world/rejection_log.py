@@ -17,6 +17,7 @@ class Reason(StrEnum):
 
     BEHIND_PATCH = "behind a patch"
     OUTSIDE_PATCH = "outside its patch"
+    NO_MIRROR_POINT = "no mirror point on its curve"
     TOO_LONG = "too long"
     HIDDEN = "hidden"
     TWIN = "twin on a shared border"
