@@ -14,6 +14,7 @@ from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
+from simulator.field.stacked_sheets import covered
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
@@ -134,6 +135,11 @@ def _unhidden(search: Search, found: Candidates) -> Flags:
     return (found.order == 0) | (found.cell >= 0) | segments_free(search.tracing, found)
 
 
+def _uncovered(search: Search, found: Candidates) -> Flags:
+    """(C,) False for what another sheet lies upon."""
+    return ~covered(search.tracing, found)
+
+
 def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all.
 
@@ -194,6 +200,7 @@ def _out_of_focus(_search: Search, found: Candidates) -> Flags:
 MASKS: dict[Reason, Callable[[Search, Candidates], Flags]] = {
     Reason.TOO_LONG: _short_enough,
     Reason.HIDDEN: _unhidden,
+    Reason.BEHIND_SHEET: _uncovered,
     Reason.TWIN: _first_of_twins,
     Reason.AT_FOCUS: _out_of_focus,
 }  # in turn: each is asked about what passed those before it

@@ -17,7 +17,7 @@ REACHED, BEHIND, OUTSIDE = 0, 1, 2
 
 
 @numba.njit(cache=True)
-def _inside(point, frame, normal, edges):
+def inside_patch(point, frame, normal, edges):
     """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
     c, s = np.cos(frame[3]), np.sin(frame[3])
     dx, dy = point[0] - frame[0], point[1] - frame[1]
@@ -64,7 +64,7 @@ def _backtrack(mirrors, n, images, sequence, depth, target, hits):
         for x in range(3):
             hits[k, x] = end[x] + (image[x] - end[x]) * (here / (here - there))
         outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-        if not _inside(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
+        if not inside_patch(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
             return OUTSIDE
         end[:] = hits[k]
     return REACHED

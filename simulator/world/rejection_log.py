@@ -20,6 +20,7 @@ class Reason(StrEnum):
     NO_MIRROR_POINT = "no mirror point on its curve"
     TOO_LONG = "too long"
     HIDDEN = "hidden"
+    BEHIND_SHEET = "behind a sheet on its own"
     TWIN = "twin on a shared border"
     AT_FOCUS = "at a focus"
     UNDER_NOISE = "under the noise"
