@@ -33,8 +33,9 @@ from simulator.scene.scene import Scene
 from simulator.trace import traced, tracing_of
 from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
+from simulator.world.clearance import check_passage
 from simulator.world.search_context import Search
-from simulator.world.world import prepare
+from simulator.world.world import Tracing, prepare
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
 TABLE_RATE_HZ = 96_000.0
@@ -69,8 +70,8 @@ def render_walk(
 
     Raises:
         ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
-            band that passes what the tables hold (15-25 kHz), or phone and obstacle that may close in at a tenth of the
-            speed of sound or more.
+            band that passes what the tables hold (15-25 kHz), phone and obstacle that may close in at a tenth of the
+            speed of sound or more or pass through each other, or poses that `trace_paths` refuses.
 
     Example:
         >>> import trimesh
@@ -136,12 +137,21 @@ def trace_walk(
         return there.position_m - origin, there.body_heading_rad()
 
     tracing = tracing_of(world, phone, replace(pose, position_m=pose.position_m - origin), middle, carrier)
+    _check_passage(tracing, phone, walk, np.sort(np.concatenate([start, start + beep.duration_s])))
     paths, found = traced(Search(tracing, phone, scene.air, fidelity))
     points = phone.geometry.speaker_m, phone.geometry.mics_m
     motion = motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )
     return paths, motion, count
+
+
+def _check_passage(tracing: Tracing, phone: Phone, walk: Walk, time_s: Floats) -> None:
+    """Refuse what the phone would have to pass through from one instant to the next."""
+    pose = walk.pose(time_s)
+    pose = replace(pose, position_m=pose.position_m - tracing.world.origin_m)
+    ends = pose.to_world(phone.geometry.speaker_m)[:, None], pose.to_world(phone.geometry.mics_m)
+    check_passage(tracing, time_s, np.concatenate(ends, axis=1))
 
 
 def _check_speeds(scene: Scene, walk: Walk, start_s: Floats, duration_s: float) -> None:

@@ -26,6 +26,7 @@ from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
+from simulator.world.clearance import check_poses
 from simulator.world.frames import Carrier
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -55,7 +56,8 @@ def trace_paths(
         time_s: scalar or (N,), when each pose is taken; obstacles with a velocity have moved by then.
 
     Raises:
-        ValueError: an argument of another type, the speaker and a microphone coincide, or a time is not finite.
+        ValueError: an argument of another type, the speaker and a microphone coincide, a time is not finite, a
+            transducer is inside a closed body, or an obstacle stands between speaker and microphone.
 
     Example:
         >>> import trimesh
@@ -93,13 +95,15 @@ def still_tracing(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, fideli
 
 
 def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: Carrier) -> Tracing:
-    """A tracing at poses about the world's origin."""
+    """A tracing at poses about the world's origin, each of which leaves the phone room."""
     frames = frames_for(world, phone, carrier)
     source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
     if (np.linalg.norm(mics - source[:, None], axis=2) == 0.0).any():
         raise ValueError("speaker and microphone must be apart, got the same point for both")
     every = np.arange(len(pose))
-    return Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
+    tracing = Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
+    check_poses(tracing)
+    return tracing
 
 
 def traced(search: Search) -> tuple[Paths, Candidates]:
@@ -132,7 +136,7 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 
 def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
-    return (found.order == 0) | (found.cell >= 0) | segments_free(search.tracing, found)
+    return (found.cell >= 0) | segments_free(search.tracing, found)
 
 
 def _uncovered(search: Search, found: Candidates) -> Flags:

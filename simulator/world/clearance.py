@@ -1,0 +1,126 @@
+"""Whether the phone has room: no transducer inside a body, nothing between speaker and microphones or driven through.
+
+What the scene says otherwise is refused by name: image sources, rays and integrals would all answer, each wrongly.
+The walker's own body goes with the phone and is not asked about.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import trimesh
+
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.scene.scene import Obstacle
+from simulator.world.frames import into_rest
+from simulator.world.visibility import Blocker, blocker
+from simulator.world.world import Tracing, World
+
+TOUCHING_M = 1e-5  # a transducer no deeper than this in a body lies on its face
+LONGEST_PHONE_M = 0.5  # speaker and microphones farther apart are no phone: there the direct sound may be hidden
+TRANSDUCERS = ("the speaker", "microphone 0", "microphone 1")
+
+
+def check_poses(tracing: Tracing) -> None:
+    """Refuse poses in which the phone has no room.
+
+    Raises:
+        ValueError: a transducer is inside a closed body, or an obstacle stands between the speaker and a microphone.
+    """
+    points = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
+    for index in _at_rest_or_drifting(tracing):
+        _check_inside(tracing, index, points)
+    for mic in range(2):
+        ends = points[:, 0], points[:, 1 + mic]
+        if np.linalg.norm(ends[1][0] - ends[0][0]) <= LONGEST_PHONE_M:
+            _check_between(tracing, mic, *ends)
+
+
+def check_passage(tracing: Tracing, time_s: Floats, points_m: Floats) -> None:
+    """Refuse walks on which an obstacle and the phone pass through each other.
+
+    Args:
+        tracing: the walk's poses in their world.
+        time_s: (M,) instants in turn, between which the phone moves next to straight.
+        points_m: (M, 3, 3) speaker and microphones at those instants, about the world's origin.
+
+    Raises:
+        ValueError: a transducer has crossed a surface from one instant to the next.
+    """
+    drift = tracing.frames.velocity_m_s
+    for shadow in _shadows(tracing):
+        local = points_m - time_s[:, None, None] * drift[shadow.obstacle]
+        start, end = local[:-1].reshape(-1, 3), local[1:].reshape(-1, 3)
+        hit = shadow.blocks(start, end)
+        if hit.any():
+            row = int(np.argmax(hit))
+            instant, which = divmod(row, 3)
+            name = _struck(tracing.world, shadow, start[[row]], end[[row]])
+            raise ValueError(
+                f"phone and obstacles must not pass through each other, got '{name}' through {TRANSDUCERS[which]} "
+                f"between {time_s[instant]:.3f} and {time_s[instant + 1]:.3f} s"
+            )
+
+
+def _at_rest_or_drifting(tracing: Tracing) -> Ints:
+    """Obstacles that do not go with the walker."""
+    return np.flatnonzero(~tracing.frames.carried)
+
+
+def _shadows(tracing: Tracing) -> Iterator[Blocker]:
+    return (shadow for shadow in tracing.world.blockers if not tracing.frames.carried[shadow.obstacle])
+
+
+def _check_between(tracing: Tracing, mic: int, speaker_m: Floats, mic_m: Floats) -> None:
+    """Refuse an obstacle between the speaker and a microphone, (N, 3) each."""
+    for shadow in _shadows(tracing):
+        placed = tracing.placed[:, shadow.obstacle]
+        hit = shadow.blocks_from(speaker_m, mic_m, placed, np.arange(len(placed)))
+        if hit.any():
+            n = int(np.argmax(hit))
+            name = _struck(tracing.world, shadow, *(into_rest(end[[n]], placed[[n]]) for end in (speaker_m, mic_m)))
+            raise ValueError(
+                f"nothing may stand between speaker and microphones, got '{name}' between the speaker and microphone "
+                f"{mic} {_when(tracing.time_s, n)}"
+            )
+
+
+def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
+    """Refuse a transducer inside an obstacle: asked of those in the box round a closed one, one by one."""
+    obstacle, origin = tracing.world.obstacles[index], tracing.world.origin_m
+    local = into_rest(points_m, tracing.placed[:, None, index])
+    low, high = np.asarray(obstacle.mesh.bounds) - origin
+    near = np.argwhere(((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2))
+    if not (len(near) and tracing.world.skins[index][0].closed):
+        return
+    body = _about(obstacle, origin)
+    if body.volume <= 0.0:  # wound inwards: a room, whose inside is free
+        return
+    for n, which in near[body.contains(local[tuple(near.T)])]:
+        if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] > TOUCHING_M:
+            raise ValueError(
+                f"the phone must be outside of all closed bodies, got {TRANSDUCERS[which]} inside '{obstacle.name}' "
+                f"{_when(tracing.time_s, n)}"
+            )
+
+
+def _about(obstacle: Obstacle, origin_m: Floats) -> trimesh.Trimesh:
+    """The mesh of an obstacle about another origin, near which float32 is fine enough for rays."""
+    mesh = trimesh.Trimesh(np.asarray(obstacle.mesh.vertices) - origin_m, obstacle.mesh.faces, process=False)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return mesh
+
+
+def _struck(world: World, shadow: Blocker, start_m: Floats, end_m: Floats) -> str:
+    """Name of the first obstacle of a blocker that stands between two points of its rest frame."""
+    shares = [o for o in world.obstacles if not o.moves] if not world.obstacles[shadow.obstacle].moves else []
+    for obstacle in shares:
+        alone = blocker([(np.asarray(obstacle.mesh.vertices) - world.origin_m, np.asarray(obstacle.mesh.faces))], 0)
+        if alone.blocks(start_m, end_m)[0]:
+            return obstacle.name
+    return world.obstacles[shadow.obstacle].name
+
+
+def _when(time_s: Floats, n: int) -> str:
+    return f"at pose {n} ({time_s[n]:.3f} s)"

@@ -1,0 +1,120 @@
+"""Scenes in which the phone has no room are refused, by the name of what is in its way; all others pass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from obstaclewatch import BeepDesign
+from simulator import (
+    Fidelity,
+    Material,
+    Obstacle,
+    Phone,
+    Pose,
+    Scene,
+    StraightWalk,
+    held_rotation,
+    render_walk,
+    trace_paths,
+)
+
+DIRECT = Fidelity(max_order=0)
+LEVEL = Pose([0.0, 0.0, 0.0], held_rotation(0.0))  # speaker at x = 0.05, microphones at 0.07 and -0.07
+
+
+def _sheet(x_m: float, velocity_m_s: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Obstacle:
+    corners = np.array([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]], float) + [x_m, 0.0, 0.0]
+    mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+    return Obstacle(mesh, Material.rigid(), "sheet", velocity_m_s=velocity_m_s)
+
+
+def _ball(x_m: float, radius_m: float, velocity_m_s: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Obstacle:
+    mesh = trimesh.creation.icosphere(3, radius_m).apply_translation([x_m, 0.0, 0.0])
+    return Obstacle(mesh, Material.rigid(), "ball", velocity_m_s=velocity_m_s)
+
+
+@pytest.mark.parametrize("shift_m", [0.0, 1e6])
+def test_a_phone_inside_a_closed_body(box, phone, shift_m):
+    """It was traced as if it stood outside: faces do not reflect inwards, and the walls hid all else."""
+    room = box((4.0, 4.0, 3.0), (shift_m, 0.0, 0.0), "room")
+    pose = Pose([[shift_m - 3.0, 0.0, 0.0], [shift_m, 0.0, 0.0]], held_rotation(0.0))
+    with pytest.raises(ValueError, match=r"the speaker inside 'room' at pose 1 \(2.500 s\)"):
+        trace_paths(Scene([room]), phone, pose, DIRECT, time_s=[0.0, 2.5])
+
+
+@pytest.mark.parametrize(("x_m", "what"), [(0.56, "microphone 0"), (-0.565, "microphone 1"), (0.549, "the speaker")])
+def test_a_phone_half_in_a_wall(box, phone, x_m, what):
+    """Only what is outside of the wall was lit, at the level of free space."""
+    wall = box((1.0, 4.0, 4.0), (x_m, 0.0, 0.0), "wall")
+    with pytest.raises(ValueError, match=f"{what} inside 'wall' at pose 0"):
+        trace_paths(Scene([wall]), phone, LEVEL, DIRECT)
+
+
+def test_an_obstacle_between_speaker_and_microphone(phone):
+    """The direct sound passed through it: paths of no reflection were asked for nothing in their way."""
+    with pytest.raises(ValueError, match=r"got 'sheet' between the speaker and microphone 1 at pose 0"):
+        trace_paths(Scene([_ball(3.0, 0.5), _sheet(0.0)]), phone, LEVEL, DIRECT)
+    with pytest.raises(ValueError, match=r"got 'ball' between the speaker and microphone 1 at pose 0"):
+        trace_paths(Scene([_sheet(3.0), _ball(0.0, 0.02)]), phone, LEVEL, DIRECT)
+
+
+def test_a_speaker_apart_from_its_microphones_is_hidden_from_them(box):
+    """A pair as far apart as no phone's stands in a room like any other; its direct sound passed through walls."""
+    pair = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]])
+    wall = box((0.2, 9.0, 9.0), (1.0, 0.0, 0.0), "wall")
+    direct = trace_paths(Scene([wall]), pair, Pose(np.zeros(3), Rotation.identity()), DIRECT)
+    assert direct.mic.tolist() == [0]
+    assert direct.rejected["hidden"] == 1
+
+
+def test_it_counts_where_an_obstacle_is_at_that_time(phone):
+    moving = Scene([_sheet(-1.0, (0.5, 0.0, 0.0))])
+    trace_paths(moving, phone, LEVEL, DIRECT, time_s=0.0)
+    trace_paths(moving, phone, LEVEL, DIRECT, time_s=4.0)
+    with pytest.raises(ValueError, match="'sheet'"):
+        trace_paths(moving, phone, LEVEL, DIRECT, time_s=2.0)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [Scene([_sheet(-1.0, (2.03, 0.0, 0.0))]), Scene([_sheet(0.8)]), Scene([_ball(-1.0, 0.3, (1.9, 0.0, 0.0))])],
+    ids=["driven through", "walked through", "ball runs into the phone"],
+)
+def test_a_walk_through_an_obstacle(phone, scene):
+    """From one beep to the next the obstacle was before the phone, then behind it, and both echoed."""
+    walk = StraightWalk([0.0, 0.0, 0.0], 0.0, 0.0 if scene.obstacles[0].moves else 1.3, 1.2)
+    with pytest.raises(ValueError, match=f"'{scene.obstacles[0].name}'.* s"):
+        render_walk(scene, phone, walk, BeepDesign(), DIRECT)
+
+
+def test_between_two_beeps_a_thin_sheet_is_met_as_well(phone):
+    """It is through all three transducers from one pose to the next: neither pose shows it."""
+    walk = StraightWalk([0.0, 0.0, 0.0], 0.0, 0.0, 0.5)
+    with pytest.raises(ValueError, match=r"got 'sheet' through .* between 0.\d+ and 0.\d+ s"):
+        render_walk(Scene([_sheet(-1.2, (5.0, 0.0, 0.0))]), phone, walk, BeepDesign(), DIRECT)
+
+
+def test_what_leaves_room_passes(box, phone):
+    """In a hall wound inwards, a niche of a body that is not convex, on a face, and between two near walls."""
+    hall = trimesh.creation.box((6.0, 6.0, 4.0))
+    hall.invert()
+    niche = trimesh.creation.annulus(0.5, 0.7, 2.0)
+    scenes = [
+        Scene([Obstacle(hall, Material.rigid(), "hall")]),
+        Scene([Obstacle(niche, Material.rigid(), "niche")]),
+        Scene([box((1.0, 4.0, 4.0), (0.57, 0.0, 0.0), "wall")]),  # microphone 0 lies on it
+        Scene([box((1.0, 4.0, 4.0), (0.571, 0.0, 0.0), "ahead"), box((1.0, 4.0, 4.0), (-0.571, 0.0, 0.0), "behind")]),
+    ]
+    for scene in scenes:
+        assert len(trace_paths(scene, phone, LEVEL, DIRECT)) == 2
+
+
+def test_the_walkers_own_body_is_not_asked_about():
+    """It goes with the phone, and presets hold theirs where they say."""
+    phone = Phone.named("galaxy-s5")
+    walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 1.0, 0.3)
+    assert render_walk(Scene(()), phone, walk, BeepDesign(), DIRECT).samples.any()
+    assert len(trace_paths(Scene(()), phone, Pose([0.0, 0.0, 1.3], Rotation.identity()), DIRECT))
