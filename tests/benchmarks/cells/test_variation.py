@@ -15,6 +15,7 @@ from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
 from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
 from scenes.obstacles import ground, wall
+from scenes.streets.approaches import AFTER_CONTACT_S
 from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk, render_walk
 from simulator.render import heard_without, trace_walk
@@ -81,6 +82,20 @@ def test_a_collision_without_gait_is_still_a_collision():
     assert then.contact_time_s > plain.walk.duration_s  # the case that ended too early
     still = changed_walk(GaitWalk(np.zeros(3), speed_m_s=0.0, duration_s=1.0), WalkChange(gait_scale=0.0), PERIOD_S)
     assert still.duration_s == 1.0
+
+
+@pytest.mark.parametrize("change", [{"gait_scale": 0.0}, {"gait_scale": 2.0}, {"speed_m_s": 1.6}])
+def test_a_changed_walk_ends_just_after_contact_too(change):
+    """It went on for up to two beeps, in which the phone was carried into the wall: 13 walks of the ci tiers."""
+    cell = Cell(
+        kind="approach", scene="supermarket", category="wall", index=1, phone="galaxy-s5", seed=3, collision=True,
+        detectors=("PaperDetector",), walk=WalkChange(**change),
+    )  # fmt: skip
+    changed = varied(approach_situation(cell), cell)
+    truth = ground_truth(changed.scene, changed.walk, changed.phone, [0.0], target=changed.targets[0])
+    assert changed.walk.duration_s == pytest.approx(
+        truth.contact_time_s + AFTER_CONTACT_S, abs=1.4e-3
+    )  # instants of the truth
 
 
 def test_horizontal_holding_puts_the_top_edge_to_the_left():
