@@ -220,12 +220,15 @@ def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
 
 
 def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
-    """Direction off the edge nearest to a segment's own that is square to the faces or steeper.
+    """Direction off the edge nearest to a segment's own that leaves the planes of both faces.
+
+    At 135 degrees from the face, not at 90: there a segment square to one face of a box or a plate would end in the plane
+    of the other face or the rim, and rounding would decide whether it is free.
 
     Where a face stands on a mirror, the direction between the two.
     """
     turn = wedges.open_angle_rad
-    margin = np.minimum(0.5 * np.pi, 0.5 * turn)
+    margin = np.minimum(0.75 * np.pi, 0.5 * turn)
     corner = wedges.free_angle_rad < turn
     angle = np.where(corner, 0.25 * turn, np.clip(angle_rad, margin, turn - margin))[:, None]
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal

@@ -210,3 +210,21 @@ def test_directional_microphones_hear_edges_from_where_they_are(phone):
 def test_bad_floor_is_refused():
     with pytest.raises(ValueError, match=r"edge_floor_db must not be positive, got 3"):
         Fidelity(edge_floor_db=3.0)
+
+
+def test_no_edge_drops_out_where_a_leg_meets_its_plate_squarely():
+    """Legs square to a plate ended in the plane of its rim, and rounding decided whether that hid them: of an echo at
+    the end of its mirror zone, 1 mm of motion took 18 dB."""
+    plate = trimesh.creation.cylinder(0.3, 0.003, sections=24)
+    upright = Rotation.from_euler("yz", [np.pi / 2, 0.3]).as_matrix()
+    place = trimesh.transformations.translation_matrix([2.0, 0.0, 1.3])
+    place[:3, :3] = upright
+    sign = Obstacle(plate.apply_transform(place), Material.rigid(), "sign", surface="flat")
+    y = np.linspace(-0.35, -0.25, 401)
+    pose = Pose(np.column_stack([np.full(401, 0.3), y, np.full(401, 1.1)]), Rotation.identity())
+    pair = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.05, 0.0], [0.0, 0.05, 0.05]])
+    paths = trace_paths(Scene([sign], Air.lossless(C)), pair, pose, Fidelity(max_order=1))
+    echo = paths[(paths.order > 0) & (paths.mic == 0)]
+    total = np.zeros(401, dtype=complex)
+    np.add.at(total, echo.pose, echo.gain * np.exp(-2j * np.pi * 20e3 * echo.delay_s))
+    assert np.abs(np.diff(np.abs(total))).max() < 0.05 * np.abs(total).max()  # 0.44 with a drop-out
