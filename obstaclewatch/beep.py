@@ -1,4 +1,4 @@
-"""The emitted signal ("beep"): a windowed linear chirp, repeated after a silent gap (paper section 3.3).
+"""The emitted signal ("beep"): a windowed linear chirp, repeated after a gap without sound (paper section 3.3).
 
 Phase and window are closed forms of time, so that a simulator can evaluate the beep at any retarded instant
 and a detector can sample it at any rate; neither needs the other's samples.
@@ -22,7 +22,7 @@ class BeepDesign:
     Attributes:
         start_hz, stop_hz: instantaneous frequency at the start and the end of the beep.
         duration_s: length of the beep.
-        gap_s: silence between the end of a beep and the start of the next.
+        gap_s: time without sound between the end of a beep and the start of the next.
         sample_rate_hz: rate at which the phone plays and records.
 
     Raises:

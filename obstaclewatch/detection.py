@@ -13,7 +13,7 @@ from obstaclewatch.support.arrays import Flags, Floats
 
 
 class Flag(IntFlag):
-    """Remarks on a candidate, or on a whole beep.
+    """Remarks on a candidate, or on a beep.
 
     >>> Flag.NO_BEEP in (Flag.NO_BEEP | Flag.CLAMPED)
     True
@@ -23,13 +23,13 @@ class Flag(IntFlag):
     CLAMPED = 1
     """The path difference left arccos's domain; the bearing is 0 or pi."""
     BODY_DEDUCTED = 2
-    """Microphone 1 received the obstacle by way of the walker's body; the detour was deducted."""
+    """Microphone 1 received the obstacle's echo via the walker's body; the detour was deducted."""
     NO_SECOND_MIC = 4
     """Microphone 1 received nothing of the candidate: no bearing."""
     IDENTICAL_CHANNELS = 8
     """Both channels are equal (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by range only."""
     UNCONFIRMED = 16
-    """Too few earlier beeps to tell a static peak from a moving one; the candidate has no vote."""
+    """Too few earlier beeps to distinguish a static peak from a moving one; the candidate has no vote."""
     MERGED_CREST = 32
     """The crest runs into the next one: no radius."""
     NO_BEEP = 64
@@ -90,8 +90,8 @@ class Detection(Candidates):
         time_s: emission of the beep, s from the start of the recording.
         collides: (n,) votes for a collision.
         flags: (n,) int, a combination of `Flag`.
-        beep_flags: remarks on the whole beep.
-        decision: what the walker is told.
+        beep_flags: remarks on the beep itself.
+        decision: whether the walker is alerted.
 
     >>> import numpy as np
     >>> from obstaclewatch import BeepDesign, PaperStandingDetector, PhoneGeometry
@@ -128,7 +128,7 @@ class Detection(Candidates):
 
 @dataclass(frozen=True)
 class Decision:
-    """What the walker is told after one beep.
+    """Whether the walker is alerted after one beep.
 
     Attributes:
         alert: a collision is predicted within the dangerous distance.

@@ -1,4 +1,4 @@
-"""The speed of sound that a detector may assume when it is told the weather.
+"""The speed of sound that a detector may assume when it is given the weather.
 
 That of a sonic anemometer (Kaimal and Gaynor 1991, Boundary-Layer Meteorol. 56:401-410), with the vapour pressure e by
 Magnus' formula: c^2 = 1.4 R T (1 + 0.32 e / p). Against the ideal gas of ISO 9613's air, at any humidity: within 0.03 %

@@ -14,12 +14,12 @@ from obstaclewatch.support.arrays import Flags, Floats
 
 @dataclass(frozen=True)
 class PathDifference:
-    """u = path 2 - path 1 of n candidates; since both share the speaker's leg, u = D2 - D1.
+    """u = path 2 - path 1 of n candidates; both share the segment from the speaker, so u = D2 - D1.
 
     Attributes:
         u_m: (n,) NaN where microphone 1 received nothing that can be the candidate.
         amplitude: (n,) height of the peak at microphone 1, NaN likewise.
-        body_deducted: (n,) the peak came by way of the walker's body, and the detour was taken off.
+        body_deducted: (n,) the peak came via the walker's body, and the detour was deducted.
     """
 
     u_m: Floats
@@ -71,7 +71,7 @@ def path_difference(
 def deducted_difference(
     gap_m: ArrayLike, separation_m: float, body_distance_m: float, cos_pitch: float = 1.0, whole_detour: bool = True
 ) -> Floats:
-    """u of an echo that reached microphone 1 by way of the walker's body (D3 of Fig. 8).
+    """u of an echo that reached microphone 1 via the walker's body (D3 of Fig. 8).
 
     The body is a plane across the walking direction, a distance d behind the microphone. A plane wave from azimuth a
     then arrives 2 d cos a late, so that gap = (L cos(pitch) + 2 d) cos a, and u = L cos(pitch) cos a. As printed, d is
@@ -99,7 +99,7 @@ def walking_angle(cosine: Floats, cos_pitch: float = 1.0, clamped: bool = True) 
     """Bearing from the cone's cosine, and whether it had to be clamped.
 
     An obstacle at the phone's height lies at the azimuth cos a = cos(cone) / cos(pitch). The angle is unsigned: two
-    microphones do not tell left from right.
+    microphones do not distinguish left from right.
 
     Args:
         cosine: (n,) from `cone_cosine`.

@@ -1,4 +1,4 @@
-"""Path by way of the walker's body (paper section 3.5, Fig. 9)."""
+"""Path via the walker's body (paper section 3.5, Fig. 9)."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def _partners(
 ) -> tuple[Floats, Floats]:
     """Of each approach (S,) to a range: how many earlier beeps hold a peak on it, and how far all beeps' lie off it.
 
-    Speeds run innermost, so that they are handled several at once.
+    Speeds run innermost, so that the loop is vectorised over them.
     """
     partners, apart_m = np.zeros(len(speeds_m_s)), np.zeros(len(speeds_m_s))
     nearest = np.empty(len(speeds_m_s))
@@ -171,7 +171,7 @@ def _best(partners: Floats, apart_m: Floats) -> int:
 
 @numba.njit(cache=True)
 def _stays(range_m: float, age_s: Floats, past_m: Floats, tolerance_m: float, static_age_s: float) -> tuple[int, int]:
-    """How many earlier beeps hold a peak at the same range, and how many of those are old enough to tell."""
+    """How many earlier beeps hold a peak at the same range, and how many of those are old enough to decide by."""
     stays = stays_long = 0
     for beep in range(len(age_s)):
         if abs(_nearest_offset(range_m, past_m[beep])) <= tolerance_m:

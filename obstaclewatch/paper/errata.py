@@ -12,22 +12,22 @@ class Errata:
     Attributes:
         correlate_once: Eq. 1 conjugates and time-reverses the beep inside a correlation, which compresses nothing.
             Corrected: correlate with the beep itself.
-        one_way_range: section 3.4, D1 = m v / f is the way there and back.
+        one_way_range: section 3.4, D1 = m v / f is the two-way path.
             Corrected: D1 solves the triangle of speaker, obstacle and microphone.
         speaker_leg: section 3.5, "use similar way" for D2; halving path 2 halves the difference D2 - D1.
-            Corrected: D2 is path 2 less the leg from speaker to obstacle, so D2 - D1 = path 2 - path 1.
+            Corrected: D2 is path 2 less the segment from speaker to obstacle, so D2 - D1 = path 2 - path 1.
             Without `one_way_range` nothing is halved and this switch has no effect.
         shared_start: section 3.4, each channel's direct peak is taken as the time of sending.
             Corrected: one start for both channels, the direct peak of microphone 0 less its calibrated delay.
         given_sound_speed: sections 3.3 and 3.4 use both 340 and 343 m/s. Printed: 340. Corrected: as given.
         clamped_angle: Eq. 2 leaves the domain of arccos and ignores the pitch.
             Corrected: clamped and flagged, and divided by cos(pitch) where a pitch is given.
-        pulse_width_removed: Eq. 3 takes the whole crest above an absolute threshold, and no half for the way back.
-            Corrected: the trailing width at a peak-relative level in excess of the beep's own, halved.
+        pulse_width_removed: Eq. 3 takes the full crest above an absolute threshold, and does not halve the two-way
+            length. Corrected: the trailing width at a peak-relative level in excess of the beep's own, halved.
         rim_angle: below Eq. 3, delta = arccos(Df / D1) has no value, because Df > D1; as printed, every angle and
             radius is NaN and nothing ever collides. Corrected: arccos(D1 / Df).
         whole_detour: section 3.5 deducts the distance from microphone 1 to the body.
-            Corrected: the way there and back, as it appears from the obstacle's direction.
+            Corrected: twice that distance, as it appears from the obstacle's direction.
         gated_second_mic: section 3.5 takes the strongest peak of microphone 1, and always deducts the body.
             Corrected: only peaks within +-L of path 1 can be the obstacle; the body is deducted if there is none.
         walker_width: Eq. 4 lets a point walk. Corrected: D1 sin(bearing) <= radius + half the walker's width.

@@ -47,7 +47,7 @@ SEPARATION_SHARE = 0.7
 
 
 class Placed(NamedTuple):
-    """Where n candidates are: (n,) each, as in `Measurement`; `clamped` tells that Eq. 2 left arccos's domain."""
+    """Where n candidates are: (n,) each, as in `Measurement`; `clamped` where Eq. 2 left arccos's domain."""
 
     range_m: Floats
     range2_m: Floats
@@ -154,7 +154,7 @@ class EchoPipeline:
         return self.sound_speed_m_s * (echoes.delay_s - start_s)
 
     def _echoes(self, profile: EchoProfile, start_s: float, direct: float) -> tuple[Echoes, float]:
-        """Microphone 0's peaks within the listening range, and the rms of its noise envelope."""
+        """Microphone 0's peaks within the searched range, and the rms of its noise envelope."""
         settings = self.settings
         first, last = (
             profile.position(start_s + 2.0 * range_m / self.sound_speed_m_s)

@@ -30,7 +30,7 @@ class PaperSettings:
         max_candidates: the five nearest peaks (section 3.4).
         static_tolerance_m: how far a static peak may wander. A phone that bobs by 2.5 cm twice a second moves the
             ground's echo by 2.5 cm and, through range-Doppler coupling (0.205 s x 0.31 m/s), reads +-7 cm.
-        static_age_s: only beeps at least this old tell static from moving; at 0.45 m/s an echo has left by then.
+        static_age_s: only beeps at least this old distinguish static from moving; at 0.45 m/s an echo has left by then.
         history_s: how long peaks are remembered.
         closing_speed_m_s: (slowest, fastest) approach that counts as "decreases gradually" (section 3.6).
         closing_tolerance_m: how far a peak may be from a constant approach.
@@ -105,7 +105,7 @@ class PaperSettings:
                 raise ValueError(f"{name} must be (low, high) with 0 < low < high, got {(low, high)}")
 
     def _check_numbers(self) -> None:
-        """Refuse what would silence a detector without a word: NaN is below, above and within nothing."""
+        """Refuse what would stop all detections without an error: NaN is below, above and within nothing."""
         for name in ("peak_window_s", "evaluation_m", "danger_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")

@@ -1,4 +1,4 @@
-"""Finding beeps in a recording that starts anywhere: in silence, in mid-beep, or with no beep at all."""
+"""Finding beeps in a recording that starts anywhere: in a gap, in mid-beep, or with no beep at all."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class BeepFinder:
         self._search = round(beep.period_s * self._filter.rate_hz)
 
     def first_emission(self, samples: NDArray[np.floating], start: int = 0) -> int:
-        """Sample at which the first whole beep after `start` was emitted, by its direct sound at microphone 0.
+        """Sample at which the first complete beep after `start` was emitted, by its direct sound at microphone 0.
 
         Args:
             samples: (2, N) recording.

@@ -28,7 +28,7 @@ _UNKNOWN_LENGTHS = (0, 0xFFFFFFFF)  # what a recorder writes that cannot go back
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
     """Write a .wav or .flac of 24 bits; the same recording always gives the same bytes.
 
-    The file appears whole or not at all: it is written beside its place and renamed. Samples are rounded to 2^-23 of
+    The file appears complete or not at all: it is written beside its place and renamed. Samples are rounded to 2^-23 of
     full scale; +1 itself becomes the largest step, 1 - 2^-23.
 
     Raises:
@@ -65,7 +65,7 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:
-    """The whole of a two-channel file; any format and rate that libsndfile reads.
+    """All samples of a two-channel file; any format and rate that libsndfile reads.
 
     Whether the rate suits the beep is for the detector to say. Samples come back in units of full scale, as float32:
     exact for 16 and 24 bits.

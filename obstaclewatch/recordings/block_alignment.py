@@ -32,7 +32,7 @@ class BlockAlignment:
 
         Args:
             block: samples; whether they are finite is left to compression, which sees it for nothing.
-            time_s: of the first sample; None takes whole periods since the last time that was given, 0 s at first.
+            time_s: of the first sample; None counts full periods since the last time that was given, 0 s at first.
 
         Raises:
             ValueError: not (2, period_samples) real numbers, or a time that is not finite or not later than the last.

@@ -1,9 +1,9 @@
-"""What a recording tells about the phone that made it: clock, balance, response. The direct sound says it all.
+"""What the direct sound of a recording shows of the phone that made it: clock, balance, response.
 
 | quantity | observable from the recording |
 |---|---|
 | emission of the beeps, rate of the clock | yes: the direct peaks of all beeps |
-| level and delay of microphone 1 against 0 | yes, with the way from the speaker and through the case in it |
+| level and delay of microphone 1 against 0 | yes, with the path from the speaker and through the case in it |
 | response of speaker and microphones | as it shapes the direct sound, not the echo: another direction |
 | speed of sound | only if the direct sound comes through the air; sound in the case is faster, and says so |
 | delay of the direct sound after emission | no: it is the origin of the clock |
@@ -36,13 +36,13 @@ class Calibration:
     """The direct sound of K beeps.
 
     Attributes:
-        emission_s: (K,) when each beep was emitted, s from the start of the recording; the way from speaker to
+        emission_s: (K,) when each beep was emitted, s from the start of the recording; the path from speaker to
             microphone 0 through the air is assumed.
-        drift_s: (K, 2) how far each direct sound at each microphone lies off the first one plus whole periods.
+        drift_s: (K, 2) how far each direct sound at each microphone lies off the first one plus full periods.
         level: (K, 2) height of the direct peak at each microphone, relative to full scale.
         mic_delay_s: microphone 1's direct sound after microphone 0's, median; NaN if it is deaf.
         mic_gain_db: microphone 1's direct sound over microphone 0's, median; -inf if it is deaf.
-        sound_speed_m_s: from the direct sound's way between the microphones; NaN if it is no speed of sound in air.
+        sound_speed_m_s: from the direct sound's path between the microphones; NaN if it is no speed of sound in air.
         response_hz: (F,) frequencies within the beep's band.
         response_db: (2, F) direct sound over the beep's own spectrum, 0 dB at its highest, smoothed over 0.6 kHz by
             the gate that keeps echoes out.
@@ -79,7 +79,7 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
         phone: speaker and microphones.
 
     Raises:
-        NoBeepError: no whole beep.
+        NoBeepError: no complete beep.
         ValueError: the recording's rate is not the beep's.
     """
     if recording.sample_rate_hz != beep.sample_rate_hz:
@@ -103,7 +103,7 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
         except NoBeepError:
             break
     if not rows:
-        raise NoBeepError("the recording holds no whole beep: less than one period after the first direct sound")
+        raise NoBeepError("the recording holds no complete beep: less than one period after the first direct sound")
     return _calibration(np.array(rows), np.mean(spectra, axis=0), compressor, beep, phone)
 
 
@@ -121,8 +121,8 @@ def _calibration(
     level = rows[:, 3:5]
     gain = np.median(level[:, 1] / level[:, 0])
     delay = float(np.median(rows[:, 2] - rows[:, 1])) if gain > 0.0 else np.nan
-    way_m = float(phone.speaker_to_mic_m[1] - phone.speaker_to_mic_m[0])
-    speed = way_m / delay if delay > 0.0 and way_m > 0.0 else np.nan
+    path_m = float(phone.speaker_to_mic_m[1] - phone.speaker_to_mic_m[0])
+    speed = path_m / delay if delay > 0.0 and path_m > 0.0 else np.nan
     frequency, response = _response(power, compressor, beep)
     return Calibration(
         emission_s=emission,

@@ -29,14 +29,14 @@ LIMITER_DEVIATIONS = 6.0
 STEP_SAMPLES = 0.6
 """Jump of the direct sound from beep to beep that says samples are missing; clean recordings move by 0.01."""
 SETTLED_BEEPS = 3
-"""Beeps later the jump is whole: one that is damaged itself reads anything."""
+"""Beeps later the jump is read in full: a beep that is damaged itself reads anything."""
 ALIKE_SAMPLES, ALIKE_SHARE = 0.3, 0.1
 """How far the two microphones may differ in it: what is lost is lost to both, while an obstacle so near that its echo
-runs into the direct sound shifts each in its own way."""
+runs into the direct sound shifts each differently."""
 LEAST_PPM = 20.0
-"""Clock drift that is told; clean walks of 15 beeps read less than 1 ppm."""
+"""Clock drift that is reported; clean walks of 15 beeps read less than 1 ppm."""
 MANY_BEEPS = 8
-"""Beeps without which the clock's drift cannot be told from a gap, nor deafness from walking into something."""
+"""Beeps without which the clock's drift is not distinguished from a gap, nor deafness from walking into something."""
 DEAF_DB, DEAF_S = -60.0, 0.2e-3
 """Level of the direct sound against microphone 0's below which, and median deviation of its delay beyond which it is
 not received: phones have -8 to -35 dB and 0.01 ms, noise alone 0.6 ms, since it is highest anywhere."""
@@ -49,7 +49,7 @@ OUTSIDE_SHARE = 0.08
 response swallows of the band is no sign of another beep; energy where none was played is."""
 OTHER_PERIOD = 0.01
 MID_BEEP_ENERGY = 0.05
-"""Share of a beep's energy before the first whole beep that says the recording began in one."""
+"""Share of a beep's energy before the first complete beep that shows that the recording began in one."""
 
 
 class Fault(Enum):
@@ -104,7 +104,7 @@ class RecordingHealth:
     Attributes:
         findings: empty for a clean recording; where the beep is missing or another one, that alone.
         detected: the beep that repeats in the recording; None if none does.
-        calibration: what the direct sound tells; None without a beep.
+        calibration: what the direct sound shows; None without a beep.
 
     >>> import numpy as np
     >>> from obstaclewatch import BeepDesign, PhoneGeometry, Recording, inspect_recording
@@ -130,12 +130,12 @@ class RecordingHealth:
 
     def lines(self) -> list[str]:
         """For people: the findings, and what was calibrated."""
-        told = [str(finding) for finding in self.findings] or ["recording: nothing wrong found"]
+        lines = [str(finding) for finding in self.findings] or ["recording: nothing wrong found"]
         if self.detected is not None:
-            told.append(f"beep received: {self.detected}")
+            lines.append(f"beep received: {self.detected}")
         if self.calibration is not None:
-            told.extend(_calibration_lines(self.calibration, Fault.DEAF_MICROPHONE in self.faults))
-        return told
+            lines.extend(_calibration_lines(self.calibration, Fault.DEAF_MICROPHONE in self.faults))
+        return lines
 
 
 def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> RecordingHealth:
@@ -213,7 +213,7 @@ def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeomet
     if one_is_the_other(recording.samples):
         return [Finding(Fault.IDENTICAL_CHANNELS, "one is a multiple of the other: no bearing, range only")]
     if not recording.samples[1].any():
-        return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded silence: no bearing, range only")]
+        return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded zeros: no bearing, range only")]
     if _is_deaf(calibration):
         return [Finding(Fault.DEAF_MICROPHONE, _no_difference(calibration))]
     return [_swapped(calibration, phone)]
@@ -259,7 +259,7 @@ def _clipped(recording: Recording, beep: BeepDesign) -> Finding | None:
 
 
 def _limited(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Finding | None:
-    periods = _whole_periods(recording, calibration, beep)
+    periods = _full_periods(recording, calibration, beep)
     for mic in range(2):
         depth, deviation = gain_dip_db(periods[:, mic], beep)
         if depth > max(LIMITER_DB, LIMITER_DEVIATIONS * deviation):
@@ -325,7 +325,7 @@ def _clock_drift(calibration: Calibration, beep: BeepDesign) -> Finding | None:
 
 
 def _stands_out(recording: Recording, mic: int, start: int) -> bool:
-    """Zeros are damage where the recorder's noise is there otherwise: in a simulated silence they are not."""
+    """Zeros are damage where the recorder's noise is there otherwise: in a simulated gap they are not."""
     before = recording.samples[mic, max(start - round(ZERO_RUN_S * recording.sample_rate_hz), 0) : start]
     return bool(np.mean(recording.samples[mic] == 0.0) < 0.1 and (before != 0.0).any())
 
@@ -342,7 +342,7 @@ def _mid_beep_start(recording: Recording, calibration: Calibration, beep: BeepDe
     ]
     if energy[0] < MID_BEEP_ENERGY * energy[1]:
         return None
-    return Finding(Fault.MID_BEEP_START, f"the first whole beep is at {calibration.emission_s[0]:.3f} s")
+    return Finding(Fault.MID_BEEP_START, f"the first complete beep is at {calibration.emission_s[0]:.3f} s")
 
 
 def _energy(probe: MatchedFilter, piece: Singles) -> float:
@@ -352,11 +352,11 @@ def _energy(probe: MatchedFilter, piece: Singles) -> float:
     return float(np.sum(np.abs(probe.band_signal(padded)) ** 2))
 
 
-def _whole_periods(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Singles:
+def _full_periods(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Singles:
     """(K, 2, period_samples) from each emission on."""
     starts = np.maximum(np.round(calibration.emission_s * recording.sample_rate_hz).astype(int), 0)
-    whole = starts[starts + beep.period_samples <= recording.samples.shape[1]]
-    return np.stack([recording.samples[:, start : start + beep.period_samples] for start in whole])
+    complete = starts[starts + beep.period_samples <= recording.samples.shape[1]]
+    return np.stack([recording.samples[:, start : start + beep.period_samples] for start in complete])
 
 
 def _designed(beep: BeepDesign) -> str:
@@ -367,7 +367,7 @@ def _designed(beep: BeepDesign) -> str:
 def _calibration_lines(calibration: Calibration, deaf: bool) -> list[str]:
     low, high = calibration.usable_band_hz(0)
     speed = calibration.sound_speed_m_s
-    told = f"{speed:.0f} m/s" if np.isfinite(speed) else "not observable, the direct sound comes through the case"
+    shown = f"{speed:.0f} m/s" if np.isfinite(speed) else "not observable, the direct sound comes through the case"
     balance = (
         f"microphone 1 receives the speaker {calibration.mic_delay_s * 1e6:+.0f} us and "
         f"{calibration.mic_gain_db:+.1f} dB against microphone 0"
@@ -376,5 +376,5 @@ def _calibration_lines(calibration: Calibration, deaf: bool) -> list[str]:
         *([] if deaf else [balance]),
         f"direct sound within 10 dB of its best from {low / 1e3:.1f} to {high / 1e3:.1f} kHz; "
         f"beep to beep {calibration.beep_to_beep_db[0]:.2f} dB",
-        f"speed of sound: {told}",
+        f"speed of sound: {shown}",
     ]

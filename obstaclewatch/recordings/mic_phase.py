@@ -1,10 +1,10 @@
 """What microphone 1's channel adds to the carrier's phase, from the echo of a mirror whose direction is known.
 
-`TrackingDetector` takes the phase between the microphones for absolute. That of a flat wall or floor is known: the way
+`TrackingDetector` takes the phase between the microphones for absolute. That of a flat wall or floor is known: the path
 to the speaker's image behind the mirror, a distance 2 d along the normal n,
     path_k^2 = |m_k - s|^2 - 4 d n.(m_k - s) + 4 d^2,
 d from the path to microphone 0, the path to microphone 1 from d. What is received besides is the channel's own. The
-direct sound tells nothing of it where it comes through the case.
+direct sound does not show it where it comes through the case.
 
 A wall or a floor at which the phone's long edge points squarely is the best: there an error of the direction counts in
 its square alone, one of 2 degrees by 0.03 rad. Above the ground, held at 30 degrees, one of 1 degree counts by 0.8 rad.
@@ -70,18 +70,18 @@ def measure_mic_phase(
     sound_speed_m_s: float = 343.0,
     direct_delay_s: float | None = None,
 ) -> MicPhase:
-    """Listen to a flat mirror with the phone held still: the strongest echo within reach must be the mirror's.
+    """Measure at a flat mirror with the phone held still: the strongest echo within reach must be the mirror's.
 
     Args:
         recording: of 8 beeps or more, at the beep's rate.
         beep: the emitted signal.
         phone: speaker and microphones.
-        tilt_rad: by how much the phone's top edge is pitched from the straight way to the mirror: 0 where it points at
+        tilt_rad: by how much the phone's top edge is pitched from the straight line to the mirror: 0 where it points at
             a wall squarely, the phone's pitch before a wall otherwise, pi / 2 more than that above level ground.
         tilt_std_rad: standard deviation of that.
         reach_m: nearest and farthest distance at which the mirror may be.
         sound_speed_m_s: speed of sound.
-        direct_delay_s: calibrated delay of the direct peak at microphone 0; None takes the way through the air.
+        direct_delay_s: calibrated delay of the direct peak at microphone 0; None takes the path through the air.
 
     Raises:
         NoBeepError: the recording holds no beep.
@@ -126,7 +126,7 @@ def image_difference_m(phone: PhoneGeometry, tilt_rad: float, path_m: float) -> 
 
     Args:
         phone: speaker and microphones.
-        tilt_rad: by how much the top edge is pitched from the straight way to the mirror.
+        tilt_rad: by how much the top edge is pitched from the straight line to the mirror.
         path_m: from the speaker to microphone 0 by the mirror.
     """
     normal = np.array([0.0, np.cos(tilt_rad), -np.sin(tilt_rad)])
@@ -179,7 +179,7 @@ def _highest(profile: EchoProfile, mic: int, early_s: float, late_s: float) -> t
 
 
 def _profiles(recording: Recording, beep: BeepDesign, direct_delay_s: float, reach_s: float) -> Iterator[EchoProfile]:
-    """Every whole beep period of a recording, compressed: as far as no echo is left, which tells the noise."""
+    """Every full beep period of a recording, compressed, up to delays without echoes, which give the noise."""
     compressor = MatchedFilter(beep, max(reach_s + 2e-3, beep.gap_s))
     begin = BeepFinder(beep, direct_delay_s).first_emission(recording.samples)
     while begin + beep.period_samples <= recording.samples.shape[1]:

@@ -1,4 +1,4 @@
-"""Damage that shows in the samples themselves: flat tops, gaps of zeros, equal channels, gain that gives way."""
+"""Damage that shows in the samples themselves: flat tops, gaps of zeros, equal channels, gain that drops."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def quantisation_step(row: Singles) -> float:
     small = np.unique(np.abs(row))[:200].astype(np.float64)
     steps = np.diff(small)
     least = float(steps.min()) if len(steps) else 0.0
-    whole = least > 0.0 and bool(np.all(np.abs(steps / least - np.round(steps / least)) < 1e-3))
-    return least if whole else 0.0
+    integer = least > 0.0 and bool(np.all(np.abs(steps / least - np.round(steps / least)) < 1e-3))
+    return least if integer else 0.0
 
 
 def one_is_the_other(samples: Singles) -> bool:
@@ -82,7 +82,7 @@ def gain_dip_db(periods: Singles, beep: BeepDesign) -> tuple[float, float]:
 
     Returns:
         Depth, dB, of the lowest of the 5 ms steps during the beep below the highest after it; and the standard
-        deviation of that figure. (nan, nan) if there is no noise to tell by.
+        deviation of that figure. (nan, nan) if there is no noise to measure.
     """
     power = _beside_the_band(periods, beep)
     if power is None:

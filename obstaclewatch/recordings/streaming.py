@@ -49,7 +49,7 @@ class StreamingDetector(ABC):
 
         Args:
             block: (2, period_samples) one beep period, starting at the beep's emission.
-            time_s: time of the block's first sample; None takes whole periods since the last that was given, or 0.
+            time_s: time of the block's first sample; None counts full periods since the last that was given, or 0.
 
         Returns:
             The detection. Without a beep it holds no candidates, the flag NO_BEEP, and casts no vote.
@@ -60,7 +60,7 @@ class StreamingDetector(ABC):
         """
 
     def stream(self, recording: Recording) -> Iterator[Detection]:
-        """Detections of a recording that may start anywhere, one per whole beep period, from a fresh state.
+        """Detections of a recording that may start anywhere, one per full beep period, from a fresh state.
 
         Where samples were dropped and the beep is not at its place, it is searched for anew.
 
@@ -74,10 +74,10 @@ class StreamingDetector(ABC):
     def stream_pieces(self, pieces: Iterable[Recording]) -> Iterator[Detection]:
         """The same, bit for bit, of a recording that arrives in pieces of any length, in constant memory.
 
-        The pieces up to the first beep are read at once, so that what is wrong with them is said at once.
+        The pieces up to the first beep are read by the call itself, so that it raises what is wrong with them.
 
         Raises:
-            ValueError, NoBeepError: as `stream`; a piece of another rate only when its turn comes.
+            ValueError, NoBeepError: as `stream`; a piece of another rate only when it is read.
         """
         self.reset()
         feed = SampleFeed(pieces, self.beep.sample_rate_hz)
@@ -85,7 +85,7 @@ class StreamingDetector(ABC):
         return self._stream(feed, finder, finder.next_emission(feed, 0))
 
     def run(self, recording: Recording) -> list[Decision]:
-        """Decisions of a whole recording, one per beep; the same, bit for bit, as those of `stream`."""
+        """Decisions of a recording, one per beep; the same, bit for bit, as those of `stream`."""
         return [detection.decision for detection in self.stream(recording)]
 
     def _stream(self, feed: SampleFeed, finder: BeepFinder, begin: int) -> Iterator[Detection]:

@@ -1,7 +1,7 @@
 """Beeps of a phone held still add up in phase: n of them gain 10 log10 n of signal-to-noise ratio, and then some.
 
 What stands still has the same phase in every beep, noise has not; so the mean of the complex envelopes is the response
-of the place. A hand that moves by 1 mm turns an echo by 0.75 rad: then the mean starts anew.
+of the place. A hand that moves by 1 mm rotates an echo's phase by 0.75 rad: then the mean starts anew.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class AveragedBeeps:
         self._mean, self._count = None, 0
 
     def add(self, profile: EchoProfile) -> EchoProfile:
-        """The mean response with this beep in it; this beep's own where it tells of another pose."""
+        """The mean response with this beep in it; this beep's own where it shows another pose."""
         if self._beeps == 1:
             return profile
         if self._mean is None or has_changed(profile.envelope - self._mean):

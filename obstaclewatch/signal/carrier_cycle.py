@@ -32,7 +32,7 @@ class DifferenceReadings(NamedTuple):
     Attributes:
         envelope_m, envelope_std_m: (n,) by the envelopes, and its deviation; NaN where microphone 1 receives nothing.
         phase_rad, phase_std_rad: (n,) of microphone 1 over microphone 0, freed of what its channel adds, and its
-            deviation; NaN where it tells nothing.
+            deviation; NaN where it has no information.
         cycle_m: wavelength at the profile's reference frequency.
     """
 
@@ -47,7 +47,7 @@ def within_cycle(readings: DifferenceReadings, longest_m: Floats) -> tuple[Float
     """Path differences by phase in the likeliest cycle, and their deviations, the chance of other cycles included.
 
     Cycles are weighed by the envelopes and by what is possible: nothing at the phone's height is further behind at
-    microphone 1 than straight ahead. Where none is likelier than all others together, the envelopes' values stay.
+    microphone 1 than straight ahead. Where none is likelier than the sum of all others, the envelopes' values stay.
 
     Args:
         readings: of n candidates.

@@ -1,9 +1,9 @@
-"""Path difference between the microphones from carriers and envelopes together, over many beeps.
+"""Path difference between the microphones from carriers and envelopes jointly, over many beeps.
 
 At 20.5 kHz a cycle is 16.7 mm of path: the phase is tenfold finer than the envelope, but repeats. No cycle is chosen.
 Microphone 1's envelope around a peak of microphone 0, rotated by that peak's phase, is kept; a trajectory predicts the
-path difference of every beep, and what is kept adds up in phase over beeps along the true trajectory alone. What the
-phase of the sum is tells of the direction itself, if the phase that microphone 1's channel adds is known
+path difference of every beep, and what is kept adds up in phase over beeps along the true trajectory alone. The phase
+of the sum gives the direction itself, if the phase that microphone 1's channel adds is known
 (`log_agreement`).
 """
 
@@ -28,8 +28,8 @@ their peak. As noise it grows with the echo, so that no beep says more than 1 / 
 PHASE_STD = 0.6
 """Deviation of the sum's phase, rad, besides noise: 0.3 (median of its size) over the loud echoes of known direction of
 96 rendered walks of the development split, and pitch that is wrong by a degree makes 0.45 at 30 degrees. Taken for 0.4,
-it made bearings a little better and collisions worse told: another height turns it too."""
-PI, HALF, WHOLE = np.float32(np.pi), np.float32(0.5), np.float32(64.0)
+it made bearings a little better and collisions worse: another height rotates it too."""
+PI, HALF, MOST_CYCLES = np.float32(np.pi), np.float32(0.5), np.float32(64.0)
 SERIES = tuple(
     (np.float32(s / factorial(k + 1)), np.float32(s / factorial(k)))
     for k, s in ((10, -1), (8, 1), (6, -1), (4, 1), (2, -1), (0, 1))
@@ -55,15 +55,15 @@ def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise:
     """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).
 
     Each row is rotated so that microphone 0's peak has phase 0, and divided by the rms of microphone 1's noise.
-    The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u turns the row by
+    The envelope of an echo at delay d has the phase -2 pi reference_hz d; a path longer by u rotates the row by
     -2 pi reference_hz u / c. `envelope` is (2, M).
     """
     rows, first, second = np.empty((len(position), len(offset)), dtype=np.complex64), envelope[0], envelope[1]
     for peak in range(len(position)):
         own = complex_at(first, position[peak])
-        turn = own.conjugate() / abs(own) / noise
+        rotation = own.conjugate() / abs(own) / noise
         for column in range(len(offset)):
-            rows[peak, column] = complex_at(second, position[peak] + offset[column]) * turn
+            rows[peak, column] = complex_at(second, position[peak] + offset[column]) * rotation
     return rows
 
 
@@ -71,8 +71,8 @@ def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise:
 def received_at(received: Singles, sample: NDArray[np.int32], row: SingleComplexes, u_m: Singles) -> None:
     """Fill in (2, H) real and imaginary part of a row (W,) of `second_channel` at path differences.
 
-    It is linear between samples; where to read, (H,), is found before reading, which keeps several from being handled
-    at once.
+    It is linear between samples; where to read, (H,), is found before reading, which would keep the loop from being
+    vectorised.
     """
     first, per_m, last = np.float32(-REACH_M), np.float32(1.0 / STEP_M), np.float32(len(row) - 1.01)
     for trajectory in range(len(u_m)):
@@ -112,12 +112,12 @@ def add_rotated(total: Singles, received: Singles, u_m: Singles, per_m: np.float
 
 
 @numba.njit(cache=True, error_model="numpy")
-def cycle(turns: np.float32) -> tuple[np.float32, np.float32]:
-    """Cosine and sine of so many turns, within 1e-6 and fewer than 64: series of half the angle, doubled.
+def cycle(cycles: np.float32) -> tuple[np.float32, np.float32]:
+    """Cosine and sine of so many cycles, within 1e-6 and fewer than 64: series of half the angle, doubled.
 
     Written out, since a library's functions take one number at a time.
     """
-    rest = turns - (np.float32(np.int32(turns + WHOLE + HALF)) - WHOLE)
+    rest = cycles - (np.float32(np.int32(cycles + MOST_CYCLES + HALF)) - MOST_CYCLES)
     angle2 = (PI * rest) ** 2
     sine, cosine = np.float32(0.0), np.float32(0.0)
     for of_sine, of_cosine in SERIES:

@@ -1,4 +1,4 @@
-"""The direct sound: when the beep left, as both channels tell."""
+"""The direct sound: when the beep was emitted, by both channels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class DirectSound(NamedTuple):
     Attributes:
         delay_s: (2,) on the profile's delay axis.
         amplitude: (2,) heights of the peaks.
-        found: the strongest peak of microphone 0's whole profile is the direct one; False says there is no beep here.
+        found: the strongest peak of microphone 0's profile is the direct one; False says there is no beep here.
     """
 
     delay_s: Floats

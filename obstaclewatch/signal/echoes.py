@@ -87,7 +87,7 @@ def os_cfar_passes(
 
 @numba.njit(cache=True)
 def _reached(samples: Floats, factor: float, height: float) -> int:
-    """How many samples times the factor are no higher than a height. By index this compiles to several at once."""
+    """How many samples times the factor are no higher than a height. By index this loop is vectorised."""
     count = 0
     for sample in range(len(samples)):
         count += 1 if factor * samples[sample] <= height else 0
@@ -180,8 +180,8 @@ def keep_separated(magnitude: Floats, peaks: NDArray[np.intp], separation: int) 
 
 def highest_of_windows(magnitude: Floats, window: int) -> NDArray[np.intp]:
     """(n,) the highest sample of every non-overlapping window (section 3.4 as printed)."""
-    whole = len(magnitude) // window * window
-    return np.argmax(magnitude[:whole].reshape(-1, window), axis=1) + np.arange(0, whole, window)
+    covered = len(magnitude) // window * window
+    return np.argmax(magnitude[:covered].reshape(-1, window), axis=1) + np.arange(0, covered, window)
 
 
 @numba.njit(cache=True)

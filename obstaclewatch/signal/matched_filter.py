@@ -102,7 +102,7 @@ class MatchedFilter:
         self.beep = beep
         self.block_samples = beep.period_samples if block_samples is None else block_samples
         self._check_arguments(reach_s, lead_s, rate_hz)
-        self._length = BandSpectrum.whole_length(self.block_samples)
+        self._length = BandSpectrum.fast_length(self.block_samples)
         bin_hz = beep.sample_rate_hz / self._length
         low, high = _band_bins(beep, bin_hz, self._length // 2)
         self._band = BandSpectrum(self._length, low, high)

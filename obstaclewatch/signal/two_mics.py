@@ -17,12 +17,12 @@ from obstaclewatch.support.arrays import Floats
 
 
 def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0) -> Floats:
-    """Distance from a microphone to a point, from the whole path speaker - point - microphone.
+    """Distance from a microphone to a point, from the path speaker - point - microphone.
 
     path = D + sqrt(D^2 + b^2 - 2 D b cos a), hence D = (path^2 - b^2) / (2 (path - b cos a)); for b = 0 path / 2.
 
     Args:
-        path_m: whole path.
+        path_m: length of that path.
         baseline_m: b, distance from microphone to speaker.
         cosine: cos a, of the angle at the microphone between the speaker and the point.
 
@@ -53,7 +53,7 @@ def ranges_of_pairs(
     The triangle needs the bearing and the bearing the range: the second round moves it by less than 0.1 mm.
 
     Args:
-        path1_m: (n,) whole paths to microphone 0.
+        path1_m: (n,) paths from the speaker to microphone 0.
         u_m: (n,) path 2 - path 1; where it is NaN, echoes count as from straight ahead.
         separation_m: between the microphones.
         baseline_m: from microphone 0 to the speaker.

@@ -1,10 +1,10 @@
 """Bearing of what is received on a cone about the phone's long axis, its height not known.
 
-Two microphones tell the angle to the phone's long axis alone. With the phone pitched and the ground known, one cone is
+Two microphones give the angle to the phone's long axis alone. With the phone pitched and the ground known, one cone is
 that of a thing at the phone's height and some way aside, or of one's corner with the ground straight ahead. Nothing
-tells which; so all are weighed, every bearing alike and heights as often as they were found, against what the envelopes
-and the carrier say of the path difference. Straight ahead the cone hardly changes with the bearing, so that even prior
-alone makes bearings near it likelier, and with them the carrier's cycle that leads there.
+decides which; so all are weighed, every bearing alike and heights as often as they were found, against what the
+envelopes and the carrier say of the path difference. Straight ahead the cone hardly changes with the bearing, so that
+even prior alone makes bearings near it likelier, and with them the carrier's cycle that leads there.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ IMAGES = np.array([1.0, 2.0])
 REACH = 4.0
 """How far from the envelopes' path difference, in its deviations, another may lie."""
 ODD = 0.05
-"""Share of phases that tell nothing."""
+"""Share of phases without information."""
 
 
 class Attitude(NamedTuple):
@@ -93,7 +93,7 @@ def _weigh(
     middle_m, std_m = envelope
     phase_rad, sharpness = phase[0], 1.0 / phase[1] ** 2
     received = not np.isnan(phase_rad)
-    turn = 2.0 * np.pi / cycle_m
+    rad_per_m = 2.0 * np.pi / cycle_m
     odd = ODD / np.sqrt(2.0 * np.pi * sharpness)
     nearest_m = nearest_place(phase_rad, middle_m, cycle_m)
     total = 0.0
@@ -111,7 +111,7 @@ def _weigh(
                 off = (u_m - middle_m) / std_m
                 weight = HEIGHT_PRIOR[kind] * np.exp(-0.5 * off * off)
                 if received:
-                    weight *= (1.0 - ODD) * np.exp(sharpness * (np.cos(phase_rad + turn * u_m) - 1.0)) + odd
+                    weight *= (1.0 - ODD) * np.exp(sharpness * (np.cos(phase_rad + rad_per_m * u_m) - 1.0)) + odd
                     cycle = round((u_m - nearest_m) / cycle_m) + len(cycles) // 2
                     if 0 <= cycle < len(cycles):
                         cycles[cycle] += weight

@@ -1,8 +1,8 @@
 """Our detector for a phone held still: beeps averaged, and what comes from behind and below left out.
 
-While standing nothing moves, so that what moves along with the walker cannot be told from obstacles by motion. The
-direction of arrival tells: averaged beeps give the cosine of the cone about the phone's long axis to 0.05, and the
-ground below a phone pitched by 30 degrees arrives at -0.5, the walker's body at -1, the foot of a wall alongside at
+While standing nothing moves, so that what moves along with the walker is not distinguished from obstacles by motion.
+The direction of arrival decides: averaged beeps give the cosine of the cone about the phone's long axis to 0.05, and
+the ground below a phone pitched by 30 degrees arrives at -0.5, the walker's body at -1, the foot of a wall alongside at
 -0.3, a thing ahead at 0.4 to 0.9.
 """
 

@@ -2,7 +2,7 @@
 
 numba compares the file of a function alone, although what it calls in other files is compiled into it: after an update
 of those it would go on computing by the old ones. Here the stamp of a stored function is that of its file and of all
-files of these packages that this one imports, directly and by way of others. Importing this module is enough; functions
+files of these packages that this one imports, directly and through others. Importing this module is enough; functions
 of other libraries are stored as before.
 """
 
@@ -42,8 +42,8 @@ class SourcesLocator:
             root = Path(file).parents[function.__module__.count(".")]
             found.get_source_stamp = partial(sources_stamp, root, Path(file))
             line, stamp = found.get_disambiguator(), sources_stamp(root, Path(file)).hex()
-            # The file's name tells the sources as well: numba looks at the stamp only after it has unpickled classes
-            # of theirs, which an update may have renamed.
+            # The file's name depends on the sources as well: numba looks at the stamp only after it has unpickled
+            # classes of theirs, which an update may have renamed.
             found.get_disambiguator = lambda: f"{line}-{stamp[:8]}"
         return found
 
@@ -58,7 +58,7 @@ def sources_stamp(root: Path, file: Path) -> bytes:
 
 
 def sources(root: Path, file: Path) -> set[Path]:
-    """A module's file, and those that it imports from the packages in a folder, directly and by way of others.
+    """A module's file, and those that it imports from the packages in a folder, directly and through others.
 
     What a package's `__init__` imports is not followed: compiled functions take nothing from there.
     """

@@ -43,7 +43,7 @@ PITCH_STEP_RAD = np.deg2rad(1.5)
 """By how much the pitch that is estimated must depart from the one in use to replace it."""
 USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
-generously. Walls alongside and what comes by way of ground and body stand at their distances as well, often louder."""
+generously. Walls alongside and what comes via ground and body stand at their distances as well, often louder."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class PeakFinder:
     Args:
         beep: the emitted signal.
         phone: speaker and microphones.
-        settings: reach of the listening, and the calibrated direct sound.
+        settings: range that is searched, and the calibrated direct sound.
         sound_speed_m_s: speed of sound.
-        pitch_rad: pitch of the phone, for the height above the ground; None for not told: it is then taken
-            for level until the ground is received (`pitch_estimate`).
+        pitch_rad: pitch of the phone, for the height above the ground; None if it is not given: it is then
+            taken for level until the ground is received (`pitch_estimate`).
 
     Attributes:
         ground_m: height of microphone 0 above the ground, as known so far.
-        pitch_rad: the pitch, as told or as known so far.
+        pitch_rad: the pitch, as given or as estimated so far.
         ground: the ground in the last beep; None before its place is known.
     """
 
@@ -111,14 +111,14 @@ class PeakFinder:
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
         if self._span < self._noise_window:
             raise ValueError(
-                f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to tell echoes "
-                f"from noise, got {settings.near_m} and {settings.far_m}"
+                f"far_m must be {0.5 * NOISE_WINDOW_S * sound_speed_m_s:.2f} m or more beyond near_m to measure "
+                f"the noise, got {settings.near_m} and {settings.far_m}"
             )
         self._received, self._floor = 0, 10.0 ** (settings.floor_db / 20.0)
         self._reception, self._offset = self._reception_of(beep), OFFSETS_M / sound_speed_m_s * self._filter.rate_hz
         self._separation_m = phone.mic_separation_m
-        listener = PitchEstimator(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
-        self._pitch_estimator = listener if pitch_rad is None else None
+        estimator = PitchEstimator(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
+        self._pitch_estimator = estimator if pitch_rad is None else None
         self.pitch_rad = pitch_rad or 0.0
         self._ground_path_m: float | None = None
         self.ground_m = USUAL_GROUND_M

@@ -77,7 +77,7 @@ def peak_readings(
         moved, magnitude: (2, M) envelope without what stays, and its size.
         clutter: (S,) what stays of microphone 0's heights, from `first` on.
         offset: (W,) where microphone 1 is read after each peak, samples.
-        listening: a `Reception`.
+        reception: a `Reception`.
         first: sample from which on peaks are looked for.
         start_s: emission, on the envelope's delay axis.
         direct: height of the direct sound.

@@ -1,6 +1,6 @@
 """Where a tracked echo is, and how fast it closes in: a robust fit to the last beeps' readings, with the steps in it.
 
-The Kalman filter that follows an echo (`kalman`) must decide at once whether a peak is its own, and takes the
+The Kalman filter that follows an echo (`kalman`) must decide within the beep whether a peak is its own, and takes the
 steps for white noise. What is reported is fitted anew to the last readings instead. The beep that met the obstacle at
 tau, counted from the asked time, read
 
@@ -10,7 +10,7 @@ for a chirp reads x + T dx/dt with T = `range_doppler_s`. X is the phone's bob a
 are measured in the ground's echo and show in this range, c and s what they leave; range r, speed v, acceleration a, c
 and s are fitted, with the priors of walkers. Noise follows Student's distribution, by iteratively reweighted least
 squares (Lange, Little and Taylor 1989, J. Am. Stat. Assoc. 84:881): where echoes cross, a peak may be of another one,
-and later readings tell. Where beeps brought no peak, some of the peaks that others brought are not the echo's either:
+and later readings decide. Where beeps brought no peak, some of the peaks that others brought are not the echo's either:
 deviations grow with the share that is missing.
 """
 

@@ -1,8 +1,9 @@
-"""Likelihood ratios along all straight approaches at once, gathered beep by beep before anything is called a peak.
+"""Likelihood ratios along all straight approaches, summed beep by beep before anything is called a peak.
 
 A running sum of log likelihood ratios for every range and closing speed (track before detect; Page's test: what falls
-below zero starts anew). From beep to beep a speed moves its ranges by whole cells, so an update is one addition of a
-shifted array, however many beeps the likelihood spans. Echoes too weak to be found in any one beep add up.
+below zero starts anew). From beep to beep a speed moves its ranges by an integer number of cells, so an update is one
+addition of a shifted array, however many beeps the likelihood spans. Echoes too weak to be found in any one beep add
+up.
 """
 
 from __future__ import annotations

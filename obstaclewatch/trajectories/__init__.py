@@ -1,1 +1,1 @@
-"""Trajectory hypotheses: prior, likelihood and posterior over straight ways past the phone."""
+"""Trajectory hypotheses: prior, likelihood and posterior over straight paths past the phone."""

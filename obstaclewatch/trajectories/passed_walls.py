@@ -13,7 +13,7 @@ import numba
 GAP_M = (0.08, 0.75)
 """Between the walker's side and the end of a wall that is passed, evenly; what ends farther off is no near miss."""
 LEAST_RECEIVED = 0.02
-"""Share of passed walls that are received from where none should be: by way of their ends."""
+"""Share of passed walls that are received from where none should be: off their ends."""
 
 
 def ends_of_passed(half_width_m: float) -> tuple[float, float]:

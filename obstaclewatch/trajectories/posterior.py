@@ -27,7 +27,7 @@ MOST_MISFIT = 40.0
 """Squared deviations in all, beyond which a trajectory is not thought less likely: some peaks are of another echo."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
-TURN = 2.0 * np.pi
+CYCLE_RAD = 2.0 * np.pi
 NEGLIGIBLE = 1e-10
 """Probability of a trajectory that no expectation needs."""
 
@@ -38,15 +38,16 @@ class Prior(NamedTuple):
     Attributes:
         log_share: (H,) of the probabilities, up to a constant.
         nearing: (H,) fall of a wall's distance along its normal per distance walked; 1 for other things.
-        tells_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
-            known, as 10 cm of another height turn it by a quarter of a cycle; and not of phones that were not measured.
+        has_phase: (H,) whether the phase of what adds up is known: of upright things and walls alone, whose height is
+            known, as 10 cm of another height rotate it by a quarter of a cycle; and not of phones that were not
+            measured.
         phase_rad: what microphone 1 adds to it.
         radii: (H, B) probabilities of the classes of radii, see `width_prior`.
     """
 
     log_share: Floats
     nearing: Floats
-    tells_phase: Flags
+    has_phase: Flags
     phase_rad: float
     radii: Floats
 
@@ -97,7 +98,7 @@ def posterior(
         table: (7, H) what they lead to, see `bodies_at`.
         ground_m: height of microphone 0 above the ground, from which on things are corners.
         phone: its `Receivers`.
-        swinging: its `Oscillation`.
+        oscillating: its `Oscillation`.
         time_s, range_m, range_std_m: (K,) times that the readings stand for, and what was read.
         second: (K, W) microphone 1 around each peak.
         now_s: time from which the trajectories run.
@@ -113,28 +114,28 @@ def posterior(
         oscillation_at(oscillation, hit_s),
     )
     found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
-    density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / TURN)
-    share = shares(prior.log_share, found, density, prior.tells_phase, prior.phase_rad)
+    density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / CYCLE_RAD)
+    share = shares(prior.log_share, found, density, prior.has_phase, prior.phase_rad)
     radius_m, radius_std_m = narrow_radius(share, prior.radii)
     misfit = float(found.misfit.min()) / len(time_s)
     return share, found.ahead_m, found.closing_m_s, misfit, radius_m, radius_std_m
 
 
 @numba.njit(cache=True, error_model="numpy")
-def shares(log_prior: Floats, found: Agreement, density: Floats, tells_phase: Flags, phase_rad: float) -> Floats:
-    """(H,) probabilities, 1 together.
+def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flags, phase_rad: float) -> Floats:
+    """(H,) probabilities, which sum to 1.
 
     Args:
         log_prior: (H,).
         found: how the trajectories agree with what was read.
         density: (H,) of the speed of approach.
-        tells_phase, phase_rad: see `Prior`.
+        has_phase, phase_rad: see `Prior`.
     """
     log = np.empty(len(log_prior))
     for trajectory in range(len(log)):
         real, imaginary = float(found.gathered[0, trajectory]), float(found.gathered[1, trajectory])
         received = RECEIVED_SHARE * (real * real + imaginary * imaginary)
-        if tells_phase[trajectory]:
+        if has_phase[trajectory]:
             received += log_agreement(real, imaginary, phase_rad)
         log[trajectory] = (
             log_prior[trajectory] + log_fit(float(found.misfit[trajectory])) + received + np.log(density[trajectory])
@@ -157,7 +158,7 @@ class Meeting(NamedTuple):
         contact_m: distance ahead of the phone's middle at which the walker's body meets the obstacle.
         angle_rad: at which walls stay; 0 for other things.
         nearing: fall of a wall's distance along its normal per distance walked; 1 for other things.
-        way: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
+        to_walk: distance to walk to a wall, as high as its nearest point, per distance along its normal; 1 likewise.
         aside: how far aside a wall's nearest point lies per distance along its normal; infinite for other things.
     """
 
@@ -165,7 +166,7 @@ class Meeting(NamedTuple):
     contact_m: Floats
     angle_rad: Floats
     nearing: Floats
-    way: Floats
+    to_walk: Floats
     aside: Floats
 
 
@@ -239,10 +240,10 @@ def expectations(
         bob, fore_aft = bob + own * bodies.stays[trajectory] * height / seen, fore_aft + own * toward * plan / seen
         cosine += own * cone_cosine(seen, plan, toward, height, cos_pitch, sin_pitch)
         closing = float(closing_m_s[trajectory]) / meeting.nearing[trajectory]
-        left_m = float(ahead) * meeting.way[trajectory] + mic_m - meeting.contact_m[trajectory]
-        way = left_m * walked_share(closing)
-        total, hit, left_of_hits = total + own, hit + hits, left_of_hits + hits * way
-        left, speed, miss = left + own * way, speed + own * closing, miss + own * aside
+        left_m = float(ahead) * meeting.to_walk[trajectory] + mic_m - meeting.contact_m[trajectory]
+        walked_m = left_m * walked_share(closing)
+        total, hit, left_of_hits = total + own, hit + hits, left_of_hits + hits * walked_m
+        left, speed, miss = left + own * walked_m, speed + own * closing, miss + own * aside
         angle = meeting.angle_rad[trajectory] + (np.arctan2(float(aside), float(ahead)) if aside > 0.0 else 0.0)
         bearing, bearing2 = bearing + own * angle, bearing2 + own * angle * angle
     left = left_of_hits / hit if hit > 1e-6 * total else left / total

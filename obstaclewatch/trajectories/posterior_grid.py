@@ -7,9 +7,9 @@ ahead and D = sqrt(x^2 + b^2) the distance in plan to the middle of a round body
     cosine  k = ((D - r) x / D cos(pitch) - h sin(pitch)) / R      of the cone about the phone's long axis.
 
 h = 0 is an echo from the phone's own height; h = ground is that of the corner which an upright thing makes with hard
-ground: it comes back the way it went, as if from as far below as the phone is above the ground. A wall, which mirrors,
-stays at an angle a: x closes at v cos(a), and the cosine keeps its factor cos(a). The microphones' path difference u
-follows from R and k. Constant bearing and falling range are a collision course.
+ground: it comes back along its own path, as if from as far below as the phone is above the ground. A wall, which
+mirrors, stays at an angle a: x closes at v cos(a), and the cosine keeps its factor cos(a). The microphones' path
+difference u follows from R and k. Constant bearing and falling range are a collision course.
 
 The chirp reads ranges `range_doppler_s` ahead of their time, and so do envelopes; the phase between the microphones is
 that of the moment:
@@ -78,16 +78,16 @@ class TrajectoryGrid:
         nearing = np.cos(self._all.angle_rad) * cos_tilt
         toward = nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
-        tells_phase = upright & (mic_phase_rad is not None)
+        has_phase = upright & (mic_phase_rad is not None)
         radii = radius_shares(self._all)
-        self._prior = tuple(Prior(self._all.log_prior, nearing, tells_phase, mic_phase_rad or 0.0, radii))
+        self._prior = tuple(Prior(self._all.log_prior, nearing, has_phase, mic_phase_rad or 0.0, radii))
         along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)
         self._bodies: Singles = np.array(body, dtype=np.float32)
-        way = cos_tilt / np.cos(self._all.angle_rad)
+        to_walk = cos_tilt / np.cos(self._all.angle_rad)
         aside = np.where(self._all.is_wall, np.sin(self._all.angle_rad), np.inf)
-        meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, nearing, way, aside)
+        meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, nearing, to_walk, aside)
         self._meeting, self._ends_m = np.array(meeting), ends_of_passed(half_width_m)
         self._mic_ahead_m = float(0.5 * separation_m * np.cos(pitch_rad))
 
@@ -126,7 +126,7 @@ def _flatness(trajectories: Hypotheses, length_m: float, baseline_m: float) -> t
     """(H,) m^2 by which a mirror shortens the path difference, times sin^2 / range: in the level plane, and upright.
 
     With speaker and microphone s and m off the ray, a point's path is longer by (s^2 + m^2) / 2R than the ray's, a
-    mirror's by (s - m)^2 / 4R, and that of its corner with the ground, which turns s over, by (s + m)^2 / 4R. Upright
+    mirror's by (s - m)^2 / 4R, and that of its corner with the ground, which reverses s, by (s + m)^2 / 4R. Upright
     things mirror in the upright plane, walls in the level one as well; what lies between phone and ground is rounded.
     """
     mirror = 0.25 * length_m * (length_m + 2.0 * baseline_m)

@@ -1,8 +1,9 @@
 """Which trajectories are thought possible before anything is received, and which of them are collisions.
 
 What is tested is where the echo comes from, while what decides is where the obstacle's near edge is. The reflecting
-point lies within the edge by up to the obstacle's half width, so the two hypotheses overlap. How far tells the height
-that the echo comes from: what has a corner with the ground is mostly narrow, what is received between is mostly a car.
+point lies within the edge by up to the obstacle's half width, so the two hypotheses overlap. How far follows from the
+height that the echo comes from: what has a corner with the ground is mostly narrow, what is received between is mostly
+a car.
 
 Shares and spreads of heights, gaps, angles and kinds were fitted on rendered development walks; no script derives them.
 """
@@ -46,8 +47,8 @@ degrees that leans by 12 seems to be at 37."""
 WALL_KIND_PRIOR = np.array([0.48, 0.28, 0.12, 0.12])
 WALL_PRIOR = 0.3
 WALL_HIT_RAD = np.deg2rad(30.0)
-"""Deviation of the angle at which walls are met. A wall that is hit lies across the way, but so does one whose end is
-passed: of 40 walls of the development walks, 14 of the 21 hit and 6 of the 19 missed lay within 25 degrees."""
+"""Deviation of the angle at which walls are met. A wall that is hit lies across the walker's line; so does one whose
+end is passed: of 40 walls of the development walks, 14 of the 21 hit and 6 of the 19 missed lay within 25 degrees."""
 WALL_MISS_RAD, WALL_MISS_STD_RAD = np.deg2rad(25.0), np.deg2rad(8.0)
 
 WALKER_M_S, WALKER_STD_M_S = 1.25, 0.2
@@ -56,7 +57,7 @@ WALK_RATIO_M_MIN = 0.00646
 WALK_RATIO_SPREAD = 0.12
 """How people differ in it: 0.60 +- 0.07 cm per step a minute (Bogen et al. 2018, Gait Posture 61)."""
 ONCOMING_M_S = (0.3, 1.9)
-"""What an obstacle that comes the other way adds to the walker's speed."""
+"""What an oncoming obstacle adds to the walker's speed."""
 ONCOMING_PRIOR = 0.12
 ANY_SPEED = 1e-3
 
@@ -118,14 +119,14 @@ def walking_speed(step_hz: float) -> tuple[float, float]:
     """
     if step_hz == 0.0:
         return WALKER_M_S, WALKER_STD_M_S
-    told = WALK_RATIO_M_MIN * (60.0 * step_hz) ** 2 / 60.0
-    usual, received = WALKER_STD_M_S**-2, (WALK_RATIO_SPREAD * told) ** -2
-    return (usual * WALKER_M_S + received * told) / (usual + received), (usual + received) ** -0.5
+    by_steps = WALK_RATIO_M_MIN * (60.0 * step_hz) ** 2 / 60.0
+    usual, received = WALKER_STD_M_S**-2, (WALK_RATIO_SPREAD * by_steps) ** -2
+    return (usual * WALKER_M_S + received * by_steps) / (usual + received), (usual + received) ** -0.5
 
 
 @numba.njit(cache=True, error_model="numpy")
 def speed_density(speed_m_s: Floats, step_hz: float) -> Floats:
-    """Density of speeds of approach (H,), s/m: walkers', and one in eight that something comes the other way."""
+    """Density of speeds of approach (H,), s/m: walkers', and one in eight of an oncoming obstacle."""
     own, std = walking_speed(step_hz)
     slowest, fastest = ONCOMING_M_S
     density = np.empty(len(speed_m_s))
@@ -163,7 +164,8 @@ def _contacts(half_width_m: float) -> Floats:
     """(H,) distances ahead at which a body with a round front, `FRONT_M` before the phone's middle, is touched.
 
     A round thing lies between the front and abreast of it; what a miss distance beyond its reach says to be a collision
-    is broader than the reflecting point tells, and is taken to be met abreast. A wall is met where its normal touches.
+    is broader than the reflecting point suggests, and is taken to be met abreast. A wall is met where its normal
+    touches.
     """
     round_m = np.sqrt(np.maximum((RADIUS_M + half_width_m) ** 2 - MISS_M**2, 0.0))
     wall_m = half_width_m / np.cos(WALL_ANGLES_RAD)

@@ -1,13 +1,13 @@
 """How broad is what is followed? What the kind of its echo says: nothing else that is received does.
 
-A smooth round body widens no crest, and a level tells the roughness of a surface, not its width. What is received is
-where an echo comes from (`posterior_grid`): a corner with the ground is mostly a dustbin's, an echo from between
-ground and phone mostly a car's, from a wall anything's. Each kind has its distribution of radii, and the posterior
-over kinds mixes them. The radius is half the width across the walk.
+A smooth round body widens no crest, and a level depends on the roughness of a surface, not its width. What is received
+is where an echo comes from (`posterior_grid`): a corner with the ground is mostly a dustbin's, an echo from between
+ground and phone mostly a car's, from a wall anything's. Each kind has its distribution of radii, and the posterior over
+kinds mixes them. The radius is half the width across the walk.
 
 What is more likely than not narrow gets the median of the narrow radii; the deviation is the distance from it within
-which 68 % of the posterior lies, the chance that it is a car or a wall included. Of anything else no radius is told:
-walls and cars echo from one place, and where they end is not received.
+which 68 % of the posterior lies, the chance that it is a car or a wall included. Of anything else no radius is
+reported: walls and cars echo from one place, and where they end is not received.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def narrow_radius(share: Floats, radii: Floats) -> tuple[float, float]:
     """Radius of what is thought narrow, and its deviation, m; NaN both if that is not likelier than not.
 
     Args:
-        share: (H,) probabilities of the trajectories, 1 together.
+        share: (H,) probabilities of the trajectories, which sum to 1.
         radii: (H, B) of the classes of radii given each, see `radius_shares`.
     """
     weight = np.dot(share, radii)

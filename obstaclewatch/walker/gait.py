@@ -35,13 +35,13 @@ def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -
         step_std_m: standard deviation over a step.
     """
     covariance = np.empty((len(time_s), len(time_s)))
-    turn, cosine, sine = np.empty(len(time_s)), np.empty(len(time_s)), np.empty(len(time_s))
+    angle, cosine, sine = np.empty(len(time_s)), np.empty(len(time_s)), np.empty(len(time_s))
     for row in range(len(time_s)):
-        turn[row] = 2.0 * np.pi * time_s[row]
-        cosine[row], sine[row] = np.cos(STEP_HZ * turn[row]), np.sin(STEP_HZ * turn[row])
+        angle[row] = 2.0 * np.pi * time_s[row]
+        cosine[row], sine[row] = np.cos(STEP_HZ * angle[row]), np.sin(STEP_HZ * angle[row])
         for column in range(row):
             of_lag = cosine[row] * cosine[column] + sine[row] * sine[column]
-            spread = STEP_STD_HZ * (turn[row] - turn[column])
+            spread = STEP_STD_HZ * (angle[row] - angle[column])
             covariance[row, column] = covariance[column, row] = step_std_m**2 * of_lag * np.exp(-0.5 * spread * spread)
         covariance[row, row] = step_std_m**2 + OTHER_M**2 + noise_std_m[row] ** 2
     return covariance
@@ -49,7 +49,7 @@ def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -
 
 @numba.njit(cache=True, error_model="numpy")
 def whitening(covariance: Floats) -> Floats:
-    """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated together."""
+    """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated jointly."""
     count = len(covariance)
     rows = np.zeros((count, 2 * count))
     for row in range(count):

@@ -50,13 +50,13 @@ class GroundFinder:
         return self.height_of(self._c * (profile.start_s + position / profile.rate_hz - start_s))
 
     def path_m(self, height_m: float, mic: int = 1) -> float:
-        """Path by way of the ground to a microphone, while microphone 0 is that high."""
+        """Path via the ground to a microphone, while microphone 0 is that high."""
         behind_m = self._separation_m * mic
         aside_m = (self._ahead_m + behind_m) * self._cos_pitch
         return float(np.hypot(2.0 * height_m + (self._ahead_m - behind_m) * self._sin_pitch, aside_m))
 
     def height_of(self, path_m: float) -> float:
-        """Height of microphone 0 while the path by way of the ground to microphone 1 is that long."""
+        """Height of microphone 0 while the path via the ground to microphone 1 is that long."""
         aside_m = (self._ahead_m + self._separation_m) * self._cos_pitch
         upright_m = float(np.sqrt(path_m**2 - aside_m**2))
         return 0.5 * (upright_m - (self._ahead_m - self._separation_m) * self._sin_pitch)

@@ -2,8 +2,8 @@
 
 The ground's mirror image lies straight below, and microphone 1 receives it by u later than microphone 0:
     u = sqrt(4 h^2 - 4 h L sin(pitch) + L^2) - 2 h,    sin(pitch) = (L^2 - u^2 - 4 h u) / (4 h L).
-Envelopes alone tell u, and with it the pitch, once they are added up over beeps. On 107 rendered development walks it
-is told to 1.9 degrees in the median and 4.9 in four of five after a second, and to 1.7 and 4.1 after 3.6 s (85 fresh
+Envelopes alone give u, and with it the pitch, once they are added up over beeps. On 107 rendered development walks it
+is known to 1.9 degrees in the median and 4.9 in four of five after a second, and to 1.7 and 4.1 after 3.6 s (85 fresh
 ones: 2.4, 8.2; 2.0, 4.5).
 """
 

@@ -54,7 +54,7 @@ class Oscillation(NamedTuple):
 
     Attributes:
         step_rad_s: angular frequency of the steps.
-        pitch_rad, height_m, fore_aft_m: of the phone's pitch, its height, and its place along the way; 0 where not
+        pitch_rad, height_m, fore_aft_m: of the phone's pitch, its height, and its place along the walk; 0 where not
             received.
     """
 
@@ -73,10 +73,10 @@ def oscillation_at(oscillation: Oscillation, time_s: Floats) -> Floats:
     """(3, K) pitch, height and fore-aft oscillation at that time."""
     waves = np.empty((3, len(time_s)))
     for beep in range(len(time_s)):
-        turn = complex(np.cos(oscillation.step_rad_s * time_s[beep]), np.sin(oscillation.step_rad_s * time_s[beep]))
-        waves[0, beep] = (oscillation.pitch_rad * turn).real
-        waves[1, beep] = (oscillation.height_m * turn).real
-        waves[2, beep] = (oscillation.fore_aft_m * turn).real
+        phasor = complex(np.cos(oscillation.step_rad_s * time_s[beep]), np.sin(oscillation.step_rad_s * time_s[beep]))
+        waves[0, beep] = (oscillation.pitch_rad * phasor).real
+        waves[1, beep] = (oscillation.height_m * phasor).real
+        waves[2, beep] = (oscillation.fore_aft_m * phasor).real
     return waves
 
 
@@ -135,7 +135,7 @@ def _strongest(
 
 
 class OscillationEstimator:
-    """Remembers the ground's echo and tells the oscillation.
+    """Remembers the ground's echo and estimates the oscillation.
 
     Args:
         separation_m: between the microphones.
@@ -186,10 +186,10 @@ def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tu
     if shares.max() < LEAST_SHARE:
         return 0.0, 0.0j, 0.0j, 0.0j
     read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j
-    turn = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j
+    phase = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j
     height = READ_SCALE_M * read / complex(1.0, step_rad_s * ahead_s)
     fore_aft = 1j * FORE_AFT_M * height / abs(height) if abs(height) > 0.0 else 0.0j
-    return step_rad_s, PHASE_SCALE * turn * pitch_per_phase, height, fore_aft
+    return step_rad_s, PHASE_SCALE * phase * pitch_per_phase, height, fore_aft
 
 
 @numba.njit(cache=True)

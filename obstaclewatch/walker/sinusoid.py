@@ -1,4 +1,4 @@
-"""The sinusoid that two series share: least squares at every frequency at once, with weights that outliers lose.
+"""The sinusoid that two series share: least squares at every frequency of a grid, with weights that outliers lose.
 
 Of a fit only its normal equations are formed; residuals are those of the likeliest frequency alone.
 """
@@ -37,11 +37,11 @@ def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
     for beep in range(len(time_s)):
         step = (rates_rad_s[1] - rates_rad_s[0]) * time_s[beep]
-        turn = complex(np.cos(step), np.sin(step))
+        rotation = complex(np.cos(step), np.sin(step))
         wave = complex(np.cos(rates_rad_s[0] * time_s[beep]), np.sin(rates_rad_s[0] * time_s[beep]))
         for which in range(len(rates_rad_s)):
             cosine[beep, which], sine[beep, which] = wave.real, wave.imag
-            wave *= turn
+            wave *= rotation
     return cosine, sine
 
 
@@ -113,7 +113,7 @@ def _products(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> F
     products = np.zeros((6, cosine.shape[1]))
     for beep in range(len(cosine)):
         own, heavy = weight[beep], weight[beep] * values[beep]
-        for which in range(cosine.shape[1]):  # two sums a loop, so that several frequencies are handled at once
+        for which in range(cosine.shape[1]):  # two sums a loop, so that it is vectorised over frequencies
             products[0, which] += own * cosine[beep, which]
             products[1, which] += own * sine[beep, which]
         for which in range(cosine.shape[1]):

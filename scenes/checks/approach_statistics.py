@@ -1,4 +1,4 @@
-"""What the generated approaches are like, all together: distance, angle, offset, speed and size, beside the paper's.
+"""What all generated approaches are like: distance, angle, offset, speed and size, beside the paper's.
 
 The paper gives the number of cases, the distances at which it detects, judges and alerts, and nothing of the speeds,
 angles, offsets and sizes that its walkers met: there ours stand alone.

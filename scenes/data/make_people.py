@@ -45,7 +45,7 @@ POSES = ("stand", "read", "walk-0", "walk-15", "walk-30")  # phases of the right
 STATURE_M = {"female": 1.63, "male": 1.76}  # meshes are stored at these, and scaled from there
 
 # A gait cycle of the right leg from heel strike to heel strike, degrees: hip and knee flexion, ankle dorsiflexion, in
-# the course and size that gait studies agree on (Winter 1991, Biomechanics and motor control of human gait); rounded.
+# the shape and size that gait studies agree on (Winter 1991, Biomechanics and motor control of human gait); rounded.
 CYCLE = np.linspace(0.0, 1.0, 11)
 HIP = np.array([28, 24, 15, 6, -3, -10, -5, 12, 25, 30, 28.0])
 KNEE = np.array([4, 15, 17, 10, 5, 10, 36, 62, 52, 18, 4.0])

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 Model = TypeVar("Model", bound=BaseModel)
 Place = Sequence[int | str]
-"""The way to a field: names of mappings and positions in lists."""
+"""The path to a field: names of mappings and positions in lists."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _repeated_keys(node: yaml.Node | None) -> Iterator[tuple[str, int]]:
 
 
 def _dotted(place: Place) -> str:
-    """ "obstacles[2].kind: ", or nothing for the whole file."""
+    """ "obstacles[2].kind: ", or nothing for the file itself."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
     return f"{text}: " if text else ""
 

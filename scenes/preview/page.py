@@ -1,4 +1,4 @@
-"""A scene as one HTML file to turn and zoom in a browser: obstacles, walk, phone, and where its sound goes.
+"""A scene as one HTML file to rotate and zoom in a browser: obstacles, walk, phone, and where its sound goes.
 
 The file needs no network: meshes are packed into it, and a few hundred lines of WebGL of our own draw them.
 """
@@ -29,7 +29,7 @@ from simulator.trace import trace_paths
 
 GROUND = "#cfd2d4"
 KINDS = {"specular": "#0072b2", "curved": "#d55e00", "edge": "#009e73", "kirchhoff": "#56b4e9", "mixed": "#cc79a7"}
-"""Colours by mechanism, told apart also by the colour-blind (Okabe and Ito)."""
+"""Colours by mechanism, distinct for the colour-blind as well (Okabe and Ito)."""
 
 SMOOTH_COS = float(np.cos(np.deg2rad(35.0)))
 PHONE_HALF_M = np.array([0.036, 0.072, 0.005])
@@ -37,7 +37,7 @@ INSTANTS = 6
 DRAWN_PATHS = 40
 LISTED_PATHS = 9
 PATH_RADIUS_M = 0.012
-WAY_RADIUS_M = 0.015
+PATH_RADIUS_M = 0.015
 
 
 def preview_html(
@@ -72,7 +72,7 @@ def preview_html(
         "camera": _camera(scene, walk),
         "kinds": KINDS,
         "obstacles": [_obstacle(obstacle) for obstacle in scene.obstacles],
-        "walk": None if walk is None else _packed(_way(walk)),
+        "walk": None if walk is None else _packed(_walked_path(walk)),
         "instants": shown,
     }
     template = (resources.files("scenes") / "templates" / "preview.html").read_text(encoding="utf-8")
@@ -197,11 +197,11 @@ def tube(points_m: Floats, radius_m: float, sides: int = 6) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, every, process=False)
 
 
-def _way(walk: Walk) -> trimesh.Trimesh:
+def _walked_path(walk: Walk) -> trimesh.Trimesh:
     time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / 0.05))))
     place = walk.pose(time).position_m
     moved = np.linalg.norm(place[-1] - place[0]) > 1e-6 or np.ptp(place, axis=0).max() > 1e-6
-    return tube(place if moved else place[0] + np.array([[0.0, 0.0, -0.02], [0.0, 0.0, 0.02]]), WAY_RADIUS_M)
+    return tube(place if moved else place[0] + np.array([[0.0, 0.0, -0.02], [0.0, 0.0, 0.02]]), PATH_RADIUS_M)
 
 
 def _level(scene: Scene) -> float:

@@ -218,7 +218,7 @@ def target_yaw(rng: np.random.Generator, category: str, alongside: bool = False)
 
 
 def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obstacle:
-    """Someone who stands, comes the other way, or crosses."""
+    """Someone who stands, comes towards the walker, or crosses."""
     kind = rng.choice(["stands", "comes", "crosses"], p=setting.pedestrian_kinds)
     if kind == "stands":
         return placed(random_person(rng, name, walking=False), np.zeros(2), rng.uniform(-np.pi, np.pi))
@@ -237,12 +237,12 @@ def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, c
     closing = float(np.hypot(*relative))
     ahead = relative / closing
     left = np.array([-ahead[1], ahead[0]])
-    breadth, middle = half_width_across(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
+    half_width, middle = half_width_across(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
     low, high = extents(target, left, body.height_m)
     if collision:
-        edge = rng.uniform(min(-0.5 * (high - low), -0.01), breadth - OVERLAP_M)
+        edge = rng.uniform(min(-0.5 * (high - low), -0.01), half_width - OVERLAP_M)
     else:
-        edge = breadth + rng.uniform(*CLEARANCE_M)
+        edge = half_width + rng.uniform(*CLEARANCE_M)
     lateral = (middle + lateral_shift(edge, rng.choice([-1.0, 1.0]), (low, high))) * left
     wanted = max(rng.uniform(*START_M), closing * (SHORTEST_S + 0.3))
     along = distance_along(target, walk.start_m[:2], lateral, ahead, wanted)

@@ -73,7 +73,7 @@ class GroundTruth:
             the ground.
         by_ground: (T,) whether the corner is to be detected first: the nearest point lies lower than the phone
             and the surface there does not face it, as on the rim of a thing with a flat top, and what stands at the
-            corner is upright, as hands, shoes and leaning boards are not. Told from the phone's mean height over the
+            corner is upright, as hands, shoes and leaning boards are not. Judged by the phone's mean height over the
             walk: either echo fades over some 10 cm of height, a Fresnel zone, and a bob of 2-4 cm must not make the
             truth jump between them from beep to beep.
         bearing_rad: (T,) the paper's walking angle, 0 to pi: between the heading and the nearest point, in plan.

@@ -1,6 +1,6 @@
 """Walks: a straight heading at constant mean speed, with the bob, sway and fore-aft oscillation of human gait.
 
-The phone is held as one holds it to read or type at chest height: in portrait, its top edge forwards and lifted by
+The phone is held as one holds it to read or type at chest height: in portrait, its top edge forwards and pitched up by
 about 30 degrees (the paper's "vertical" holding, used in all its experiments), or in landscape, its top edge to the
 left ("horizontal", section 5.1). Curved and interrupted walks are in `scenes.walks.routes`.
 """

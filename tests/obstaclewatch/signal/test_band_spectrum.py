@@ -22,7 +22,7 @@ def test_equals_the_slice_of_the_whole(slow, edges, seed):
 
 def test_shorter_blocks_are_padded_and_single_precision_stays():
     samples = np.random.default_rng(0).standard_normal((2, 3969))
-    length = BandSpectrum.whole_length(3969)
+    length = BandSpectrum.fast_length(3969)
     assert length == 4000
     band = BandSpectrum(length, 1600, 2001)
     expected = np.fft.rfft(samples, length, axis=1)[:, 1600:2001]
