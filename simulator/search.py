@@ -16,7 +16,7 @@ from simulator.diffraction.thin_panels import LONGEST, panels_of
 from simulator.images.planar import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
-from simulator.kirchhoff.selection import heard_whole
+from simulator.kirchhoff.selection import heard_whole, uneven_surfaces
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import facets_of
 from simulator.waves.spreading import spreading
@@ -35,11 +35,13 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     if search.max_order == 0:
         return joined(rays), _no_sums(search)
     rays.append(planar(search))
-    rays += [mixed(search, index) for index in range(len(tracing.world.surfaces))]
+    uneven = uneven_surfaces(tracing, search.fidelity)
+    singles = [None if index in uneven else mixed(search, index) for index in range(len(tracing.world.surfaces))]
+    rays += [each for each in singles if each is not None]
     whole = heard_whole(search, concatenated(rays))
     loudest = _loudest(tracing, rays[1:])
     if search.max_order > 1 and len(tracing.world.surfaces) > 1:
-        rays.append(twice_curved(search, rays[2:], loudest))
+        rays.append(twice_curved(search, singles, loudest))
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))
     rays = [_not_heard_whole(search, each, whole) for each in rays]

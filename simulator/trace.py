@@ -36,9 +36,10 @@ SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
 
 NOT_MODELLED = (
-    "rims of smooth surfaces on bodies too large for Kirchhoff's integral (10 m2 at 12 mm)",
+    "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges; one with a curved reflection",
+    "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
 

@@ -64,14 +64,14 @@ class Sighting:
         return Sighting(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def twice_curved(search: Search, singles: list[Candidates], loudest: Floats) -> Candidates:
+def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floats) -> Candidates:
     """Paths with two reflections off smooth surfaces of different obstacles.
 
     What is under the audible floor, or `MASKED` under the strongest echo of the pose, is left out; a floor of 0 keeps
     all.
 
     Args:
-        singles: echoes with one curved reflection, in the order of the surfaces.
+        singles: echoes with one curved reflection, in the order of the surfaces; None where a surface has no rays.
         loudest: (N, 2) strongest of all those found so far.
     """
     tracing, audible = search.tracing, search.audible
@@ -89,10 +89,15 @@ def twice_curved(search: Search, singles: list[Candidates], loudest: Floats) -> 
     return concatenated(parts)
 
 
-def _factors(tracing: Tracing, singles: list[Candidates]) -> Floats:
-    """(S, N) each surface's strongest echo at each pose relative to a rigid plane's; that of a plane where none is."""
+def _factors(tracing: Tracing, singles: list[Candidates | None]) -> Floats:
+    """(S, N) each surface's strongest echo at each pose relative to a rigid plane's; that of a plane where none is.
+
+    0 for surfaces without rays.
+    """
     out = np.zeros((len(singles), len(tracing.pose)))
     for found, factor, surface in zip(singles, out, tracing.world.surfaces, strict=True):
+        if found is None:
+            continue
         alone = found[found.order == 1]
         amplitude = np.abs(spreading(alone.points_m, alone.normal, alone.curvature, alone.order))
         np.maximum.at(factor, alone.pose, amplitude * alone.length_m)

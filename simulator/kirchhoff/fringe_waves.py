@@ -21,73 +21,67 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Flags, Floats
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from simulator.kirchhoff.lit_ends import Ends
+from simulator.kirchhoff.path_cells import STEP_M, Grid
 from simulator.surfaces.creases import Creases
 
 ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts cancel by more digits than there are
 
 
 def add_fringe_waves(
-    creases: Creases, source_m: Floats, receiver_m: Floats, seen: Flags, wavenumber_rad_m: Floats,
-    reflection: Complexes, shortest_m: Floats, cell_m: float, weight: Floats, total: Complexes,
+    creases: Creases, spot: Ints, ends: Ends, first: Ints, second: Ints, reflection: Complexes, center_m: Floats,
+    grid: Grid, total: Floats,
 ) -> None:  # fmt: skip
-    """Add the fringe waves of all creases to the cells of Kirchhoff's sum.
+    """Add the fringe waves of all creases to grids of path length, at the band's centre.
 
     Args:
-        source_m, receiver_m: (R, 3) in the rest frame.
-        seen: (R, F) facets that both ends see.
-        wavenumber_rad_m: (K,).
-        reflection: (C, K) factors of the surface at C cosines of incidence from 0 to 1 in even steps.
-        shortest_m: (R,) path of the first cell.
-        cell_m: width of a cell.
-        weight: (R, cells) of the facets in them: an element beyond the last of them goes into the nearest that has any.
-        total: (R, cells, K) sums about the cells' centres, added to.
+        spot: (F,) spot of each facet.
+        first, second: (R,) ends of each pair.
+        reflection: (Q, C) parts of the surface's reflection at C cosines of incidence from 0 to 1 in even steps.
+        center_m: (3,) of the body.
+        total: (R, Q, points, 2) added to.
     """
     _add(
-        creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad, creases.beside,
-        source_m, receiver_m, seen, wavenumber_rad_m, reflection, shortest_m, cell_m, weight,
-        total,
+        creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
+        spot[creases.beside], ends.point_m, ends.lit, first, second, grid.centre_rad_m,
+        np.ascontiguousarray(reflection), center_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @numba.njit(cache=True)
 def _add(
-    middle, along, inwards, normal, open_angle, beside, source, receiver, seen, wavenumber, reflection, shortest,
-    cell_m, weight, total,
+    middle, along, inwards, normal, open_angle, beside, ends, lit, pair_first, pair_second, k, reflection, center,
+    lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
-    for r in range(len(source)):
+    for r in range(len(pair_first)):
+        a, b = pair_first[r], pair_second[r]
+        centre = np.sqrt(np.sum((ends[a] - center) ** 2)) + np.sqrt(np.sum((ends[b] - center) ** 2))
         for e in range(len(middle)):
-            first, second = seen[r, beside[e, 0]], seen[r, beside[e, 1]]
+            first = lit[a, beside[e, 0]] and lit[b, beside[e, 0]]
+            second = lit[a, beside[e, 1]] and lit[b, beside[e, 1]]
             if not (first or second):
                 continue
             length = np.sqrt(np.sum(along[e] ** 2))
-            s = _about(source[r] - middle[e], along[e] / length, inwards[e], normal[e])
-            t = _about(receiver[r] - middle[e], along[e] / length, inwards[e], normal[e])
+            s = _about(ends[a] - middle[e], along[e] / length, inwards[e], normal[e])
+            t = _about(ends[b] - middle[e], along[e] / length, inwards[e], normal[e])
             if s[1] >= open_angle[e] or t[1] >= open_angle[e]:
                 continue
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
             strength = _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
-            slot, share = _slot((l + m - shortest[r]) / cell_m, weight[r])
-            for n in range(len(wavenumber)):
-                k = wavenumber[n]
-                value = strength * np.sinc(k * slope / np.pi) * _factor(s, t, l, m, open_angle[e], first, reflection, n)
-                for c in range(2):
-                    part = 1.0 - share if c == 0 else share
-                    phase = k * (l + m - shortest[r] - (slot + c) * cell_m)
-                    total[r, slot + c, n] += part * value * (np.cos(phase) - 1j * np.sin(phase))
-
-
-@numba.njit(cache=True)
-def _slot(place, weight):
-    """Cell below a place, and the share of the next one; only cells with facets."""
-    slot = min(max(int(place), 0), len(weight) - 2)
-    while slot > 0 and weight[slot] == 0.0:
-        slot -= 1
-    if weight[slot + 1] == 0.0:
-        return slot, 0.0
-    return slot, np.sin(0.5 * np.pi * min(max(place - slot, 0.0), 1.0)) ** 2
+            excess = l + m - centre
+            wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
+            below, rise = _step_of(s, t, l, m, open_angle[e], first, reflection.shape[1])
+            slot = int((excess + lead) / step)
+            share = (excess + lead) / step - slot
+            for q in range(len(reflection)):
+                value = wave * ((1.0 - rise) * reflection[q, below] + rise * reflection[q, below + 1])
+                total[r, q, slot, 0] += (1.0 - share) * value.real
+                total[r, q, slot, 1] += (1.0 - share) * value.imag
+                total[r, q, slot + 1, 0] += share * value.real
+                total[r, q, slot + 1, 1] += share * value.imag
 
 
 @numba.njit(cache=True)
@@ -124,10 +118,13 @@ def _share(angle, cosh):
 
 
 @numba.njit(cache=True)
-def _factor(s, t, l, m, open_angle, first, reflection, node):
-    """Reflection of the face that both ends see, face 0 if that is both, at the geometric mean of their cosines."""
+def _step_of(s, t, l, m, open_angle, first, cosines):
+    """Row of the reflection, and how far on to the next, of the face that both ends see, face 0 if that is both.
+
+    Taken at the geometric mean of their cosines.
+    """
     a, b = (s[1], t[1]) if first else (open_angle - s[1], open_angle - t[1])
     cosine = np.sqrt(abs(np.sin(a) * s[0] / l * np.sin(b) * t[0] / m))
-    step = min(cosine, 1.0) * (len(reflection) - 1)
-    below = min(int(step), len(reflection) - 2)
-    return (below + 1 - step) * reflection[below, node] + (step - below) * reflection[below + 1, node]
+    step = min(cosine, 1.0) * (cosines - 1)
+    below = min(int(step), cosines - 2)
+    return below, step - below

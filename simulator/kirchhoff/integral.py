@@ -5,39 +5,39 @@ On a rigid surface the pressure is taken as twice the incident one where both en
     p = 1/(4 pi) int [(jk + 1/l) cos a + (jk + 1/m) cos b] e^{-jk(l + m)} / (l m) dS
 
 with distances l, m and angles of incidence a, b of source and receiver: the mean of the integral and of its
-reciprocal, so that ends can be swapped. Over a plane triangle with the phase linear between its corners the integral
-is closed, 2 A exp[x1, x2, x3], the divided difference of the exponential at x = -jkL; the curvature of the phase and
-of the surface over it shifts all three by 3/4 of what the middle's path is longer than the corners' mean (the
-degree-two rule of quadrature on triangles). Where the surface is not rigid each triangle carries its own reflection
-factor, at the geometric mean of both cosines, which both ends agree on: over a clothed person it runs from 0.56 where
-sound falls square-on through 0 to -1 at grazing, and cells cancel by a factor of three.
+reciprocal, so that ends can be swapped. Over a facet the phase runs linearly, and the integral is closed: a divided
+difference of the exponential at the phases of the corners; the curvature of the surface shifts all three. Where the
+surface is not rigid each facet carries its own reflection factor, at the geometric mean of both cosines, which both
+ends agree on: over a clothed person it runs from 0.56 where sound falls square-on through 0 to -1 at grazing, and
+facets cancel by a factor of three.
 
-Where a smooth surface ends at a rim, `fringe_waves` adds what the integral leaves out.
-
-Contributions are gathered in cells of path length that overlap smoothly and add up to one: a cell between two echoes
-cancels in itself and can be left out, the others have one delay each.
+Each facet is evaluated once, at the band's centre, and spread over a grid of path length; the band follows by a
+transform, as in a type-1 non-uniform FFT (Dutt and Rokhlin 1993, SIAM J. Sci. Comput. 14:1368). Where a smooth surface
+ends at a rim, `fringe_waves` adds what the integral leaves out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from simulator.kirchhoff.facet_sums import WIDE, add_facets
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
+from simulator.kirchhoff.lit_ends import Ends
+from simulator.kirchhoff.path_cells import STEP_M, Grid, stand_ins, standing
 from simulator.surfaces.facets import Facets
 
-CELL_M = 0.02  # of path, about a wavelength: six frequencies then carry a cell's gain across the band to 0.02 dB
-PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
-_SMALL = 1e-2
+RANK_SHARE = 1e-3  # of a surface's reflection: what it varies by beyond that over frequency is kept
+POINTS_AT_ONCE = 2**20  # of all pairs' grids: what is kept in memory, however long the walk is
 
 
 @dataclass(frozen=True)
 class Cells:
-    """What R pairs of points hear of a body, by path length.
+    """What R pairs of points receive of a body, by path length.
 
     Attributes:
         pair: (M,) index of the pair; sorted.
@@ -59,175 +59,127 @@ class Cells:
 
 
 def scattered(
-    facets: Facets, source_m: Floats, receiver_m: Floats, seen: Flags, wavenumber_rad_m: Floats,
-    reflection: Complexes,
-) -> Cells:  # fmt: skip
-    """Kirchhoff's sum for R pairs of points in the body's rest frame.
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, wavenumber_rad_m: Floats, reflection: Complexes
+) -> Cells:
+    """Kirchhoff's sum for R pairs of ends, each within its group.
 
     Args:
-        source_m, receiver_m: (R, 3), images included.
-        seen: (R, F) facets that nothing hides from either end.
+        spot: (F,) spot of each facet.
+        first, second: (R,) ends of each pair, rising by group.
         wavenumber_rad_m: (K,) rising.
         reflection: (C, K) factors of the surface at C cosines of incidence from 0 to 1 in even steps.
     """
-    count = int(np.ceil(4.0 * facets.radius_m / CELL_M)) + 3
-    shortest, total, weight, moment = _sums(
-        *_arrays(facets), source_m, receiver_m, seen, wavenumber_rad_m, reflection, count
+    grid = Grid.over(facets.radius_m, wavenumber_rad_m)
+    first, second = _in_order(ends.point_m, first, second)
+    parts = []
+    for rows in _portions(ends.group[first], grid.points):
+        gain = _cell_gains(facets, spot, ends, first[rows], second[rows], grid, reflection)
+        cells = _with_stand_ins(facets, spot, ends, first[rows], second[rows], grid, gain)
+        parts.append(Cells(cells.pair + rows.start, cells.facet, cells.length_m, cells.gain))
+    return joined_cells(parts, len(wavenumber_rad_m))
+
+
+def joined_cells(parts: list[Cells], nodes: int) -> Cells:
+    """All parts, one after the other."""
+    none = np.zeros(0, dtype=np.int64)
+    parts = [Cells(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128)), *parts]
+    return Cells(*(np.concatenate([getattr(p, name) for p in parts]) for name in Cells.__dataclass_fields__))
+
+
+def _in_order(point_m: Floats, first: Ints, second: Ints) -> tuple[Ints, Ints]:
+    """The same pairs, each from the end that comes first in space: swapped ends then round alike."""
+    rank = np.empty(len(point_m), dtype=np.int64)
+    rank[np.lexsort(point_m.T)] = np.arange(len(point_m))
+    swapped = rank[first] > rank[second]
+    return np.where(swapped, second, first), np.where(swapped, first, second)
+
+
+def _portions(group: Ints, points: int) -> list[slice]:
+    """Runs of whole groups whose grids fit in memory."""
+    if not len(group):
+        return []
+    starts = np.flatnonzero(np.diff(group, prepend=group[0] - 1))
+    most = max(1, POINTS_AT_ONCE // points)
+    _, kept = np.unique(starts // most, return_index=True)
+    bounds = [*starts[kept].tolist(), len(group)]
+    return [slice(a, b) for a, b in pairwise(bounds)]
+
+
+def _cell_gains(
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes
+) -> Complexes:
+    """(R, C, K) sums of the cells about their centres."""
+    part, over_band = separated(reflection)
+    table = np.stack([part.real, part.imag], axis=-1).astype(np.float32)
+    total = np.zeros((len(first), len(part), grid.points, 2))
+    groups = np.unique(ends.group[first])
+    begin, stop = np.searchsorted(ends.group, groups), np.searchsorted(ends.group, groups, side="right")
+    chosen = np.concatenate([np.arange(a, b) for a, b in zip(begin, stop, strict=True)])
+    row = np.zeros(len(ends.group), dtype=np.int64)
+    row[chosen] = np.arange(len(chosen))
+    end_start = np.append(0, np.cumsum(stop - begin))
+    pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
+    point = (ends.point_m[chosen] - facets.center_m).astype(np.float32)
+    add_facets(
+        *_blocks(facets, spot), point, ends.lit[chosen], end_start, row[first], row[second], pair_start,
+        np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
+        total,
     )  # type: ignore[call-arg]  # fmt: skip
-    add_fringe_waves(
-        facets.creases, source_m, receiver_m, seen, wavenumber_rad_m, reflection, shortest, CELL_M, weight, total
-    )
-    pair, slot = np.nonzero(np.abs(total).max(axis=2) > 0.0)
-    gain = total[pair, slot]
-    centre = shortest[pair] + CELL_M * slot
-    wanted = centre + _excess(gain, wavenumber_rad_m)
-    place = moment[pair, slot] / weight[pair, slot, None]
-    facet, length = _nearest(*_arrays(facets), source_m, receiver_m, seen, pair, slot, shortest, wanted, place)  # type: ignore[call-arg]
-    gain = gain * np.exp(1j * (length - centre)[:, None] * wavenumber_rad_m)
-    return Cells(pair, facet, length, gain)
+    sums = grid.cell_sums(total.view(np.complex128)[..., 0])
+    gain = np.einsum("rqck,qk->rck", sums, over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))
+    if len(facets.creases):
+        total[:] = 0.0
+        add_fringe_waves(facets.creases, spot, ends, first, second, part, facets.center_m, grid, total)
+        gain += np.einsum("rqck,qk->rck", grid.cell_sums(total.view(np.complex128)[..., 0]), over_band)
+    return gain
 
 
-def _arrays(facets: Facets) -> tuple:
-    return facets.corner_m, facets.middle_m, facets.normal, facets.area_m2, facets.closed
+def separated(reflection: Complexes) -> tuple[Complexes, Complexes]:
+    """(Q, C) and (Q, K) factors whose products add up to (C, K) reflections: one, or few if frequency matters."""
+    left, size, right = np.linalg.svd(reflection, full_matrices=False)
+    rank = max(1, int((size > RANK_SHARE * size[0]).sum()))
+    return (left[:, :rank] * size[:rank]).T, right[:rank]
 
 
-def _excess(gain: Complexes, wavenumber: Floats) -> Floats:
+def _blocks(facets: Facets, spot: Ints) -> tuple[NDArray[np.float32], Ints, Ints]:
+    """What `add_facets` takes: (B, 13 * WIDE) columns and (B, WIDE) spots block by block, and (B,) their numbers."""
+    size = np.diff(facets.start)
+    block = np.repeat(np.arange(len(size)), size)
+    column = np.arange(len(facets)) - facets.start[block]
+    corners = facets.corner_m[:, :2] - facets.corner_m.mean(axis=1, keepdims=True)
+    values = [facets.middle_m - facets.center_m, facets.normal, facets.area_m2[:, None], corners.reshape(-1, 6)]
+    rows = np.zeros((len(size), 13, WIDE), dtype=np.float32)
+    rows[block, :, column] = np.concatenate(values, axis=1)
+    spots = np.zeros((len(size), WIDE), dtype=np.int64)
+    spots[block, column] = spot
+    return rows.reshape(len(size), -1), spots, size
+
+
+def _with_stand_ins(
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, gain: Complexes
+) -> Cells:
+    """Cells with anything in them, and the facets that stand for their delays."""
+    pair, slot = np.nonzero(np.abs(gain).max(axis=2, initial=0.0) > 0.0)
+    middle = sum(np.linalg.norm(ends.point_m[each] - facets.center_m, axis=1) for each in (first, second))
+    gain = gain[pair, slot]
+    centre = grid.centre_m(np.asarray(middle)[pair], slot)
+    wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
+    some = standing(facets.area_m2)
+    facet, length = stand_ins(
+        facets.middle_m[some], facets.normal[some], facets.area_m2[some], spot[some], facets.closed,
+        ends.point_m, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
+    )  # type: ignore[call-arg]  # fmt: skip
+    found = np.flatnonzero(facet >= 0)
+    turn = np.exp(1j * (length - centre)[found, None] * grid.wavenumber_rad_m)
+    return Cells(pair[found], some[facet[found]], length[found], gain[found] * turn)
+
+
+def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
     """(M,) path in excess of the cell's centre that the turning of the phase over frequency shows."""
     if gain.shape[1] == 1:
         return np.zeros(len(gain))
     turn = gain[:, 1:] * np.conj(gain[:, :-1])
     step = np.diff(wavenumber)
-    slope = np.angle(turn) / step
     weight = np.abs(turn) * step
-    excess = -np.sum(weight * slope, axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
-    return np.clip(excess, -CELL_M, CELL_M)
-
-
-@numba.njit(cache=True)
-def _view(x, normal, closed, source, receiver):
-    """Distances and cosines (l, m, cos a, cos b) of a point of the skin; cosines 0 where an end is behind it."""
-    l = m = a = b = 0.0
-    for k in range(3):
-        ds, dr = source[k] - x[k], receiver[k] - x[k]
-        l += ds * ds
-        m += dr * dr
-        a += ds * normal[k]
-        b += dr * normal[k]
-    l, m = np.sqrt(l), np.sqrt(m)
-    a, b = a / l, b / m
-    if not closed and a < 0.0:
-        a, b = -a, -b
-    if a <= 0.0 or b <= 0.0:
-        return l, m, 0.0, 0.0
-    return l, m, a, b
-
-
-@numba.njit(cache=True)
-def _corner_paths(corner, source, receiver):
-    """Path lengths over the three corners in rising order, and their mean."""
-    path = np.empty(3)
-    for i in range(3):
-        l = m = 0.0
-        for k in range(3):
-            l += (source[k] - corner[i, k]) ** 2
-            m += (receiver[k] - corner[i, k]) ** 2
-        path[i] = np.sqrt(l) + np.sqrt(m)
-    mean = (path[0] + path[1] + path[2]) / 3.0
-    path.sort()
-    return path[0], path[1], path[2], mean
-
-
-@numba.njit(cache=True)
-def _difference(a, b):
-    """e^{j p2} exp[-j p1, -j p2, -j p3] for phases p1 <= p2 <= p3, a = p2 - p1 and b = p3 - p2."""
-    s = a + b
-    if s < _SMALL:
-        return 0.5 - (a * a - a * b + b * b) / 24.0 + 1j * (a - b) * (1.0 / 6.0 - (a * a + b * b) / 120.0)
-    left, right = 1.0 + 0.0j, 1.0 + 0.0j
-    if a > 1e-12:
-        left = (np.sin(a) + 2j * np.sin(0.5 * a) ** 2) / a
-    if b > 1e-12:
-        right = (np.sin(b) - 2j * np.sin(0.5 * b) ** 2) / b
-    return (left - right) / (1j * s)
-
-
-@numba.njit(cache=True)
-def _sums(corner, middle, normal, area, closed, source, receiver, seen, wavenumber, reflection, count):
-    """(R,) shortest path, (R, count, K) sums of the cells about their centres, weights and moments of their facets."""
-    pairs, nodes = len(source), len(wavenumber)
-    total = np.zeros((pairs, count, nodes), np.complex128)
-    weight, moment = np.zeros((pairs, count)), np.zeros((pairs, count, 3))
-    shortest = np.full(pairs, np.inf)
-    for r in range(pairs):
-        for f in range(len(area)):
-            if seen[r, f]:
-                l, m, a, _ = _view(middle[f], normal[f], closed, source[r], receiver[r])
-                if a > 0.0:
-                    shortest[r] = min(shortest[r], l + m)
-        for f in range(len(area)):
-            if not seen[r, f]:
-                continue
-            l, m, a, b = _view(middle[f], normal[f], closed, source[r], receiver[r])
-            if a == 0.0:
-                continue
-            first, second, third, mean = _corner_paths(corner[f], source[r], receiver[r])
-            shift = 0.75 * (l + m - mean)
-            place = (l + m - shortest[r]) / CELL_M
-            slot = int(place)
-            share = np.sin(0.5 * np.pi * (place - slot)) ** 2
-            scale = 2.0 * area[f] / (4.0 * np.pi * l * m)
-            for s in range(2):
-                part = scale * (1.0 - share if s == 0 else share)
-                weight[r, slot + s] += part
-                for k in range(3):
-                    moment[r, slot + s, k] += part * middle[f, k]
-            centre = shortest[r] + CELL_M * slot
-            step = min(np.sqrt(a * b), 1.0) * (len(reflection) - 1)
-            below = min(int(step), len(reflection) - 2)
-            step -= below
-            for n in range(nodes):
-                k = wavenumber[n]
-                phase = k * (second + shift - centre)
-                value = _difference(k * (second - first), k * (third - second)) * (np.cos(phase) - 1j * np.sin(phase))
-                value *= scale * (1j * k * (a + b) + a / l + b / m)
-                value *= (1.0 - step) * reflection[below, n] + step * reflection[below + 1, n]
-                turn = k * CELL_M
-                total[r, slot, n] += (1.0 - share) * value
-                total[r, slot + 1, n] += share * value * (np.cos(turn) + 1j * np.sin(turn))
-    return shortest, total, weight, moment
-
-
-@numba.njit(cache=True)
-def _nearest(corner, middle, normal, area, closed, source, receiver, seen, pair, slot, shortest, wanted, place):
-    """Facet of each cell near to a place, with a path near to the one wanted, and that path.
-
-    Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
-    """
-    facet, length = np.zeros(len(pair), np.int64), np.zeros(len(pair))
-    best = np.full(len(pair), np.inf)
-    first = 0
-    while first < len(pair):
-        r, last = pair[first], first
-        while last < len(pair) and pair[last] == r:
-            last += 1
-        cell = np.full(slot[first:last].max() + 2, -1)
-        for i in range(first, last):
-            cell[slot[i]] = i
-        for f in range(len(area)):
-            if not seen[r, f]:
-                continue
-            l, m, a, _ = _view(middle[f], normal[f], closed, source[r], receiver[r])
-            if a == 0.0:
-                continue
-            here = int((l + m - shortest[r]) / CELL_M)
-            for s in (here, here + 1):
-                if s >= len(cell) or cell[s] < 0:
-                    continue
-                i = cell[s]
-                miss = ((l + m - wanted[i]) / PATH_M) ** 2
-                for k in range(3):
-                    miss += ((middle[f, k] - place[i, k]) / PLACE_M) ** 2
-                if miss < best[i]:
-                    best[i], facet[i], length[i] = miss, f, l + m
-        first = last
-    return facet, length
+    excess = -np.sum(weight * np.angle(turn) / step, axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
+    return np.clip(excess, -most_m, most_m)

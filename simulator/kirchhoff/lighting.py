@@ -1,6 +1,12 @@
-"""Which facets of a body an image of speaker or microphone lights: asked of Embree once for every image."""
+"""Which spots of a body an image of speaker or microphone sees: asked of Embree once for each spot.
+
+A spot is a patch of the skin, and one of its facets speaks for it. The three transducers of a phone see nearly the
+same, and so do the poses of a walk that lie near each other: spots may be asked once for all of them.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -14,61 +20,137 @@ from simulator.world.frames import into_rest, out_of_rest, turned
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
-IMAGES_AT_ONCE = 8  # times facets: what is asked of Embree in one batch
-SAMPLES = (0.0, 0.33, 0.67, 1.0)  # places in a piece that are asked first
+AT_ONCE = 2**17  # rays: what is kept in memory of them, however many images there are
+SAMPLE = 8  # one spot in so many is asked first: an image that sees none of them sees nothing
+NORMAL_STEPS = 2  # for a normal's component from 0 to 1: each range is some 30 degrees wide
 
 
-def lit_facets(tracing: Tracing, facets: Facets, start_m: Floats, images: Images) -> Flags:
-    """(R, F) facets that each image sees: turned towards it, and nothing between on any leg."""
-    key = np.column_stack([images.pose, images.sequence])
-    first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)[1:]
-    lit = np.zeros((len(first), len(facets)), dtype=bool)
-    for start in range(0, len(first), IMAGES_AT_ONCE):
-        some = images[first[start : start + IMAGES_AT_ONCE]]
-        lit[start : start + len(some.pose)] = _lit(tracing, facets, start_m, some)
-    return lit[which.ravel()]
+@dataclass(frozen=True)
+class Light:
+    """How finely the light on a body is asked for.
+
+    Attributes:
+        spot_m: size of the spots; no larger than a facet asks for each facet.
+        held: how far the phone may move on, re its distance from the body, until it is asked for again; 0 asks for each
+            pose and each transducer.
+    """
+
+    spot_m: float
+    held: float
 
 
-def _lit(tracing: Tracing, facets: Facets, start_m: Floats, images: Images) -> Flags:
-    """(I, F) facets lit; where a piece's samples agree they speak for all of it, where not every facet is asked."""
-    facing = _facing(tracing, facets, images)
-    lit = np.zeros_like(facing)
-    count = np.diff(facets.start)
-    samples = np.unique(
-        np.concatenate([facets.start[:-1] + (share * (count - 1)).astype(np.int64) for share in SAMPLES])
-    )
-    _ask(tracing, facets, start_m, images, facing, samples, lit)
-    asked = np.zeros(len(facets), dtype=bool)
-    asked[samples] = True
-    seen, hidden = (np.add.reduceat(flags & asked, facets.start[:-1], axis=1) for flags in (lit, facing & ~lit))
-    piece = np.repeat(np.arange(len(count)), count)
-    mixed = ((seen > 0) & (hidden > 0))[:, piece]
-    _ask(tracing, facets, start_m, images, facing & mixed & ~asked, np.arange(len(facets)), lit)
-    return lit | (facing & ~mixed & (seen > 0)[:, piece])
+@dataclass(frozen=True)
+class Spots:
+    """Spots of a body's skin.
+
+    Attributes:
+        of_facet: (F,) spot of each facet.
+        facet: (S,) the facet that speaks for each.
+    """
+
+    of_facet: Ints
+    facet: Ints
 
 
-def _facing(tracing: Tracing, facets: Facets, images: Images) -> Flags:
-    """(I, F) facets whose outside is turned to the image; all of an open surface's."""
-    point = into_rest(images.point_m, tracing.placed[images.pose, facets.obstacle])
+@dataclass(frozen=True)
+class Sights:
+    """E images from which a body may be seen.
+
+    Attributes:
+        pose, side: (E,) pose, and 0 for the speaker, 1 and 2 for the microphones.
+        order, sequence, point_m: (E,), (E, N), (E, 3) as in `Images`.
+    """
+
+    pose: Ints
+    side: Ints
+    order: Ints
+    sequence: Ints
+    point_m: Floats
+
+
+def spots_of(facets: Facets, spot_m: float) -> Spots:
+    """Facets by voxel and direction of their normal; each facet by itself where the voxels are no larger."""
+    if spot_m**2 <= float(facets.area_m2.mean()):
+        every = np.arange(len(facets))
+        return Spots(every, every)
+    rows, start = _grouped(facets.middle_m, facets.normal, spot_m)
+    spot = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(rows))))
+    middle = np.add.reduceat(facets.middle_m[rows], start) / np.diff(np.append(start, len(rows)))[:, None]
+    miss = np.linalg.norm(facets.middle_m[rows] - middle[spot], axis=1)
+    first = np.lexsort((miss, spot))
+    of_facet = np.empty(len(facets), dtype=np.int64)
+    of_facet[rows] = spot
+    return Spots(of_facet, rows[first[start]])
+
+
+def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
+    """(F,) rows by voxel and direction of the normal, and (S,) where each group begins among them."""
+    voxel = np.floor(point_m / voxel_m).astype(np.int64)
+    direction = np.rint(NORMAL_STEPS * normal).astype(np.int64)
+    _, which, count = np.unique(np.column_stack([voxel, direction]), axis=0, return_inverse=True, return_counts=True)
+    return np.argsort(which.ravel(), kind="stable"), np.cumsum(count) - count
+
+
+def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> Flags:
+    """(E, S) spots that each image sees: facing it, and nothing between on any leg."""
+    asked, side = sights.pose, sights.side
+    transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
+    if light.held > 0.0:
+        asked, side = _held_poses(tracing, facets, transducers.mean(axis=1), light.held)[sights.pose], 0 * side
+        transducers = np.repeat(transducers.mean(axis=1, keepdims=True), 3, axis=1)
+    key = np.column_stack([asked, side, sights.sequence])
+    _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    start = transducers[asked[rows], side[rows]]
+    point = into_rest(sights.point_m[rows], tracing.placed[sights.pose[rows], facets.obstacle])
+    facing = _facing(facets, spots.facet, point)
+    images = Images(asked[rows], sights.order[rows], sights.sequence[rows], sights.point_m[rows])
+
+    sample = facing & (np.arange(len(spots.facet)) % SAMPLE == 0)
+    lit = _reached_among(tracing, facets, spots, start, images, sample)
+    seen = np.asarray(lit.any(axis=1))[:, None]  # most images of second order see nothing of the body
+    return (lit | _reached_among(tracing, facets, spots, start, images, facing & ~sample & seen))[which.ravel()]
+
+
+def _reached_among(
+    tracing: Tracing, facets: Facets, spots: Spots, start: Floats, images: Images, wanted: Flags
+) -> Flags:
+    """(I, S) which of the wanted spots sound from each image's origin comes to."""
+    lit = np.zeros_like(wanted)
+    image, spot = np.nonzero(wanted)
+    for first in range(0, len(image), AT_ONCE):
+        some = image[first : first + AT_ONCE], spot[first : first + AT_ONCE]
+        lit[some] = _reached(tracing, facets, start[some[0]], images[some[0]], spots.facet[some[1]])
+    return lit
+
+
+def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
+    """(N,) the pose whose light each takes: the middle one of a run in which nothing moves far relative to the body."""
+    frame = tracing.placed[:, facets.obstacle]
+    seen_from = into_rest(phone_m, frame)
+    others = into_rest(tracing.placed[:, :, :3], frame[:, None])
+    distance = np.linalg.norm(seen_from - facets.center_m, axis=1)
+    first = np.zeros(len(phone_m), dtype=np.int64)
+    for n in range(1, len(phone_m)):
+        k = first[n - 1]
+        moved = np.linalg.norm(seen_from[n] - seen_from[k]) + np.linalg.norm(others[n] - others[k], axis=1).max()
+        first[n] = k if moved <= held * distance[n] else n
+    run = np.searchsorted(np.unique(first), first)
+    last = np.append(np.unique(first)[1:], len(first))[run] - 1
+    return (first + last) // 2
+
+
+def _facing(facets: Facets, facet: Ints, point_m: Floats) -> Flags:
+    """(I, S) which of some facets have their outside towards points of the rest frame; all of an open surface's."""
     if not facets.closed:
-        return np.ones((len(point), len(facets)), dtype=bool)
-    return point @ facets.normal.T > np.sum(facets.middle_m * facets.normal, axis=1)
+        return np.ones((len(point_m), len(facet)), dtype=bool)
+    normal = facets.normal[facet]
+    return point_m @ normal.T > np.sum(facets.middle_m[facet] * normal, axis=1)
 
 
-def _ask(
-    tracing: Tracing, facets: Facets, start_m: Floats, images: Images, wanted: Flags, among: Ints, lit: Flags
-) -> None:
-    """Mark in `lit` (I, F) those of the wanted facets among some that sound from each image's origin reaches."""
-    image, place = np.nonzero(wanted[:, among])
-    facet = among[place]
-    lit[image, facet] = _reached(tracing, facets, start_m, images[image], facet)
-
-
-def _reached(tracing: Tracing, facets: Facets, start_m: Floats, images: Images, facet: Ints) -> Flags:
+def _reached(tracing: Tracing, facets: Facets, start: Floats, images: Images, facet: Ints) -> Flags:
     """(R,) whether sound from each image's origin comes to each facet through its mirrors, with every leg free."""
     world, frame = tracing.world, tracing.placed[images.pose, facets.obstacle]
     target = out_of_rest(facets.middle_m[facet], frame)
-    start = np.ascontiguousarray(start_m[images.pose])
     code, hits = crossed(tracing, start, target, images.pose, images.order, images.sequence)
     normal = turned(facets.normal[facet], frame[:, 3])
     gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)

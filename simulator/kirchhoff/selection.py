@@ -21,6 +21,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.kirchhoff.image_pairs import Pairs, loudest_over, pairs_over, swapped_too
 from simulator.kirchhoff.shadows import hidden_share
+from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import can_cut
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.surfaces.surface_borders import Border
@@ -39,7 +40,7 @@ UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the imag
 DB_PER_SHARE = 20.0 / np.log(10.0)
 UNEVEN = 0.2  # a scanned person has 0.34, a bin's rounded edges 0.09
 UNEVEN_DB = 4.0  # rays off scanned people differ from the integral by this in the median, over 1.5-5 m
-UNEVEN_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
+FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
 FEW = 8.0  # ways that err by less than the tolerance over this stay rays
 CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
 
@@ -60,18 +61,18 @@ def heard_whole(search: Search, echoes: Candidates) -> list[Pairs]:
         flat, bent = bool((reading.patch >= 0).any()), bool(reading.curved.any())
         if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
             chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
+    uneven = uneven_surfaces(tracing, fidelity)
     for index, surface in enumerate(world.surfaces):
-        rough = unevenness(surface) > UNEVEN
-        if not (rough or len(world.borders[index])) or tracing.frames.carried[surface.obstacle]:
-            continue
-        if can_cut(world.skins[surface.obstacle][0], fidelity.facet_m):
+        if index in uneven:
             pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
-            error = np.zeros(len(pairs))
-            if len(world.borders[index]):
-                error += rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
+            search.log.choices.append(
+                Choice(world.obstacles[surface.obstacle].name, len(pairs), len(pairs), np.inf, 0.0)
+            )
+            chosen.append(pairs)
+        elif _may_be_cut(tracing, index, fidelity) and len(world.borders[index]):
+            pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
+            error = rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
             error += _shadow_error_db(tracing, surface.obstacle, pairs, echoes, wavenumber)
-            if rough:
-                error += _uneven_error_db(tracing, surface.obstacle, pairs, echoes)
             needed = _needed(tracing, pairs, CAUTION * error, fidelity.tolerance_db)
             name = world.obstacles[surface.obstacle].name
             doubts = (
@@ -82,25 +83,27 @@ def heard_whole(search: Search, echoes: Candidates) -> list[Pairs]:
     return [pairs for pairs in chosen if len(pairs)]
 
 
+def uneven_surfaces(tracing: Tracing, fidelity: Fidelity) -> set[int]:
+    """Smooth surfaces whose rays say nothing, such as those of scanned people: no ray is looked for on them."""
+    if "kirchhoff" not in fidelity.mechanisms or not fidelity.tolerance_db < UNEVEN_DB:
+        return set()
+    surfaces = enumerate(tracing.world.surfaces)
+    return {i for i, each in surfaces if unevenness(each) > UNEVEN and _may_be_cut(tracing, i, fidelity)}
+
+
+def _may_be_cut(tracing: Tracing, index: int, fidelity: Fidelity) -> bool:
+    """Whether a surface may be left to the integral: not too large, nor part of the walker's own body."""
+    obstacle = tracing.world.surfaces[index].obstacle
+    reading = tracing.world.skins[obstacle][0]
+    return not tracing.frames.carried[obstacle] and can_cut(reading, fidelity.facet_m)
+
+
 def unevenness(surface: SmoothSurface) -> float:
     """How much the curvature changes within a facet, re its size, as a median: 0 on spheres and cylinders."""
     mean = surface.curvature.mean(axis=1, keepdims=True)
     size = np.linalg.norm(surface.curvature, axis=(2, 3)).mean(axis=1)
     change = np.linalg.norm(surface.curvature - mean, axis=(2, 3)).mean(axis=1)
     return float(np.median(change / np.maximum(size, 1e-9)))
-
-
-def _uneven_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates) -> Floats:
-    """(R,) error of rays over ways where the obstacle is audible at all.
-
-    Whole over ways with one mirror at the most, whether rays were found or missed; over longer ones as far as a ray
-    off a fold, loud by chance, stands out of the echoes beside it.
-    """
-    met = _mirrored(_meeting(tracing, obstacle, echoes))
-    here = _Echoes.of(tracing, met).level.max(axis=2, initial=0.0)[pairs.pose, pairs.mic]
-    by_chance = loudest_over(tracing, met, _share(tracing, met, _amplitude(met)), pairs)
-    short = pairs.before.order + pairs.after.order <= 1
-    return np.where(here > UNEVEN_GAIN, UNEVEN_DB * np.where(short, 1.0, np.minimum(by_chance, 1.0)), 0.0)
 
 
 def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
@@ -114,7 +117,7 @@ def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Cand
 def _share(tracing: Tracing, met: Candidates, part: Floats) -> Floats:
     """(C,) parts of rays re the obstacle's loudest echo at their delays; 0 of what is under the noise."""
     envelope = _Echoes.of(tracing, met).at_rays
-    return np.where(envelope > UNEVEN_GAIN, part / np.maximum(envelope, UNEVEN_GAIN), 0.0)
+    return np.where(envelope > FAINT_GAIN, part / np.maximum(envelope, FAINT_GAIN), 0.0)
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:

@@ -1,7 +1,6 @@
 """A body's surface cut into facets small against the wavelength, for sums over all of it.
 
-Curved facets are cut on their rounded surface (Nagata's triangles), planes where they lie. Facets are kept in pieces
-of a few tens: where some of a piece's facets are seen or hidden alike, the others need not be asked.
+Curved facets are cut on their rounded surface (quadratic triangles), planes where they lie.
 """
 
 from __future__ import annotations
@@ -15,28 +14,32 @@ from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.creases import Creases, creases_of
 from simulator.surfaces.facet_groups import leaves
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
+from simulator.surfaces.subdivision import cut_up
 
-PIECE = 32  # facets a piece at most: some 2 cm across
-TURN_M = 0.1  # normals that differ by one weigh as much as points this far apart when facets are put into pieces
-MOST_FACETS = 400_000
-FACETS_A_SQUARE = 6.0  # facets for each square of their greatest edge: halving makes many smaller than they must be
-BEND_M = 0.25  # radius down to which facets of full size stand for the curve; 12 mm then stand off by 0.07 mm
+BLOCK = 256  # facets a block at most: neighbours that are lit or dark together, and fit a processor's cache
+NORMAL_M = 0.3  # normals that differ by one weigh as much as points this far apart when facets are put into blocks
+MOST_FACETS = 800_000
+COARSEST_M = 0.025  # larger bodies, such as cars, get facets up to this size before there are too many
+FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on cars, bins and people
+DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
+BEND_M = 0.08  # radius down to which facets of full size stand for the curve: 12 mm then stand off by 0.2 mm
+ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
 _WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
 
 
 @dataclass(frozen=True)
 class Facets:
-    """The skin of one obstacle in small triangles, rest frame.
+    """The skin of one obstacle in facets, rest frame.
 
     Attributes:
         obstacle: index of the obstacle.
         corner_m: (F, 3, 3) on the rounded surface.
-        middle_m: (F, 3) point of the rounded surface over the triangle's middle.
-        normal: (F, 3) unit normals there.
+        middle_m: (F, 3) centroid of the rounded surface over the triangle.
+        normal: (F, 3) unit normals over the triangle's middle.
         area_m2: (F,).
-        lift_m: (F,) how far the rounded surface may stand off the mesh there.
-        start: (G + 1,) where each piece begins.
+        lift_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
+        start: (B + 1,) where each block begins.
         closed: only the outside scatters.
         creases: convex ones at which a smooth surface ends.
         center_m, radius_m: bounding sphere.
@@ -59,12 +62,19 @@ class Facets:
 
 
 def can_cut(reading: MeshReading, size_m: float) -> bool:
-    """Whether a mesh in facets of this size stays within `MOST_FACETS`."""
-    return FACETS_A_SQUARE * float(reading.mesh.area) / size_m**2 <= MOST_FACETS
+    """Whether a mesh stays within `MOST_FACETS`, in facets of this size or of `COARSEST_M`."""
+    return _fitting_m(reading) <= max(size_m, COARSEST_M)
+
+
+def _fitting_m(reading: MeshReading) -> float:
+    """The least size at which a mesh stays within `MOST_FACETS`."""
+    return float(np.sqrt(FACETS_A_SQUARE * reading.mesh.area / MOST_FACETS))
 
 
 def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
-    """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends more than at 25 cm.
+    """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends more than at 8 cm.
+
+    Where that would be more than `MOST_FACETS`, edges grow up to `COARSEST_M`.
 
     Raises:
         ValueError: more than `MOST_FACETS` facets would be needed.
@@ -75,18 +85,19 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
             "choose larger ones or leave this obstacle to the other mechanisms"
         )
     skin = _Skin.of(reading, surface)
-    owner, place = _bisected(skin, size_m)
+    owner, place = _cut(skin, max(size_m, _fitting_m(reading)))
+    over, normal = skin.at(owner, place.mean(axis=1))
+    facet, start = leaves(np.concatenate([over, NORMAL_M * normal], axis=1), BLOCK)
+    owner, place, over, normal = owner[facet], place[facet], over[facet], normal[facet]
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
-    middle_m, normal = skin.at(owner, place.mean(axis=1))
-    facet, start = leaves(np.concatenate([middle_m, TURN_M * normal], axis=1), PIECE)
-    sides = corner_m[:, 1:] - corner_m[:, :1]
-    creases = creases_of(reading, surface, middle_m[facet], normal[facet], 0.5 * size_m)
+    flat, sides = corner_m.mean(axis=1), corner_m[:, 1:] - corner_m[:, :1]
+    rise = 0.75 * (over - flat)  # mean over a quadratic triangle
     center = 0.5 * (corner_m.min(axis=(0, 1)) + corner_m.max(axis=(0, 1)))
     return Facets(
-        obstacle=obstacle, corner_m=corner_m[facet], middle_m=middle_m[facet], normal=normal[facet],
-        area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)[facet],
-        lift_m=2.0 * skin.sag_m[owner[facet]], start=start,
-        closed=reading.closed, creases=creases,
+        obstacle=obstacle, corner_m=corner_m, middle_m=flat + rise, normal=normal,
+        area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
+        lift_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=reading.closed,
+        creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
     )  # fmt: skip
 
@@ -145,27 +156,14 @@ def _edge_between(corners: Ints, vertices: Ints) -> Ints:
     return (missing + 1) % 3
 
 
-def _bisected(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
-    """Owners (R,) and places (R, 3, 2) of triangles, halved across their worst edge until no edge is too long.
+def _cut(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
+    """Owners (R,) and places (R, 3, 2) of pieces whose edges are no longer than `size_m`.
 
-    An edge may be `size_m` long, and less where it stands off its chord more than at a radius of `BEND_M`. It is
-    judged alike by the two triangles that share it, so both cut it at the same point and no crack opens.
+    Less where an edge stands off its chord more than at a radius of `BEND_M`.
     """
-    owner = np.arange(len(skin.corner_m))
-    place = np.repeat(_WHOLE, len(owner), axis=0)
-    done: list[tuple[Ints, Floats]] = []
-    while len(owner):
-        corners = [skin.at(owner, place[:, i]) for i in range(3)]
-        point, normal = (np.stack(part, axis=1) for part in zip(*corners, strict=True))
-        length = np.linalg.norm(point - np.roll(point, -1, axis=1), axis=2)
-        turn = np.linalg.norm(normal - np.roll(normal, -1, axis=1), axis=2)
-        excess = np.maximum(length, np.sqrt(BEND_M * length * turn)) / size_m
-        worst = excess.argmax(axis=1)
-        fits = excess.max(axis=1) <= 1.0
-        done.append((owner[fits], place[fits]))
-        rows, first = np.flatnonzero(~fits), worst[~fits]
-        a, b, c = (place[rows, (first + i) % 3] for i in range(3))
-        middle = 0.5 * (a + b)
-        place = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-        owner = np.tile(owner[rows], 2)
-    return np.concatenate([o for o, _ in done]), np.concatenate([p for _, p in done])
+    every = np.arange(len(skin.corner_m))
+    ends = [skin.at(every, np.repeat(_WHOLE[:, i], len(every), axis=0)) for i in range(3)]
+    point, normal = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
+    length = np.linalg.norm(point - np.roll(point, -1, axis=1), axis=2)
+    turn = np.linalg.norm(normal - np.roll(normal, -1, axis=1), axis=2)
+    return cut_up(DIAGONAL * np.maximum(length, np.sqrt(BEND_M * length * turn)) / size_m)

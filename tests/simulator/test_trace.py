@@ -306,4 +306,4 @@ def test_a_surface_too_rough_for_rays_is_named_by_its_place(rng):
     scene = Scene([Obstacle(rough, Material.rigid(), "rough")], Air.lossless())
     phone = Phone.named("ideal")
     with pytest.raises(ValueError, match=r"32 places at most, got \d+ on the one round .* call it flat"):
-        trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)))
+        trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), Fidelity(mechanisms=("curved",)))

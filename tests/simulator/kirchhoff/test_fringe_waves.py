@@ -10,6 +10,8 @@ import trimesh
 
 from simulator import Material, Obstacle
 from simulator.kirchhoff.fringe_waves import _about, _fringe, add_fringe_waves
+from simulator.kirchhoff.lit_ends import Ends
+from simulator.kirchhoff.path_cells import Grid
 from simulator.surfaces.creases import Creases, creases_of
 from simulator.surfaces.facets import facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
@@ -103,16 +105,25 @@ def test_it_stays_finite_and_smooth_where_a_reflection_runs_off_the_rim(face):
     assert abs(near[2]) < 2.0
 
 
+def fringe_sum(facets, source, receiver, lit, wavenumber):
+    """Fringe waves of all creases on a grid of path length, transformed to wavenumbers."""
+    grid = Grid.over(facets.radius_m, wavenumber)
+    ends = Ends(np.stack([source, receiver]), np.full((2, len(facets)), lit), np.zeros(2, dtype=np.int64))
+    total = np.zeros((1, 1, grid.points, 2))
+    one = np.array([0]), np.array([1])
+    rigid = np.ones((1, 3), dtype=complex)
+    add_fringe_waves(facets.creases, np.arange(len(facets)), ends, *one, rigid, facets.center_m, grid, total)
+    sums = grid.cell_sums(total.view(np.complex128)[0, :, :, 0])[0]
+    middle = sum(np.linalg.norm(end - facets.center_m) for end in (source, receiver))
+    centre = grid.centre_m(middle, np.arange(grid.cells))
+    return np.sum(sums * np.exp(-1j * np.outer(centre, wavenumber)), axis=0)
+
+
 def test_nothing_is_added_where_no_face_is_seen():
-    facets = skin(bin_of(32))
-    source, receiver = np.array([[1.25, -0.05, 0.9]]), np.array([[1.25, 0.05, 0.9]])
-    seen = np.zeros((1, len(facets)), dtype=bool)
-    wavenumber, total = np.array([350.0, 370.0]), np.zeros((1, 40, 2), dtype=complex)
-    rest = (wavenumber, np.ones((3, 2), complex), np.array([2.0]), 0.02, np.ones((1, 40)))
-    add_fringe_waves(facets.creases, source, receiver, seen, *rest, total)
-    assert not total.any()
-    add_fringe_waves(facets.creases, source, receiver, ~seen, *rest, total)
-    assert np.abs(total).max() > 1e-5
+    facets, wavenumber = skin(bin_of(32)), np.array([350.0, 370.0])
+    ends = np.array([1.25, -0.05, 0.9]), np.array([1.25, 0.05, 0.9])
+    assert not fringe_sum(facets, *ends, False, wavenumber).any()
+    assert np.abs(fringe_sum(facets, *ends, True, wavenumber)).max() > 1e-5
 
 
 def by_quadrature(source, receiver, wavenumber):
@@ -141,20 +152,14 @@ def by_quadrature(source, receiver, wavenumber):
 
 def test_elements_add_up_to_the_line_integral_over_the_exact_circle():
     """From high above, so that both ends see the side and the cap of each element."""
-    facets = skin(bin_of(64), 0.006)
+    facets = skin(bin_of(64))
     creases = facets.creases
     upper = creases.middle_m[:, 2] > 0.0
     facets = replace(facets, creases=Creases(*(getattr(creases, n)[upper] for n in Creases.__dataclass_fields__)))
     source, receiver = np.array([0.05, 0.0, 2.4]), np.array([-0.02, 0.1, 2.45])
     wavenumber = np.array([330.0, 380.0, 420.0])
     exact = by_quadrature(source, receiver, wavenumber)
-    cell_m, shortest, total = 0.02, np.array([3.8]), np.zeros((1, 60, 3), dtype=complex)
-    add_fringe_waves(
-        facets.creases, source[None], receiver[None], np.ones((1, len(facets)), dtype=bool), wavenumber,
-        np.ones((3, 3), complex), shortest, cell_m, np.ones((1, 60)), total,
-    )  # fmt: skip
-    centre = shortest[0] + cell_m * np.arange(60)
-    ours = np.sum(total[0] * np.exp(-1j * np.outer(centre, wavenumber)), axis=0)
+    ours = fringe_sum(facets, source, receiver, True, wavenumber)
     np.testing.assert_allclose(ours, exact, atol=0.01 * np.abs(exact).max())
 
 

@@ -335,7 +335,8 @@ def test_a_cone_echoes_off_its_side(radius, height, sections):
         middle = radius * (1.0 - share) * outwards + [0.0, 0.0, height * share]
         middle += 1.5 * (np.cos(slope) * outwards + [0.0, 0.0, np.sin(slope)])
         phone = Phone.ideal(middle + 0.02 * round_it, [middle - 0.02 * round_it, middle - 0.1 * round_it])
-        paths = trace_paths(Scene([cone], Air.lossless()), phone, Pose([0.0, 0.0, 0.0], Rotation.identity()))
+        pose, rays = Pose([0.0, 0.0, 0.0], Rotation.identity()), Fidelity(mechanisms=("specular", "curved", "edges"))
+        paths = trace_paths(Scene([cone], Air.lossless()), phone, pose, rays)
         echo = paths[(paths.order == 1) & (paths.mic == 0)]
         assert len(echo) == 1
         curve = radius * (1.0 - share) / np.cos(slope)

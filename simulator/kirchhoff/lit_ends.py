@@ -1,0 +1,22 @@
+"""Images of speaker and microphones as ends of Kirchhoff's sum, with what each of them sees of the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+
+
+@dataclass(frozen=True)
+class Ends:
+    """E points that see a body, group by group: those of one pose.
+
+    Attributes:
+        point_m: (E, 3) in the body's rest frame, images included.
+        lit: (E, S) spots of the body that nothing hides from each.
+        group: (E,) sorted.
+    """
+
+    point_m: Floats
+    lit: Flags
+    group: Ints

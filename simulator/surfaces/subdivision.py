@@ -1,0 +1,73 @@
+"""Triangles cut into small ones of an even size, long and thin triangles too.
+
+Halving the longest edge again and again keeps the angles of the triangle it began with: the side of a cylinder falls
+into needles 1 mm wide. Here a triangle is cut into rows along its shortest edge, and each row into as many pieces as
+it is wide.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from obstaclewatch.support.arrays import Floats, Ints
+
+_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])  # (eta, zeta) of a quadratic triangle's corners
+
+
+def cut_up(excess: Floats) -> tuple[Ints, Floats]:
+    """Owners (R,) and places (R, 3, 2) of pieces.
+
+    Args:
+        excess: (T, 3) lengths of the edges 01, 12 and 20 re the longest that is allowed.
+    """
+    apex = (excess.argmin(axis=1) + 2) % 3  # the corner across from the shortest edge
+    base = np.maximum(excess.min(axis=1), 1e-9)
+    rows = np.maximum(np.ceil(excess.max(axis=1)), 1.0).astype(np.int64)
+    count = _counts(rows, base)
+    owner = np.repeat(np.arange(len(excess)), count)
+    return owner, _pieces(rows, base, apex, _CORNERS, int(count.sum()))
+
+
+@numba.njit(cache=True)
+def _across(base, row, rows):
+    """Pieces of the line `row` of `rows`, counted from the apex."""
+    return 0 if row == 0 else max(1, int(np.ceil(base * row / rows - 1e-9)))
+
+
+@numba.njit(cache=True)
+def _counts(rows, base):
+    """(T,) pieces of each triangle: along both lines of each row."""
+    count = np.zeros(len(rows), np.int64)
+    for t in range(len(rows)):
+        for i in range(1, rows[t] + 1):
+            count[t] += _across(base[t], i - 1, rows[t]) + _across(base[t], i, rows[t])
+    return count
+
+
+@numba.njit(cache=True)
+def _pieces(rows, base, apex, corners, count):
+    """(count, 3, 2) places of the pieces' corners."""
+    place, at = np.empty((count, 3, 2)), 0
+    for t in range(len(rows)):
+        top, left, right = corners[apex[t]], corners[(apex[t] + 1) % 3], corners[(apex[t] + 2) % 3]
+        for i in range(1, rows[t] + 1):
+            upper, lower = _across(base[t], i - 1, rows[t]), _across(base[t], i, rows[t])
+            here, there = (i - 1) / rows[t], i / rows[t]
+            for j in range(lower):
+                _put(place[at, 0], top, left, right, there, j / lower)
+                _put(place[at, 1], top, left, right, there, (j + 1) / lower)
+                _put(place[at, 2], top, left, right, here, j / max(upper, 1))
+                at += 1
+            for j in range(upper):
+                _put(place[at, 0], top, left, right, here, (j + 1) / upper)
+                _put(place[at, 1], top, left, right, here, j / upper)
+                _put(place[at, 2], top, left, right, there, (j + 1) / lower)
+                at += 1
+    return place
+
+
+@numba.njit(cache=True)
+def _put(place, top, left, right, down, across):
+    for x in range(2):
+        place[x] = (1.0 - down) * top[x] + down * ((1.0 - across) * left[x] + across * right[x])
