@@ -222,8 +222,8 @@ def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
 def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
     """Direction off the edge nearest to a segment's own that leaves the planes of both faces.
 
-    At 135 degrees from the face, not at 90: there a segment square to one face of a box or a plate would end in the plane
-    of the other face or the rim, and rounding would decide whether it is free.
+    At 135 degrees from the face, not at 90: there a segment square to one face of a box or a plate would end in the
+    plane of the other face or the rim, and rounding would decide whether it is free.
 
     Where a face stands on a mirror, the direction between the two.
     """

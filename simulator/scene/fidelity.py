@@ -16,8 +16,8 @@ MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     "standard": {
-        "max_order": 2, "mechanisms": MECHANISMS, "motion_degree": 3, "band_points": 10, "tolerance_db": 2.0,
-        "facet_m": 0.04,
+        "max_order": 2, "mechanisms": MECHANISMS, "motion_degree": 3, "band_points": 10,
+        "tolerance_db": np.inf, "facet_m": 0.04,
     },
     "reference": {
         "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 12, "edge_floor_db": -80.0,
@@ -38,11 +38,11 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "standard" (mirrors, smooth surfaces, edges by the exact integral; people, and what rays get wrong by
-            2 dB, by Kirchhoff's integral), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps
-            every obstacle's echo within `tolerance_db` of the reference).
+        level: "standard" (mirrors, smooth surfaces, edges by the exact integral; uneven bodies, such as people, by
+            Kirchhoff's integral), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps every
+            obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
-            integral is taken if it is among the mechanisms; infinity never takes it.
+            integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
         max_range_m: echoes longer than twice this are not looked for (the paper's 7 m listening range).
