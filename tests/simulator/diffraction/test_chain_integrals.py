@@ -201,7 +201,7 @@ def test_chains_beside_a_mirror_image_are_booked_at_their_level():
     assert set(drowned.order) == {2, 3, 4, 5}
     assert (drowned.obstacle[drowned.order == 5] == " > ".join(5 * ["panel"])).all()
     wedges, origin = _wedges(_panel(0.1, 0.1))
-    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * nodes_hz(8) / C)
+    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * nodes_hz(12) / C)
     two = np.abs(over_two(face, *(end - origin for end in ends))).max()
     assert drowned.level_db[drowned.order == 2].max() == pytest.approx(20.0 * np.log10(two), abs=1e-6)
     weaker = [drowned.level_db[drowned.order == n].max() for n in (2, 3, 4, 5)]
