@@ -7,7 +7,10 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Paths, Phone, Pose, Scene, trace_paths
+from simulator.kirchhoff.selection import UNEVEN, unevenness
+from simulator.world.world import prepare
 
 C = 343.0
 FREQUENCY = np.linspace(18_000.0, 23_000.0, 101)
@@ -62,3 +65,21 @@ def test_echo_does_not_jump_as_the_phone_passes_the_rim():
 def test_rim_under_the_floor_is_left_to_rays():
     paths = _paths([_ground(), _bin()], [1.2], edge_floor_db=-10.0)
     assert paths.choices[0].integrals == 0
+
+
+@pytest.mark.parametrize("sections", [12, 16, 32])
+def test_a_coarse_post_is_no_uneven_body(sections):
+    """The turn of the curvature's axes within a facet once counted: posts of 16 segments were uneven."""
+    post = Obstacle(trimesh.creation.cylinder(0.25, 2.0, sections=sections), Material.rigid(), "post")
+    phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
+    world = prepare(Scene([post]), phone, np.zeros(3), ("curved",))
+    assert [unevenness(surface) for surface in world.surfaces] == pytest.approx([0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(("category", "uneven"), [("pedestrian", True), ("car", True), ("dustbin", False)])
+def test_people_and_cars_are_uneven_bodies_and_bins_are_not(category, uneven):
+    body = random_obstacle(category, np.random.default_rng(1), category)
+    phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
+    world = prepare(Scene([body]), phone, np.zeros(3), ("curved",))
+    assert world.surfaces
+    assert all((unevenness(surface) > UNEVEN) == uneven for surface in world.surfaces)
