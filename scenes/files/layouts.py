@@ -32,7 +32,7 @@ class Spot:
         category: of what stands there.
         at_m: (x, y) in the street.
         yaw_rad: its rotation; at 0 its front faces the oncoming walker.
-        speed_m_s: of a pedestrian, the way they face; 0 stands.
+        speed_m_s: of a pedestrian, in the direction they face; 0 stands.
     """
 
     category: str

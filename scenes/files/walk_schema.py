@@ -73,7 +73,7 @@ class WalkSpec(Strict):
     vary: VarySpec | None = None
 
     @model_validator(mode="after")
-    def _one_way(self) -> WalkSpec:
+    def _one_route(self) -> WalkSpec:
         placed = self.start_m is not None or self.heading_deg is not None or self.arc is not None
         if self.waypoints_m is not None and placed:
             raise ValueError("a walk with waypoints_m must have no start_m, heading_deg or arc")
@@ -106,7 +106,7 @@ class PhoneSpec(Strict):
     @model_validator(mode="after")
     def _one_geometry(self) -> PhoneSpec:
         if (self.speaker_m is None) != (self.mics_m is None):
-            raise ValueError(f"speaker_m and mics_m must be given together; presets are {list_phones()}")
+            raise ValueError(f"speaker_m and mics_m must both be given; presets are {list_phones()}")
         if self.length_m is not None and self.mics_m is not None:
             raise ValueError("a phone must have either length_m or speaker_m and mics_m, got both")
         return self

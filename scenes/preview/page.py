@@ -146,8 +146,8 @@ def _walker(body: Obstacle, pose: Pose, index: int) -> trimesh.Trimesh:
     """The walker's body where it stands at one pose."""
     heading = pose.body_heading_rad()[index]
     cos, sin = np.cos(heading), np.sin(heading)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return trimesh.Trimesh(body.mesh.vertices @ turn.T + pose.position_m[index], body.mesh.faces, process=False)
+    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return trimesh.Trimesh(body.mesh.vertices @ rotation.T + pose.position_m[index], body.mesh.faces, process=False)
 
 
 def _tubes(paths: Paths) -> dict[str, dict[str, str]]:
@@ -185,8 +185,8 @@ def tube(points_m: Floats, radius_m: float, sides: int = 6) -> trimesh.Trimesh:
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     aside = np.cross(along, np.where(np.abs(along[:, 2:]) > 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]))
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-    turn = 2.0 * np.pi * np.arange(sides) / sides
-    ring = np.cos(turn)[:, None] * aside[:, None] + np.sin(turn)[:, None] * np.cross(along, aside)[:, None]
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    ring = np.cos(angle)[:, None] * aside[:, None] + np.sin(angle)[:, None] * np.cross(along, aside)[:, None]
     ends = np.stack([points[:-1], points[1:]], axis=1)
     vertices = (ends[:, :, None] + radius_m * ring[:, None]).reshape(-1, 3)
     here = np.arange(sides)

@@ -20,8 +20,8 @@ def placed(
 ) -> Obstacle:
     """A copy rotated counter-clockwise about the z axis, then moved in plan by (2,) m; None keeps its velocity."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    vertices = np.asarray(obstacle.mesh.vertices) @ turn.T + np.append(np.asarray(at_m, dtype=np.float64), 0.0)
+    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    vertices = np.asarray(obstacle.mesh.vertices) @ rotation.T + np.append(np.asarray(at_m, dtype=np.float64), 0.0)
     mesh = trimesh.Trimesh(vertices, obstacle.mesh.faces, process=False)
     velocity = obstacle.velocity_m_s if velocity_m_s is None else np.asarray(velocity_m_s, dtype=np.float64)
     return replace(obstacle, mesh=mesh, velocity_m_s=velocity)

@@ -61,7 +61,7 @@ class Stretch:
     """One part of a route, and how it is furnished.
 
     Its boundaries are plain: paths mix every plane with every smooth body, and the frames of a shop front, the rails
-    of a fence or the leaves of a hedge would make a walk two to three times as costly. Whole streets have them.
+    of a fence or the leaves of a hedge would make a walk two to three times as costly. Full streets have them.
 
     Attributes:
         name: what it passes.
@@ -90,7 +90,7 @@ class Setting:
 
     Attributes:
         stretches: its parts, equally likely.
-        pedestrian_kinds: probabilities that a pedestrian target stands, comes the other way, or crosses.
+        pedestrian_kinds: probabilities that a pedestrian target stands, comes towards the walker, or crosses.
     """
 
     stretches: tuple[Stretch, ...]
@@ -193,7 +193,7 @@ def _thing(rng: np.random.Generator, kind: str, name: str) -> Obstacle:
 
 
 def _passer_by(rng: np.random.Generator, name: str, heading_rad: float) -> Obstacle:
-    """Someone who walks the same way, comes the other way, or (one in five) crosses."""
+    """Someone who walks along with the walker, comes towards them, or (one in five) crosses."""
     turn = rng.choice([0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi], p=[0.4, 0.4, 0.1, 0.1])
     heading = heading_rad + turn + rng.normal(0.0, np.deg2rad(5.0))
     velocity = rng.uniform(0.8, 1.5) * np.array([np.cos(heading), np.sin(heading), 0.0])
