@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
+from scenes import GaitWalk
+from scenes.streets.approaches import AFTER_CONTACT_S
+from scenes.truth.truth import contact
 from simulator import Fidelity, render_walk
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
@@ -36,3 +41,12 @@ def rendered(setting: Situation, cell: Cell) -> Recording:
     return render_walk(
         setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, unheard=setting.unheard
     )
+
+
+def until_contact(walk: Walk, scene: Scene, targets: tuple[str, ...]) -> Walk:
+    """A straight walk that ends just after contact with a target, as drawn ones do: the phone would go on into it."""
+    if not isinstance(walk, GaitWalk):
+        return walk
+    met = [contact(scene.obstacle(name), walk).contact_time_s for name in targets]
+    ends = [time + AFTER_CONTACT_S for time in met if np.isfinite(time)]
+    return replace(walk, duration_s=min([walk.duration_s, *ends]))

@@ -6,13 +6,9 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from benchmarks.cells.situations.situation import Situation
+from benchmarks.cells.situations.situation import Situation, until_contact
 from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
 from scenes import GaitWalk, RouteWalk
-from scenes.streets.approaches import AFTER_CONTACT_S
-from scenes.truth.truth import contact
 from simulator import Air, Material, Obstacle, Phone, Scene
 from simulator.phone.transducers import Transducer
 from simulator.scene.pose import Walk
@@ -26,7 +22,9 @@ def varied(setting: Situation, cell: Cell) -> Situation:
     """
     scene = changed_scene(setting, cell.scene_change)
     scene = replace(scene, air=air_of(cell)) if cell.air else scene
-    walk = _until_contact(changed_walk(setting.walk, cell.walk, cell.beep_period_s), scene, setting)
+    walk = changed_walk(setting.walk, cell.walk, cell.beep_period_s)
+    if walk is not setting.walk:
+        walk = until_contact(walk, scene, setting.targets)
     phone = changed_phone(setting.phone, cell.phone_change)
     return replace(setting, scene=scene, walk=walk, phone=phone, unheard=_unheard(scene, cell.scene_change))
 
@@ -68,15 +66,6 @@ def changed_walk(walk: Walk, change: WalkChange, period_s: float) -> Walk:
     if isinstance(walk, GaitWalk):
         return replace(walk, **_gait_fields(walk, change, period_s))
     raise ValueError(f"walk changes need a straight walk with gait, got {type(walk).__name__}")
-
-
-def _until_contact(walk: Walk, scene: Scene, setting: Situation) -> Walk:
-    """A changed walk ends as drawn ones do, just after contact with a target: the phone would go on into it."""
-    if walk is setting.walk or not isinstance(walk, GaitWalk):
-        return walk
-    met = [contact(scene.obstacle(name), walk).contact_time_s for name in setting.targets]
-    ends = [time + AFTER_CONTACT_S for time in met if np.isfinite(time)]
-    return replace(walk, duration_s=min([walk.duration_s, *ends]))
 
 
 def changed_phone(phone: Phone, change: PhoneChange) -> Phone:

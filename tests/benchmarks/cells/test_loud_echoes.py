@@ -182,11 +182,11 @@ def test_errors_against_echoes_stand_beside_those_against_the_truth(tmp_path):
     assert [line.split("diagnostic")[0] for line in lines] == ["range against echoes, "] * 2  # of two detectors
     curves = {curve.label: curve for curve in FIGURES["fig22"](run).curves}
     np.testing.assert_allclose(curves["PaperDetector, Distance1"].value, 0.4, atol=1e-9)
-    np.testing.assert_allclose(curves["PaperDetector, Distance1 against what echoes"].value, 0.3, atol=1e-9)
-    assert "PaperDetector, Distance2 against what echoes" not in curves
+    np.testing.assert_allclose(curves["PaperDetector, Distance1 against the nearest loud echo"].value, 0.3, atol=1e-9)
+    assert "PaperDetector, Distance2 against the nearest loud echo" not in curves
     rows = {row.label: row.cells[0].text for row in verdict_rows(run) if "diagnostic" in row.label}
-    assert rows["Distance1 against what echoes, median (diagnostic)"] == "0.30 cm"
-    assert rows["Distance2 against what echoes, P90 (diagnostic)"] == "no data"
+    assert rows["Distance1 against the nearest loud echo, median (diagnostic)"] == "0.30 cm"
+    assert rows["Distance2 against the nearest loud echo, P90 (diagnostic)"] == "no data"
 
 
 def test_runs_from_before_echoes_were_told_are_read_as_they_were(tmp_path):
