@@ -61,7 +61,7 @@ def complaint(monkeypatch, capsys, *arguments):
 def test_a_table_with_health_candidates_and_the_alert(stored):
     told = run(stored).stdout.splitlines()
     assert told[0] == "recording: nothing wrong found"
-    assert told[1].startswith("beep heard: 18.0-21.5 kHz in 50 ms every 90.0 ms")
+    assert told[1].startswith("beep received: 18.0-21.5 kHz in 50 ms every 90.0 ms")
     assert any("speed of sound: 34" in line for line in told[:6])
     assert sum(" deg r " in line for line in told) >= 18
     head = next(k for k, line in enumerate(told) if line.strip().startswith("time"))
@@ -95,13 +95,13 @@ def test_swapped_channels_are_refused_and_can_be_swapped(stored, tmp_path, monke
     clean = walk()
     write_recording(Recording(clean.samples[::-1], clean.sample_rate_hz), tmp_path / "swapped.wav")
     refused = complaint(monkeypatch, capsys, tmp_path / "swapped.wav", "--band", "18000-21500")
-    assert refused.startswith("obstaclewatch: swapped channels: microphone 1 hears the speaker")
+    assert refused.startswith("obstaclewatch: swapped channels: microphone 1 receives the speaker")
     assert run(tmp_path / "swapped.wav", "--swap").stdout == run(stored).stdout
 
 
 def test_another_beep_is_refused_and_named(stored, monkeypatch, capsys):
     refused = complaint(monkeypatch, capsys, stored, "--band", "15000-17000")
-    assert "other beep: expected 15.0-17.0 kHz in 50 ms every 90.0 ms, heard 18.0-21.5 kHz" in refused
+    assert "other beep: expected 15.0-17.0 kHz in 50 ms every 90.0 ms, received 18.0-21.5 kHz" in refused
 
 
 def test_the_band_must_fit_the_files_rate(tmp_path, monkeypatch, capsys):

@@ -143,8 +143,8 @@ def test_the_cost_is_measured() -> None:
 
 
 def test_a_post_that_ends_at_the_phones_height_needs_the_integral() -> None:
-    """Its rim lies in the first Fresnel zone of its mirror point; that of a post of 2 m is far above."""
-    short, tall = thing(cylinder(0.2, 1.35), "short", (2.5, 0.4)), thing(cylinder(0.2, 2.0), "tall", (2.5, -0.8))
+    """Its rim lies in the first Fresnel zone of its mirror point; that of a mast of 9 m is out of range."""
+    short, tall = thing(cylinder(0.2, 1.35), "short", (2.5, 0.4)), thing(cylinder(0.2, 9.0), "tall", (2.5, -0.8))
     scene = Scene([FLOOR, short, tall, thing(wall(), "wall", (8.0, 0.0))])
     steps: list[None] = []
     walk = GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=1.5)
