@@ -38,7 +38,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     uneven = uneven_surfaces(tracing, search.fidelity)
     singles = [None if index in uneven else mixed(search, index) for index in range(len(tracing.world.surfaces))]
     rays += [each for each in singles if each is not None]
-    whole = heard_whole(search, concatenated(rays))
+    whole = heard_whole(search, concatenated(rays), uneven)
     loudest = _loudest(tracing, rays[1:])
     if search.max_order > 1 and len(tracing.world.surfaces) > 1:
         rays.append(twice_curved(search, singles, loudest))

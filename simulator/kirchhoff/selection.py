@@ -44,12 +44,16 @@ FEW = 8.0  # ways that err by less than the tolerance over this stay rays
 CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
 
 
-def heard_whole(search: Search, echoes: Candidates) -> list[Pairs]:
+def heard_whole(search: Search, echoes: Candidates, uneven: set[int]) -> list[Pairs]:
     """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
     All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
     uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
     left to rays. The log books what was chosen, and the estimates behind it.
+
+    Args:
+        echoes: what the rays found.
+        uneven: `uneven_surfaces`, on which no ray was looked for.
     """
     tracing, fidelity, audible, wavenumber = search.tracing, search.fidelity, search.audible, search.wavenumber_1_m
     world, mechanisms = tracing.world, fidelity.mechanisms
@@ -60,7 +64,7 @@ def heard_whole(search: Search, echoes: Candidates) -> list[Pairs]:
         flat, bent = bool((reading.patch >= 0).any()), bool(reading.curved.any())
         if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
             chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
-    uneven, rims_count = uneven_surfaces(tracing, fidelity), np.isfinite(fidelity.tolerance_db)
+    rims_count = np.isfinite(fidelity.tolerance_db)
     for index, surface in enumerate(world.surfaces):
         if index in uneven:
             pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
