@@ -108,9 +108,9 @@ def test_raw_audio_is_inspected():
     """2.8 s of an unknown phone: a preamble, then 42 beeps from sample 31,444 on; both channels are equal."""
     health = inspect_recording(raw(), RAW_BEEP, Phone.named("galaxy-s5").geometry)
     assert health.faults == {Fault.IDENTICAL_CHANNELS}
-    assert health.heard is not None
-    assert health.heard.period_s == pytest.approx(0.05, rel=1e-3)
-    assert health.heard.chirp_rate_hz_s == pytest.approx(RAW_BEEP.chirp_rate_hz_s, rel=0.05)
+    assert health.detected is not None
+    assert health.detected.period_s == pytest.approx(0.05, rel=1e-3)
+    assert health.detected.chirp_rate_hz_s == pytest.approx(RAW_BEEP.chirp_rate_hz_s, rel=0.05)
     assert health.calibration is not None
     assert len(health.calibration.emission_s) == 42
     assert health.calibration.emission_s[0] * 48_000.0 == pytest.approx(31_444, abs=30)
