@@ -7,12 +7,14 @@ plane is K = 0, so flat and curved reflections mix freely in one sequence.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
+_QUARTER_TURNS = np.array([1.0, 1.0j, -1.0, -1.0j])
 
 
 def spreading(points_m: Floats, normals: Floats, curvatures: Floats, count: Ints) -> Complexes:
@@ -27,16 +29,9 @@ def spreading(points_m: Floats, normals: Floats, curvatures: Floats, count: Ints
     Returns:
         Real and positive but for paths through a focus, which gain a factor j (e^{+jwt}) at each.
     """
-    length, ray = rays(points_m, normals)
-    amplitude = 1.0 / length[:, 0].astype(np.complex128)
-    front = (np.eye(3) - ray[:, 0, :, None] * ray[:, 0, None, :]) / length[:, 0, None, None]
-    for k in range(normals.shape[1]):
-        active = count > k
-        front = np.where(active[:, None, None], _reflected(front, ray[:, k], normals[:, k], curvatures[:, k]), front)
-        factor, after = _advanced(front, length[:, k + 1])
-        amplitude = np.where(active, amplitude * factor, amplitude)
-        front = np.where(active[:, None, None], after, front)
-    return amplitude
+    columns = (np.ascontiguousarray(column) for column in (points_m, normals, curvatures, count))
+    amplitude, foci = _amplitudes(*columns)  # type: ignore[call-arg]
+    return amplitude * _QUARTER_TURNS[foci % 4]
 
 
 def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
@@ -45,39 +40,123 @@ def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
     Two reflections in the corner of two surfaces share one point; the segment between them has no length, and its
     direction is that of the segment before it, mirrored in the first of the two.
     """
-    segments = np.diff(points_m, axis=1)
-    length = np.linalg.norm(segments, axis=2)
-    ray = segments / np.maximum(length, _TINY)[:, :, None]
-    for k in range(1, segments.shape[1]):
-        rows = np.flatnonzero(length[:, k] < _CORNER_M)
-        normal = normals[rows, k - 1]
-        along = np.sum(ray[rows, k - 1] * normal, axis=1)
-        ray[rows, k] = ray[rows, k - 1] - 2.0 * along[:, None] * normal
+    return _rays(np.ascontiguousarray(points_m), np.ascontiguousarray(normals))  # type: ignore[call-arg]
+
+
+@numba.njit(cache=True)
+def _rays(points, normals):
+    length = np.empty((len(points), points.shape[1] - 1))
+    ray = np.zeros((len(points), points.shape[1] - 1, 3))
+    for p in range(len(points)):
+        for k in range(ray.shape[1]):
+            length[p, k] = _segment(points[p], normals[p], k, ray[p, k - 1], ray[p, k])
     return length, ray
 
 
-def _reflected(front: Floats, ray: Floats, normal: Floats, curvature: Floats) -> Floats:
-    """Wavefront curvature just after the mirror (Deschamps 1972, Eq. 31, in tensor form)."""
-    cosine = -np.sum(ray * normal, axis=1)
-    mirror = np.eye(3) - 2.0 * normal[:, :, None] * normal[:, None, :]
-    out = np.einsum("pij,pj->pi", mirror, ray)
-    safe = np.where(np.abs(cosine) > _TINY, cosine, 1.0)
-    onto = np.eye(3) - out[:, :, None] * normal[:, None, :] / safe[:, None, None]
-    bend = np.einsum("pki,pkl,plj->pij", onto, curvature, onto)
-    return mirror @ front @ mirror + 2.0 * cosine[:, None, None] * bend
+@numba.njit(cache=True)
+def _segment(points, normals, k, before, ray):
+    """Length of segment k of a path, and its direction filled in; `before` is that of the segment before it."""
+    square = along = 0.0
+    for x in range(3):
+        ray[x] = points[k + 1, x] - points[k, x]
+        square += ray[x] * ray[x]
+    length = np.sqrt(square)
+    if k > 0 and length < _CORNER_M:
+        for x in range(3):
+            along += before[x] * normals[k - 1, x]
+        for x in range(3):
+            ray[x] = before[x] - 2.0 * along * normals[k - 1, x]
+        return length
+    for x in range(3):
+        ray[x] /= max(length, _TINY)
+    return length
 
 
-def _advanced(front: Floats, length: Floats) -> tuple[Complexes, Floats]:
-    """Amplitude factor 1 / sqrt(det(1 + s Q)) of a segment, and the curvature at its end."""
-    trace = np.trace(front, axis1=1, axis2=2)
-    minor = 0.5 * (trace**2 - np.einsum("pij,pji->p", front, front))
-    spread = np.sqrt(np.maximum(0.25 * trace**2 - minor, 0.0))
-    factor = np.ones(len(length), dtype=np.complex128)
-    for root in (0.5 * trace + spread, 0.5 * trace - spread):
-        stretch = 1.0 + length * root
-        stretch = np.where(np.abs(stretch) < _TINY, _TINY, stretch)
-        factor *= np.where(stretch > 0.0, 1.0, 1j) / np.sqrt(np.abs(stretch))
-    matrix = np.eye(3) + length[:, None, None] * front
-    singular = np.abs(np.linalg.det(matrix)) < _TINY
-    matrix[singular] += _TINY * np.eye(3)
-    return factor, front @ np.linalg.inv(matrix)
+@numba.njit(cache=True, error_model="numpy")
+def _amplitudes(points, normals, curvatures, count):
+    real, foci = np.empty(len(points)), np.zeros(len(points), np.int64)
+    front, work, ray = np.empty((3, 3)), np.empty((2, 3, 3)), np.zeros((2, 3))
+    for p in range(len(points)):
+        length = _segment(points[p], normals[p], 0, ray[1], ray[0])
+        squares = length * length
+        for i in range(3):
+            for j in range(3):
+                front[i, j] = ((i == j) - ray[0, i] * ray[0, j]) / length
+        for k in range(count[p]):
+            here = ray[k % 2]
+            _reflect(front, here, normals[p, k], curvatures[p, k], work)
+            length = _segment(points[p], normals[p], k + 1, here, ray[(k + 1) % 2])
+            stretch, negative = _advance(front, length, work)
+            squares *= stretch
+            foci[p] += negative
+        real[p] = 1.0 / np.sqrt(squares)
+    return real, foci
+
+
+@numba.njit(cache=True)
+def _product(a, b, out):
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _reflect(front, ray, normal, curvature, work):
+    """Make a wavefront's curvature that just after the mirror (Deschamps 1972, Eq. 31, in tensor form)."""
+    mirror, half = work[0], work[1]
+    cosine = -(ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
+    for i in range(3):
+        for j in range(3):
+            mirror[i, j] = (i == j) - 2.0 * normal[i] * normal[j]
+    _product(mirror, front, half)
+    _product(half, mirror, front)
+    bends = False
+    for i in range(3):
+        for j in range(3):
+            bends |= curvature[i, j] != 0.0
+    if not bends:
+        return
+    safe = cosine if abs(cosine) > _TINY else 1.0
+    for i in range(3):  # onto the tangent plane along the reflected ray
+        out = ray[i] + 2.0 * cosine * normal[i]
+        for j in range(3):
+            mirror[i, j] = (i == j) - out * normal[j] / safe
+    _product(curvature, mirror, half)
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                front[i, j] += 2.0 * cosine * mirror[k, i] * half[k, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _advance(front, length, work):
+    """|det(1 + s Q)| of a segment and the foci in it; the curvature becomes that at its end, Q / (1 + s Q)."""
+    square = 0.0
+    for i in range(3):
+        for j in range(3):
+            square += front[i, j] * front[j, i]
+    half = 0.5 * (front[0, 0] + front[1, 1] + front[2, 2])
+    spread = np.sqrt(max(0.5 * square - half * half, 0.0))
+    one, other = 1.0 + length * (half + spread), 1.0 + length * (half - spread)
+    _onwards(front, length, work[0], work[1])
+    return max(abs(one), _TINY) * max(abs(other), _TINY), (one <= -_TINY) + (other <= -_TINY)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _onwards(front, length, adjoint, matrix):
+    """Replace Q by Q / (1 + s Q), through the adjoint of 1 + s Q."""
+    for i in range(3):
+        for j in range(3):
+            matrix[i, j] = (i == j) + length * front[i, j]
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            c, d = (j + 1) % 3, (j + 2) % 3
+            adjoint[j, i] = matrix[a, c] * matrix[b, d] - matrix[a, d] * matrix[b, c]
+    size = matrix[0, 0] * adjoint[0, 0] + matrix[0, 1] * adjoint[1, 0] + matrix[0, 2] * adjoint[2, 0]
+    if abs(size) < _TINY:
+        size = _TINY
+    _product(front, adjoint, matrix)
+    for i in range(3):
+        for j in range(3):
+            front[i, j] = matrix[i, j] / size
