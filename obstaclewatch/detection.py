@@ -34,6 +34,8 @@ class Flag(IntFlag):
     """The crest runs into the next one: no radius."""
     NO_BEEP = 64
     """The direct sound is not where it should be: nothing was measured."""
+    NO_RADIUS = 128
+    """Nothing that was received says how broad the obstacle is: its radius is NaN."""
 
 
 class Column(NamedTuple):
@@ -59,13 +61,12 @@ class Candidates:
     range_m: Annotated[Floats, Column("m", "D1, from microphone 0 to the obstacle")]
     range2_m: Annotated[Floats, Column("m", "D2, from microphone 1 to the obstacle")]
     bearing_rad: Annotated[Floats, Column("rad", "unsigned angle between walking direction and obstacle")]
-    radius_m: Annotated[Floats, Column("m", "half the obstacle's width, from the crest's width or the kind of echo")]
+    radius_m: Annotated[Floats, Column("m", "half the obstacle's width, from the crest's width")]
     level_db: Annotated[Floats, Column("dB", "echo relative to the direct sound, at microphone 0")]
     snr_db: Annotated[Floats, Column("dB", "2E/N0 at microphone 0: peak power over half the envelope's noise power")]
     closing_speed_m_s: Annotated[Floats, Column("m/s", "speed of approach, from the ranges of earlier beeps")]
     range_std_m: Annotated[Floats, Column("m", "claimed standard deviation of range_m, range-Doppler bias apart")]
     bearing_std_rad: Annotated[Floats, Column("rad", "claimed standard deviation of bearing_rad")]
-    radius_std_m: Annotated[Floats, Column("m", "claimed standard deviation of radius_m; none of a crest's width")]
 
     def __len__(self) -> int:
         return len(self.range_m)
@@ -138,6 +139,8 @@ class Decision:
             paper's beep (see `signal.two_mics`). `TrackingDetector` has the expected time to the first touch of a body,
             just below 0 once that should have come.
         votes: collision votes among the last `votes_of` beeps; of `TrackingDetector`, the candidates that vote now.
+        collision_probability: of a collision, by what an alert may be given for now; NaN where the detector states
+            none. A threshold on it is the detector's operating point.
 
     >>> decision = Decision(alert=True, time_s=1.8, range_m=2.6, time_to_collision_s=2.0, votes=5)
     >>> print(f"stop in {decision.range_m} m" if decision.alert else "go on")
@@ -149,3 +152,4 @@ class Decision:
     range_m: float
     time_to_collision_s: float
     votes: int
+    collision_probability: float = np.nan

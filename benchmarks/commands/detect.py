@@ -168,6 +168,7 @@ def _entry(detection: Detection) -> dict[str, Any]:
         "index": detection.index, "time_s": detection.time_s, **columns,
         "collides": np.asarray(detection.collides).tolist(),
         "alert": bool(decision.alert), "alert_range_m": _numbers([decision.range_m])[0], "votes": int(decision.votes),
+        "collision_probability": _numbers([decision.collision_probability])[0],
         "flags": [flag.name for flag in obstaclewatch.Flag if flag and flag in detection.beep_flags],
     }  # fmt: skip
 
@@ -178,14 +179,9 @@ def _numbers(values: Any) -> list[float | None]:
 
 def _line(detection: Detection) -> str:
     candidates = "  ".join(
-        f"{range_m:.2f} m {_angle(bearing)} r {_size(radius, deviation)}{'!' if hit else ''}"
-        for range_m, bearing, radius, deviation, hit in zip(
-            detection.range_m,
-            detection.bearing_rad,
-            detection.radius_m,
-            detection.radius_std_m,
-            detection.collides,
-            strict=True,
+        f"{range_m:.2f} m {_angle(bearing)} r {_size(radius)}{'!' if hit else ''}"
+        for range_m, bearing, radius, hit in zip(
+            detection.range_m, detection.bearing_rad, detection.radius_m, detection.collides, strict=True
         )
     )
     alert = "  ALERT" if detection.decision.alert else ""
@@ -197,7 +193,5 @@ def _angle(bearing_rad: float) -> str:
     return f"{math.degrees(bearing_rad):3.0f} deg" if math.isfinite(bearing_rad) else "  ? deg"
 
 
-def _size(radius_m: float, deviation_m: float) -> str:
-    if not math.isfinite(radius_m):
-        return "?"
-    return f"{radius_m:.2f}{f' +- {deviation_m:.2f}' if math.isfinite(deviation_m) else ''} m"
+def _size(radius_m: float) -> str:
+    return f"{radius_m:.2f} m" if math.isfinite(radius_m) else "?"

@@ -135,9 +135,8 @@ class EchoPipeline:
             closing_speed_m_s=speed,
             range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), placed.range2_m),
             bearing_std_rad=placed.bearing_std_rad,
-            radius_std_m=np.full(len(echoes), np.nan),
             may_vote=motion.closing[nearest],
-            flags=_flags(placed.clamped, difference, size.merged, motion.judged, identical),
+            flags=_flags(placed.clamped, difference, size, motion.judged, identical),
             beep_flags=beep_flags,
         )
 
@@ -305,7 +304,7 @@ class StillPipeline(EchoPipeline):
 def _flags(
     clamped: Flags,
     difference: PathDifference,
-    merged: Flags,
+    size: Size,
     confirmed: bool,
     identical: bool,
 ) -> NDArray[np.int_]:
@@ -313,7 +312,7 @@ def _flags(
     flags: NDArray[np.int_] = clamped * int(Flag.CLAMPED) + of_all
     flags += difference.body_deducted * int(Flag.BODY_DEDUCTED)
     flags += np.isnan(difference.u_m) * int(Flag.NO_SECOND_MIC)
-    flags += merged * int(Flag.MERGED_CREST)
+    flags += size.merged * int(Flag.MERGED_CREST) + np.isnan(size.radius_m) * int(Flag.NO_RADIUS)
     return flags
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.detection import Decision, Detection
+from obstaclewatch.detection import Decision, Detection, Flag
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.streaming import StreamingDetector
@@ -117,5 +117,9 @@ def ahead_alone(found: Detection, separation_m: float, most: int) -> Detection:
     cosine = cone_cosine(found.range_m, found.range2_m, separation_m)
     noise = 2.0 * DIFFERENCE_TO_RANGE * found.range_std_m / separation_m
     kept = found.taken(np.flatnonzero(~(cosine < -(BEHIND + noise)))[:most])
-    no_radius = np.full(len(kept), np.nan)
-    return replace(kept, radius_m=no_radius, range_std_m=np.hypot(kept.range_std_m, OTHER_STD_M))
+    return replace(
+        kept,
+        radius_m=np.full(len(kept), np.nan),
+        flags=kept.flags | int(Flag.NO_RADIUS),
+        range_std_m=np.hypot(kept.range_std_m, OTHER_STD_M),
+    )

@@ -17,7 +17,6 @@ from obstaclewatch.trajectories.geometry import NEAREST_M, bodies_at, cone_cosin
 from obstaclewatch.trajectories.likelihood import Agreement, Receivers, agreement
 from obstaclewatch.trajectories.passed_walls import still_received
 from obstaclewatch.trajectories.prior import speed_density
-from obstaclewatch.trajectories.width_prior import narrow_radius
 from obstaclewatch.walker.gait import OSCILLATION_KNOWN_M, READING_M, reading_covariance
 from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read, oscillation_at
 
@@ -42,14 +41,12 @@ class Prior(NamedTuple):
             known, as 10 cm of another height rotate it by a quarter of a cycle; and not of phones that were not
             measured.
         phase_rad: what microphone 1 adds to it.
-        radii: (H, B) probabilities of the classes of radii, see `width_prior`.
     """
 
     log_share: Floats
     nearing: Floats
     has_phase: Flags
     phase_rad: float
-    radii: Floats
 
 
 class Posterior(NamedTuple):
@@ -64,7 +61,6 @@ class Posterior(NamedTuple):
         closing_m_s: (H,) speeds at which these fall.
         misfit: squared deviations, a reading, of the ranges from the trajectory that they fit best; 1 is to be
             expected.
-        radius_m, radius_std_m: half the width of what they lead to; NaN of what is not thought narrow.
     """
 
     time_s: float
@@ -74,8 +70,6 @@ class Posterior(NamedTuple):
     ahead_m: Singles
     closing_m_s: Singles
     misfit: float
-    radius_m: float
-    radius_std_m: float
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -90,7 +84,7 @@ def posterior(
     range_std_m: Floats,
     second: SingleComplexes,
     now_s: float,
-) -> tuple[Floats, Singles, Singles, float, float, float]:
+) -> tuple[Floats, Singles, Singles, float]:
     """What `Posterior` has from `share` on, after K >= 3 beeps.
 
     Args:
@@ -116,9 +110,8 @@ def posterior(
     found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
     density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / CYCLE_RAD)
     share = shares(prior.log_share, found, density, prior.has_phase, prior.phase_rad)
-    radius_m, radius_std_m = narrow_radius(share, prior.radii)
     misfit = float(found.misfit.min()) / len(time_s)
-    return share, found.ahead_m, found.closing_m_s, misfit, radius_m, radius_std_m
+    return share, found.ahead_m, found.closing_m_s, misfit
 
 
 @numba.njit(cache=True, error_model="numpy")

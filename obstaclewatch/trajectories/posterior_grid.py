@@ -28,7 +28,6 @@ from obstaclewatch.trajectories.likelihood import Receivers
 from obstaclewatch.trajectories.passed_walls import ends_of_passed
 from obstaclewatch.trajectories.posterior import Expectation, Meeting, Posterior, Prior, expectations, posterior
 from obstaclewatch.trajectories.prior import Hypotheses, hypotheses
-from obstaclewatch.trajectories.width_prior import radius_shares
 from obstaclewatch.walker.pitch_oscillation import LEAST_COS, STEADY, Oscillation
 
 
@@ -79,8 +78,7 @@ class TrajectoryGrid:
         toward = nearing - np.sin(self._all.tilt_rad) * lean  # the upright wall with the same cone's cosine
         upright = (self._all.height_m == 0.0) | np.isinf(self._all.height_m)
         has_phase = upright & (mic_phase_rad is not None)
-        radii = radius_shares(self._all)
-        self._prior = tuple(Prior(self._all.log_prior, nearing, has_phase, mic_phase_rad or 0.0, radii))
+        self._prior = tuple(Prior(self._all.log_prior, nearing, has_phase, mic_phase_rad or 0.0))
         along_m2, up_m2 = _flatness(self._all, separation_m, baseline_m)
         stays = self._all.height_m > 0.0
         body = (self._all.height_m, self._all.radius_m, self._all.miss_m, toward, stays, along_m2, up_m2)

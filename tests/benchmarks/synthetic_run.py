@@ -101,7 +101,6 @@ def beeps(range_m: Sequence[float], bearing_rad: float, radius_m: float) -> dict
         "range_std_m": estimated(np.full(count, RANGE_ERROR_M)),
         "flags": estimated(np.array([0.0, 1.0] * count)[:count]),
         "bearing_std_rad": estimated(np.full(count, BEARING_ERROR_RAD)),
-        "radius_std_m": estimated(np.full(count, RADIUS_ERROR_M)),
         "candidates": [0, *[2] * (count - 1)],
     }
 

@@ -87,14 +87,12 @@ def calibration(run: RunData) -> PlotFigure:
     for title, column, truth, claim in (
         ("range", "range_m", "true_range_m", "range_std_m"),
         ("bearing", "bearing_rad", "true_bearing_rad", "bearing_std_rad"),
-        ("radius", "radius_m", "true_radius_m", "radius_std_m"),
     ):
         lines = []
         for detector in judged_detectors(run):
             for kind, state in (("approach", "walking"), ("standing", "standing")):
                 table = beep_table(run, detector, kind)
-                claimed = table.get(claim, np.nan)  # runs of earlier versions hold no deviation of radii
-                ratio = np.abs(table[column] - table[truth]) / claimed
+                ratio = np.abs(table[column] - table[truth]) / table[claim]
                 ratio = ratio[np.isfinite(ratio)]
                 if len(ratio) == 0:
                     continue

@@ -73,7 +73,6 @@ def detection(*ranges: float) -> SimpleNamespace:
         snr_db=place,
         range_std_m=place,
         bearing_std_rad=place,
-        radius_std_m=place + 20.0,
         flags=place,
     )
 
@@ -84,7 +83,6 @@ def test_all_estimates_of_a_beep_are_one_candidate_s() -> None:
     assert found.candidates.tolist() == [2, 0, 1]
     assert (found.columns["range_m"][0], found.columns["range2_m"][0]) == pytest.approx((2.05, 2.15))
     assert [found.columns[name][0] for name in ("bearing_rad", "radius_m", "snr_db")] == [1.0, 11.0, 1.0]
-    assert found.columns["radius_std_m"][0] == 21.0
     assert np.isnan(found.columns["bearing_rad"][1:]).all()
 
 

@@ -220,5 +220,6 @@ def test_every_estimate_has_its_deviation(stored):
     told = [row for row in rows if row["range_m"]]
     assert len(told) >= 5
     for row in told:
-        assert len(row["range_std_m"]) == len(row["bearing_std_rad"]) == len(row["radius_std_m"]) == len(row["range_m"])
-        assert [value is None for value in row["radius_m"]] == [value is None for value in row["radius_std_m"]]
+        assert len(row["range_std_m"]) == len(row["bearing_std_rad"]) == len(row["range_m"])
+        assert row["radius_m"] == [None] * len(row["range_m"])
+        assert 0.0 <= row["collision_probability"] <= 1.0

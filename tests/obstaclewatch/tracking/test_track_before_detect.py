@@ -88,7 +88,7 @@ def test_local_noise_of_rayleigh_heights():
 
 
 def _posterior(time_s):
-    return Posterior(time_s, np.ones((7, 1)), 1.3, *(np.ones(1) for _ in range(3)), 1.0, np.nan, np.nan)
+    return Posterior(time_s, np.ones((7, 1)), 1.3, *(np.ones(1) for _ in range(3)), 1.0)
 
 
 def _track(range_m, judged_s, detected_s):
