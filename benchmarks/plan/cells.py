@@ -75,7 +75,7 @@ def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[C
                 phone=group.phones[(index // 2) % len(group.phones)],
                 seed=cell_seed(suite, f"{group.scene}/{category}", index),
                 collision=is_collision(index, suite.collision_fraction),
-                approach=group.approach,
+                approach={"recipe": suite.recipe} | group.approach,
                 detectors=suite.detectors,
                 **_shared(suite),
             )

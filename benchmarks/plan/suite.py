@@ -94,6 +94,8 @@ class Suite(Conditions, frozen=True):
 
     Attributes:
         seed, split: which walks are drawn; what a detector is tuned on ("dev") is never what is reported ("test").
+        recipe: which walks are drawn, one of `scenes.streets.approaches.RECIPES`: "paper" is the paper's field test,
+            "mixed" the street as it is.
         collision_fraction: share of the walks that are on a collision course.
         groups, scenes, standing, probes: what is planned.
         sweep: the points at which all of it is planned.
@@ -107,6 +109,7 @@ class Suite(Conditions, frozen=True):
     reproduces: str = ""
     seed: Annotated[int, Field(ge=0)]
     split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
+    recipe: Literal["paper", "mixed"] = "mixed"
     collision_fraction: Fraction = 0.5
     groups: tuple[Group, ...] = ()
     scenes: tuple[OwnScene, ...] = ()

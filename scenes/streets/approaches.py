@@ -1,10 +1,8 @@
 """Approaches: one walker, one target, one outcome that geometry decides.
 
 An approach puts a target of a category into the setting of a scene, in or beside the path of a walker. Its outcome
-is fixed by the lateral offset alone, drawn as the position of the target's near edge across the walker's line:
-
-- collision: uniform between a central hit and an overlap of 6 cm with the walker's half width;
-- no collision: uniform 0.10-0.90 m clear of it.
+is fixed by the lateral offset alone, drawn as the position of the target's near edge across the walker's line: for a
+collision between a central hit and the least overlap of the recipe, else within its clearances.
 
 Gait sways the walker by at most 3.5 cm, so neither is ever within a centimetre of the boundary; `ground_truth` has
 the last word on every approach made here.
@@ -23,7 +21,7 @@ from scenes.obstacles.pedestrian import random_person
 from scenes.streets.placing import distance_along, extents, half_width_across, lateral_shift, moved_back, placed
 from scenes.streets.surroundings import SETTINGS, Setting, ground_of, neighbours
 from scenes.truth.swept import Body
-from scenes.truth.truth import contact, passing_time
+from scenes.truth.truth import Contact, contact, passing_time
 from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.scene import Obstacle, Scene
@@ -31,12 +29,45 @@ from simulator.scene.scene import Obstacle, Scene
 SPEED_M_S = (0.8, 1.6)
 START_M = (4.5, 6.0)
 SHORTEST_S, LONGEST_S = 3.0, 6.0
-OVERLAP_M = 0.06
-CLEARANCE_M = (0.10, 0.90)
 AFTER_CONTACT_S = 0.010
 BEHIND_M = 0.3
 ALONGSIDE_S = 2.0
 ATTEMPTS = 25
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How surely walks hit or miss, and whom they meet.
+
+    Recipes map the same random numbers: at equal seed and index the same walker meets the same target on the same
+    side, but for the few that ground truth does not confirm and that are drawn again.
+
+    Attributes:
+        overlap_m: least overlap of the target's near edge with the walker's half width, as drawn.
+        clearance_m: least and greatest gap of walks without a collision, as drawn.
+        confirmed_m: least overlap and least clearance that ground truth must find.
+        crossing: whether a pedestrian may cross the walker's path; who would cross comes towards the walker otherwise.
+    """
+
+    overlap_m: float
+    clearance_m: tuple[float, float]
+    confirmed_m: tuple[float, float]
+    crossing: bool
+
+    def confirms(self, met: Contact, collision: bool) -> bool:
+        """Whether a walk has the outcome that was asked for, clearly enough."""
+        overlap_m, clearance_m = self.confirmed_m
+        if collision:
+            return bool(np.isfinite(met.contact_time_s)) and Body().half_width_m - met.miss_distance_m >= overlap_m
+        return bool(np.isnan(met.contact_time_s)) and met.clearance_m >= clearance_m
+
+
+RECIPES = {
+    "paper": Recipe(0.20, (0.54, 0.90), (0.20, 0.50), crossing=False),
+    "mixed": Recipe(0.06, (0.10, 0.90), (-np.inf, 0.05), crossing=True),
+}
+"""`paper`: its field test, clear-cut, people stand or come the other way (its participants walk towards obstacles at
+recorded angles, section 4.1). `mixed`: the street as it is, with close calls and people who cross."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +144,7 @@ def make_approach(
     seed: int = 0,
     collision: bool = True,
     beep_period_s: float = 0.090,
+    recipe: str = "mixed",
 ) -> Approach:
     """One approach, the same for the same arguments whatever was made before it.
 
@@ -126,9 +158,10 @@ def make_approach(
         seed: of the study.
         collision: whether the walker is to meet the target.
         beep_period_s: the walk lasts a whole number of these.
+        recipe: one of `RECIPES`.
 
     Raises:
-        ValueError: an unknown scene, category or phone, an index or a seed that is no whole number, or a period
+        ValueError: an unknown scene, category, phone or recipe, an index or a seed that is no whole number, or a period
             outside 0-1 s.
         RuntimeError: no placement with the wanted outcome was found.
 
@@ -141,6 +174,8 @@ def make_approach(
     """
     if scene_name not in SETTINGS:
         raise ValueError(f"scene_name must be one of {sorted(SETTINGS)}, got {scene_name!r}")
+    if recipe not in RECIPES:
+        raise ValueError(f"recipe must be one of {sorted(RECIPES)}, got {recipe!r}")
     check_seed(index=index, seed=seed)
     if not 0.0 < beep_period_s < 1.0:
         raise ValueError(f"beep_period_s must lie between 0 and 1, got {beep_period_s}")
@@ -149,7 +184,7 @@ def make_approach(
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
     stature = rng.uniform(1.60, 1.88)
     height, distance = max(1.25, 0.745 * stature), rng.uniform(0.30, 0.40)
-    walk, target = _encounter(rng, setting, category, collision, height, beep_period_s)
+    walk, target = _encounter(rng, setting, RECIPES[recipe], category, collision, height, beep_period_s)
     stretch = setting.stretches[rng.integers(len(setting.stretches))]
     around = neighbours(rng, stretch, target, walk)
     scene = Scene((ground_of(stretch.ground), target, *around), name=scene_name)
@@ -161,18 +196,23 @@ def make_approach(
 
 
 def _encounter(
-    rng: np.random.Generator, setting: Setting, category: str, collision: bool, height_m: float, period_s: float
+    rng: np.random.Generator,
+    setting: Setting,
+    recipe: Recipe,
+    category: str,
+    collision: bool,
+    height_m: float,
+    period_s: float,
 ) -> tuple[GaitWalk, Obstacle]:
     """A walk and a target with the wanted outcome."""
     for _ in range(ATTEMPTS):
         endless = _endless_walk(rng, height_m)
-        target = _placed_target(rng, _target(rng, setting, category, collision), endless, collision)
+        target = _placed_target(rng, _target(rng, setting, recipe, category, collision), endless, recipe, collision)
         end = _end_s(target, endless, collision)
         if not np.isfinite(end):
             continue
         walk, target = _timed(endless, target, end, period_s)
-        met = contact(target, walk)
-        if np.isfinite(met.contact_time_s) == collision and (collision or met.clearance_m > 0.5 * CLEARANCE_M[0]):
+        if recipe.confirms(contact(target, walk), collision):
             return walk, target
     raise RuntimeError(f"no {category} with collision={collision} could be placed in {ATTEMPTS} attempts")
 
@@ -191,11 +231,11 @@ def _endless_walk(rng: np.random.Generator, height_m: float) -> GaitWalk:
     )
 
 
-def _target(rng: np.random.Generator, setting: Setting, category: str, collision: bool) -> Obstacle:
+def _target(rng: np.random.Generator, setting: Setting, recipe: Recipe, category: str, collision: bool) -> Obstacle:
     """A target over the origin, rotated as such things stand to a walker along +x, with its velocity."""
     name = f"target-{category}"
     if category == "pedestrian":
-        return _target_person(rng, setting, name)
+        return _target_person(rng, setting, recipe, name)
     obstacle = random_obstacle(category, rng, name)
     alongside = category == "wall" and not collision and rng.random() < 0.4  # two in five of the missed are passed so
     return placed(obstacle, np.zeros(2), target_yaw(rng, category, alongside))
@@ -217,12 +257,12 @@ def target_yaw(rng: np.random.Generator, category: str, alongside: bool = False)
     return float(rng.uniform(-np.pi, np.pi))
 
 
-def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obstacle:
+def _target_person(rng: np.random.Generator, setting: Setting, recipe: Recipe, name: str) -> Obstacle:
     """Someone who stands, comes towards the walker, or crosses."""
     kind = rng.choice(["stands", "comes", "crosses"], p=setting.pedestrian_kinds)
     if kind == "stands":
         return placed(random_person(rng, name, walking=False), np.zeros(2), rng.uniform(-np.pi, np.pi))
-    if kind == "comes":
+    if kind == "comes" or not recipe.crossing:
         heading = np.pi + rng.normal(0.0, np.deg2rad(8.0))
     else:
         heading = rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(75.0, 105.0))
@@ -230,7 +270,9 @@ def _target_person(rng: np.random.Generator, setting: Setting, name: str) -> Obs
     return placed(random_person(rng, name, walking=True), np.zeros(2), float(heading) - np.pi, velocity)
 
 
-def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, collision: bool) -> Obstacle:
+def _placed_target(
+    rng: np.random.Generator, target: Obstacle, walk: GaitWalk, recipe: Recipe, collision: bool
+) -> Obstacle:
     """The target at its distance ahead and its offset across the walker's line, both as seen by the target."""
     body = Body()
     relative = _velocity(walk) - target.velocity_m_s[:2]
@@ -240,9 +282,9 @@ def _placed_target(rng: np.random.Generator, target: Obstacle, walk: GaitWalk, c
     half_width, middle = half_width_across(body, walk.heading_rad, float(np.arctan2(ahead[1], ahead[0])))
     low, high = extents(target, left, body.height_m)
     if collision:
-        edge = rng.uniform(min(-0.5 * (high - low), -0.01), half_width - OVERLAP_M)
+        edge = rng.uniform(min(-0.5 * (high - low), -0.01), half_width - recipe.overlap_m)
     else:
-        edge = half_width + rng.uniform(*CLEARANCE_M)
+        edge = half_width + rng.uniform(*recipe.clearance_m)
     lateral = (middle + lateral_shift(edge, rng.choice([-1.0, 1.0]), (low, high))) * left
     wanted = max(rng.uniform(*START_M), closing * (SHORTEST_S + 0.3))
     along = distance_along(target, walk.start_m[:2], lateral, ahead, wanted)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes import DATA_COLLECTION, Approach, ground_truth, make_approach
-from scenes.streets.approaches import CLEARANCE_M, LONGEST_S
+from scenes.streets.approaches import LONGEST_S, RECIPES
 from scenes.truth.swept import Body
 from simulator.scene.scene import Obstacle
 
@@ -37,7 +37,22 @@ def test_ground_truth_confirms_the_outcome(scene: str, category: str, collision:
             assert end[1] - 0.05 < truth.contact_time_s < end[1]
             assert truth.range_m[0] > truth.range_m[1]
         else:
-            assert 0.5 * CLEARANCE_M[0] < truth.clearance_m < CLEARANCE_M[1] + 0.1
+            assert 0.05 <= truth.clearance_m < 1.0
+
+
+@pytest.mark.parametrize(("scene", "category"), CASES)
+def test_the_papers_recipe_is_clear_cut(scene: str, category: str) -> None:
+    """Half a metre clear or an overlap of 20 cm, as ground truth sees it; the same walker as in the mixed street."""
+    for index in range(3):
+        for collision in (True, False):
+            kinds = {"seed": 5, "collision": collision}
+            here, there = (make_approach(scene, category, index, recipe=recipe, **kinds) for recipe in RECIPES)
+            truth = ground_truth(here.scene, here.walk, here.phone, [0.0], here.target)
+            assert truth.collides == collision
+            assert truth.miss_distance_m <= 0.05 if collision else truth.clearance_m >= 0.50
+            assert (here.walk.speed_m_s, here.walk.heading_rad) == (there.walk.speed_m_s, there.walk.heading_rad)
+            velocity = here.scene.obstacle(here.target).velocity_m_s
+            assert velocity[0] < 0.0 or not velocity.any()
 
 
 @pytest.mark.parametrize(("scene", "category"), CASES)
@@ -82,6 +97,7 @@ def test_a_scene_holds_ground_target_and_a_held_phone() -> None:
         ({"scene_name": "moon"}, "scene_name must be one of"),
         ({"category": "dragon"}, "category must be one of"),
         ({"phone_name": "brick"}, "brick"),
+        ({"recipe": "cake"}, "recipe must be one of"),
         ({"beep_period_s": 0.0}, "beep_period_s must lie between 0 and 1, got 0.0"),
     ],
 )
