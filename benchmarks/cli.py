@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import sys
+import tempfile
+import traceback
 
 import click
 
@@ -24,6 +26,9 @@ COMMANDS = {
 }
 
 USAGE = 2
+CRASH = 70
+"""EX_SOFTWARE of sysexits.h: never 1, which says that a gate is red."""
+LONGEST_MESSAGE = 200
 
 
 class LazyGroup(click.Group):
@@ -51,12 +56,15 @@ def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
     Exit codes: 0 good; 1 a gate is red; 2 usage or input; 3 failed or missing cells; 4 nothing measured;
-    130 interrupted, resumable.
+    70 a defect of this program; 130 interrupted, resumable.
     """
 
 
 def main() -> None:
     """Entry point: what is wrong with the input becomes one line on stderr and exit code 2."""
+    for stream in (sys.stdout, sys.stderr):  # a locale without a path's letters must not end the command
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
     try:
         cli(standalone_mode=False)
     except click.exceptions.Abort:
@@ -69,8 +77,29 @@ def main() -> None:
         _complain(error.format_message(), getattr(error, "ctx", None))
         sys.exit(error.exit_code)
     except (ValueError, OSError) as error:  # OSError: a file that is missing, a folder that cannot be written
-        _complain(str(error))
+        _complain(str(error) or type(error).__name__)
         sys.exit(USAGE)
+    except Exception as error:
+        _complain(f"a defect of this program: {_first_words(error)}; {_kept_trace(error)}")
+        sys.exit(CRASH)
+
+
+def _first_words(error: Exception) -> str:
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    return text if len(text) <= LONGEST_MESSAGE else f"{text[:LONGEST_MESSAGE]}..."
+
+
+def _kept_trace(error: Exception) -> str:
+    """Where the trace lies; where no file can be written, its last place."""
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="obstaclewatch-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
+        ) as file:
+            file.write("".join(traceback.format_exception(error)))
+    except OSError:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        return f"no file could be written for the trace, which ends at {last.filename}:{last.lineno}"
+    return f"its trace is in {file.name}"
 
 
 def _complain(message: str, context: click.Context | None = None) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from benchmarks.plan.trust import check_detectors
 from benchmarks.report.replays.choice import MOST_WALKS, chosen_walks
 from benchmarks.report.replays.shown import replays_of
 from benchmarks.report.report import write_report
@@ -24,13 +25,18 @@ from benchmarks.runs.results import RunData, load_run
 @click.option(
     "-j", "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="worker processes for those walks"
 )
-def report(run_folder: Path, walks: int, jobs: int) -> None:
+@click.option("--allow-code", is_flag=True, help="let detectors of the run's walks that lie in other modules run again")
+def report(run_folder: Path, walks: int, jobs: int, allow_code: bool) -> None:
     """Write report.html and report.md of RUN_FOLDER.
 
     Its worst walks, and one of every category, are computed once more for the page's player, a few seconds each, and
     kept in RUN_FOLDER/replays.
     """
-    click.echo(report_with_walks(load_run(run_folder), walks, jobs))
+    found = load_run(run_folder)
+    if walks and not allow_code:
+        named = {name for cell in found.cells for name in cell["cell"].get("detectors", ())}
+        check_detectors(named, f"run '{run_folder}'")
+    click.echo(report_with_walks(found, walks, jobs))
 
 
 def report_with_walks(run: RunData, walks: int, jobs: int) -> Path:

@@ -16,6 +16,7 @@ from benchmarks.figures.bench.variants import variants
 from benchmarks.plan.cells import plan_cells, plan_digest, thinned
 from benchmarks.plan.label_filter import label_filter
 from benchmarks.plan.suite import Suite, load_suite
+from benchmarks.plan.trust import ALLOW_CODE, check_trust
 from benchmarks.report.lines import verdict_lines
 from benchmarks.report.replays.choice import MOST_WALKS
 from benchmarks.runs.executors import EXECUTORS, choose_executor
@@ -55,12 +56,13 @@ INCOMPLETE, NOTHING_MEASURED = 3, 4
     show_default=True,
     help="how many to pack into the report, at most",
 )
+@click.option("--allow-code", is_flag=True, help=ALLOW_CODE)
 @click.option("-n", "--dry-run", is_flag=True, help="print the plan and stop")
 @click.option("-o", "--out", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 def run(
     suite: str, tier: str, jobs: int, seed: int | None, split: str | None, settings: tuple[str, ...],
     limit: int | None, only: str | None, expression: str | None, executor: str | None, scheduler: str | None,
-    retries: int, keep_going: bool, walks: int, dry_run: bool, out: Path,
+    retries: int, keep_going: bool, walks: int, allow_code: bool, dry_run: bool, out: Path,
 ) -> None:  # fmt: skip
     """Run SUITE (a name or a YAML file) and leave a run folder with results, figures and report.
 
@@ -68,6 +70,7 @@ def run(
     missing and never mixes results of another plan or version.
     """
     chosen = load_suite(suite, [*settings, *([f"split={split}"] if split else [])], seed)
+    check_trust(chosen, suite, allow_code)
     cells = thinned(_fitting(_only(plan_cells(chosen, tier), only), expression), limit)
     if dry_run:
         _print_plan(chosen, tier, cells)

@@ -5,22 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import yaml
 
 from benchmarks.gates.config import Gates, gates_path, list_gates, load_gates
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
+from benchmarks.plan.trust import ALLOW_CODE, check_trust
+from scenes.files.bounded_yaml import parsed, read_text
 
 
 @click.command()
 @click.argument("config")
-def validate(config: str) -> None:
+@click.option("--allow-code", is_flag=True, help=ALLOW_CODE)
+def validate(config: str, allow_code: bool) -> None:
     """Check CONFIG, a suite or a gates file (a name or a YAML file), and say what it holds."""
     if _holds_gates(config):
         gates = load_gates(gates_path(config))
         click.echo(f"{gates.title}: {_counted(gates)}")
         return
     chosen = load_suite(config)
+    check_trust(chosen, config, allow_code)
     for tier in chosen.tiers:
         click.echo(f"{tier}: {len(plan_cells(chosen, tier))} cells")
 
@@ -31,8 +34,8 @@ def _holds_gates(config: str) -> bool:
     if not path.is_file():
         return config in list_gates()
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError):
+        data = parsed(read_text(path, "file"), path.name, "file")[0]
+    except ValueError:
         return False
     return isinstance(data, dict) and bool({"claims", "regression", "physics"} & data.keys())
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel, Field, model_validator
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
+from benchmarks.runs.stored import check_stored, read_json
 
 
 class IncompatibleBaselineError(ValueError):
@@ -22,6 +24,58 @@ class IncompatibleBaselineError(ValueError):
 
 FORMAT = 1
 DIGITS = 6
+
+
+Bits = Annotated[str, Field(pattern="^[01]*$")]
+
+
+class _Columns(BaseModel, strict=True):
+    """Quantities over labels, as stored."""
+
+    labels: list[str]
+    columns: dict[str, list[float | None]]
+
+    @model_validator(mode="after")
+    def _even(self) -> _Columns:
+        return _equally_long(self, len(self.labels), self.columns.values())
+
+
+class _Run(BaseModel, strict=True):
+    """One run, as stored."""
+
+    source: str
+    walks: list[str]
+    collides: Bits
+    right: dict[str, Bits]
+    values: dict[str, dict[str, _Columns]]
+
+    @model_validator(mode="after")
+    def _even(self) -> _Run:
+        return _equally_long(self, len(self.walks), [self.collides, *self.right.values()])
+
+
+class _Update(BaseModel, strict=True):
+    """One entry of the history, as stored."""
+
+    date: str
+    reason: str
+    runs: dict[str, dict[str, str]]
+
+
+class _File(BaseModel, strict=True):
+    """The file."""
+
+    history: list[_Update]
+    runs: dict[str, _Run]
+
+
+Stored = TypeVar("Stored", bound=BaseModel)
+
+
+def _equally_long(found: Stored, length: int, columns: Iterable[Sized]) -> Stored:
+    if any(len(column) != length for column in columns):
+        raise ValueError(f"columns must have a value for each of {length} labels")
+    return found
 
 
 @dataclass(frozen=True)
@@ -141,14 +195,12 @@ def load_baseline(path: Path) -> Baseline:
         raise ValueError(
             f"a baseline must exist, got '{path}'; `obstaclewatch baseline update RUN --reason ...` makes one"
         )
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        if data.get("format") != FORMAT:
-            found = data.get("format")
-            raise IncompatibleBaselineError(f"baseline '{path}' must have format {FORMAT}, got {found!r}: make it anew")
-        return Baseline({key: _unpacked(run) for key, run in data["runs"].items()}, tuple(data["history"]))
-    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"baseline '{path}' is damaged: {type(error).__name__} {error}") from error
+    data = read_json(path)
+    if data.get("format") != FORMAT:
+        found = data.get("format")
+        raise IncompatibleBaselineError(f"baseline '{path}' must have format {FORMAT}, got {found!r}: make it anew")
+    check_stored(data, _File, f"baseline '{path}' is damaged")
+    return Baseline({key: _unpacked(run) for key, run in data["runs"].items()}, tuple(data["history"]))
 
 
 def _packed(found: RunBaseline) -> dict[str, Any]:

@@ -6,11 +6,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import first_error
 from benchmarks.gates.quantities import QUANTITIES
+from scenes.files.bounded_yaml import parsed, read_text
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
@@ -153,10 +153,7 @@ def load_gates(path: Path) -> Gates:
     Raises:
         ValueError: not YAML, or a value that breaks the schema; the message names it.
     """
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise ValueError(f"gates file '{path}' must be YAML: {' '.join(str(error).split())}") from error
+    data = parsed(read_text(path, "gates file"), path.name, "gates file")[0]
     try:
         return Gates.model_validate(data)
     except ValidationError as error:

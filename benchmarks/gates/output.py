@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.gates.verdict import State, Verdict
+from benchmarks.runs.markdown import plain
 from benchmarks.runs.store import to_json, write_atomically
 
 MARKS = {State.PASSED: "green", State.FAILED: "RED", State.UNMEASURED: "NOTHING MEASURED"}
@@ -57,10 +58,10 @@ def junit_xml(title: str, verdicts: Sequence[Verdict]) -> str:
 def markdown(title: str, verdicts: Sequence[Verdict], code: int) -> str:
     """A summary for a pull request: what is not green first, then a table of all."""
     bad = [verdict for verdict in verdicts if verdict.state is not State.PASSED]
-    lines = [f"# {title}", "", f"Exit code {code}: {counts_line(verdicts)}.", ""]
-    lines += [f"- **{MARKS[verdict.state]}** {verdict.message}" for verdict in bad] + ([""] if bad else [])
+    lines = [f"# {plain(title)}", "", f"Exit code {code}: {counts_line(verdicts)}.", ""]
+    lines += [f"- **{MARKS[verdict.state]}** {plain(verdict.message)}" for verdict in bad] + ([""] if bad else [])
     lines += ["| | gate | n | measured |", "|---|---|---|---|"]
-    lines += [f"| {MARKS[v.state]} | {v.group}: {v.name} | {v.n or ''} | {v.message} |" for v in verdicts]
+    lines += [f"| {MARKS[v.state]} | {v.group}: {plain(v.name)} | {v.n or ''} | {plain(v.message)} |" for v in verdicts]
     return "\n".join(lines) + "\n"
 
 

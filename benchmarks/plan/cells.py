@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
@@ -18,6 +19,9 @@ from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.plan.sweep import at_point
 from scenes import load_encounter
 
+MOST_CELLS = 200_000
+"""A plan of so many takes 2 GB; the largest suite of the project has a hundredth of them."""
+
 
 def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     """The cells of a tier, in a fixed order.
@@ -28,10 +32,11 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     `limit`, the cells kept are taken evenly over the whole list.
 
     Raises:
-        ValueError: an unknown tier, a limit below 1, a plan without a cell or with one twice, or a cell that could not
-            run.
+        ValueError: an unknown tier, a limit below 1, a plan without a cell, with one twice or with more than
+            `MOST_CELLS`, or a cell that could not run.
     """
     chosen = suite.tier(tier)
+    _check_size(suite, chosen.size)
     cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
     cells += [cell for own in suite.scenes for cell in _own_walks(suite, own, chosen.size)]
     if suite.standing is not None:
@@ -61,6 +66,19 @@ def cell_seed(suite: Suite, stratum: str, index: int) -> int:
 def is_collision(index: int, fraction: float) -> bool:
     """Whether the walk of that number is on a collision course: `fraction` of any run of walks, evenly spread."""
     return int(np.floor((index + 1) * fraction + 1e-9)) > int(np.floor(index * fraction + 1e-9))
+
+
+def _check_size(suite: Suite, size: Callable[[int], int]) -> None:
+    """Count the cells without making them: a file of a stranger may ask for more than memory holds."""
+    walks = [count for group in suite.groups for count in group.counts.values()] + [own.count for own in suite.scenes]
+    cells = sum(map(size, walks))
+    if suite.standing is not None:
+        places = len(suite.standing.range_m) * len(suite.standing.bearing_rad)
+        cells += places * sum(map(size, suite.standing.counts.values()))
+    cells += sum(len(probe.phones) * math.prod(map(len, probe.over.values())) for probe in suite.probes)
+    cells *= 1 if suite.sweep is None else suite.sweep.size
+    if cells > MOST_CELLS:
+        raise ValueError(f"suite '{suite.name}' must have at most {MOST_CELLS} cells, got {cells}")
 
 
 def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[Cell]:

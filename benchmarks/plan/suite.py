@@ -7,13 +7,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import AfterValidator, BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.detectors import detector_label, parse_detector
 from benchmarks.cells.spec import Conditions, did_you_mean, first_error
 from benchmarks.plan.figure_names import known_figures
 from benchmarks.plan.sweep import Sweep
+from scenes.files.bounded_yaml import parsed, read_text
 
 FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
@@ -158,6 +158,11 @@ def list_suites() -> list[str]:
     return sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
 
 
+def is_own(name_or_path: str) -> bool:
+    """Whether that names a suite of the package, and not a file."""
+    return not name_or_path.endswith((".yaml", ".yml"))
+
+
 def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None = None) -> Suite:
     """A suite by name, or from a YAML file, with `--set`-like settings applied.
 
@@ -181,11 +186,11 @@ def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None
 
 
 def _read(name_or_path: str) -> dict[str, Any]:
-    if name_or_path.endswith((".yaml", ".yml")):
+    if not is_own(name_or_path):
         path = Path(name_or_path)
         if not path.is_file():
             raise ValueError(f"suite file must exist, got '{name_or_path}'")
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, "suite")
     elif name_or_path in list_suites():
         text = (resources.files("benchmarks") / "suites" / f"{name_or_path}.yaml").read_text(encoding="utf-8")
     else:
@@ -196,10 +201,7 @@ def _read(name_or_path: str) -> dict[str, Any]:
 
 
 def _mapping(text: str, source: str) -> dict[str, Any]:
-    try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"suite '{source}' must be YAML: {' '.join(str(error).split())}") from error
+    data = parsed(text, source, "suite")[0]
     if not isinstance(data, dict):
         raise ValueError(f"suite '{source}' must be a YAML mapping, got {type(data).__name__}")
     return data
@@ -215,7 +217,4 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         node = node.setdefault(parent, {})
         if not isinstance(node, dict):
             raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
-    try:
-        node[last] = yaml.safe_load(value)
-    except yaml.YAMLError as error:
-        raise ValueError(f"setting '{key}' must be YAML, got '{value}': {' '.join(str(error).split())}") from error
+    node[last] = parsed(value, f"setting '{setting}'", "value")[0]

@@ -6,6 +6,7 @@ cell of a suite is planned once at every point, with the same seed: the walks of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from itertools import product
 from typing import Annotated, Any, Literal
@@ -122,6 +123,16 @@ class Sweep(BaseModel, extra="forbid", frozen=True):
             if listed:
                 raise ValueError(f"method '{self.method}' must have ranges with low and high, got lists for {listed}")
         return self
+
+    @property
+    def size(self) -> int:
+        """How many points there are, without making them."""
+        if self.method == "list":
+            return len(self.points)
+        if self.method in ("random", "latin-hypercube"):
+            return self.samples
+        counts = [each.count if isinstance(each, Range) else len(each) for each in self.over.values()]
+        return 1 + sum(counts) if self.method == "one-at-a-time" else math.prod(counts)
 
     def visited(self) -> list[Point]:
         """The points in their order."""

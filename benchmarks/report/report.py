@@ -18,6 +18,7 @@ from benchmarks.figures.plots import Figure
 from benchmarks.report.cases import failures, strata_table, worst_cases
 from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report.verdict import headline, verdict_rows
+from benchmarks.runs.markdown import as_code, plain
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
 from scenes.preview.page import KINDS
@@ -53,6 +54,7 @@ def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
         loader=PackageLoader("benchmarks"), autoescape=lambda name: str(name).endswith(".html.j2"),
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
+    templates.filters |= {"plain": plain, "as_code": as_code}
     write_atomically(run.folder / "report.md", templates.get_template("report.md.j2").render(context))
     path = run.folder / "report.html"
     write_atomically(path, templates.get_template("report.html.j2").render(context))

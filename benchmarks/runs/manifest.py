@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import subprocess
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]
     fingerprint = source_fingerprint()
     status = _git("status", "--porcelain", "--untracked-files=no")
     return {
-        "argv": list(argv),
+        "argv": [os.fsencode(word).decode("utf-8", "replace") for word in argv],  # as in a locale without UTF-8
         "suite": suite.name,
         "title": suite.title,
         "tier": tier,

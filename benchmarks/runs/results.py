@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from benchmarks.runs.store import cell_path, cost_path, read_cell, read_cost, write_atomically
+from benchmarks.runs.stored import StoredManifest, check_stored, read_json
 
 
 @dataclass(frozen=True)
@@ -55,21 +55,9 @@ def load_run(folder: str | Path) -> RunData:
     return RunData(folder, manifest, tuple(cells), tuple(costs))
 
 
-NEEDED: dict[str, type] = {
-    "argv": list, "suite": str, "tier": str, "split": str, "seed": int, "plan": list,
-}  # fmt: skip
-"""What every manifest holds: see `benchmarks.runs.manifest`."""
-
-
 def _manifest(path: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"'{path}' must be JSON: {error}") from error
-    held = found if isinstance(found, dict) else {}
-    wrong = [name for name, kind in NEEDED.items() if not isinstance(held.get(name), kind)]
-    if wrong:
-        raise ValueError(f"'{path}' must be the manifest of a run, but lacks {', '.join(wrong)}")
+    held = read_json(path)
+    check_stored(held, StoredManifest, f"'{path}' must be the manifest of a run")
     return held
 
 

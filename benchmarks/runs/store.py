@@ -16,6 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
+from benchmarks.runs.stored import StoredCell, StoredCost, check_stored, json_mapping, read_json
+
 
 def cell_path(run: Path, digest: str) -> Path:
     """Where a cell lies: cells/ab/abcdef....json."""
@@ -56,13 +58,25 @@ def write_cost(path: Path, cost: str) -> None:
 def read_cost(path: Path) -> dict[str, Any]:
     """What a cell cost, empty where that is not known."""
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (FileNotFoundError, json.JSONDecodeError, UnicodeDecodeError):
+        cost = read_json(path)
+        check_stored(cost, StoredCost, str(path))
+    except (FileNotFoundError, ValueError):
         return {}
+    return cost
 
 
 def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
     """A stored cell, or None where there is none, or only a damaged one, which is then to be computed again."""
+    found = read_sealed(path, digest)
+    try:
+        check_stored(found or {}, StoredCell, str(path))
+    except ValueError:
+        return None
+    return found
+
+
+def read_sealed(path: Path, digest: str) -> dict[str, Any] | None:
+    """A record of `write_cell` of any shape, or None where there is none, or only a damaged one."""
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, UnicodeDecodeError):
@@ -70,10 +84,11 @@ def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
     record = "{" + text[len(_seal("")) :]
     if not text.startswith(_seal(record)):
         return None
-    found: dict[str, Any] = json.loads(record)
-    if found.get("digest") != digest or found.get("status") not in ("ok", "failed"):
+    try:
+        found = json_mapping(record, str(path))
+    except ValueError:
         return None
-    return found
+    return found if found.get("digest") == digest else None
 
 
 def to_json(value: Any) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scenes.files.mesh_file import mesh_path
 from scenes.files.schema import SceneSpec, scene_of
 from scenes.files.walk_schema import PhoneSpec, phone_of, walk_of
 from scenes.files.yaml_file import YamlFile
@@ -123,8 +124,5 @@ def scene_files(path: str | Path) -> list[Path]:
     """
     source = YamlFile.read(path)
     meshes = [one.mesh for one in source.as_model(SceneSpec).obstacles if one.mesh is not None]
-    files = [source.path, *(source.path.parent / mesh for mesh in meshes)]
-    for file in files:
-        if not file.is_file():
-            raise FileNotFoundError(f"mesh file must exist, got {file}")
+    files = [source.path, *(mesh_path(source.path.parent, mesh) for mesh in meshes)]
     return files

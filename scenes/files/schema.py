@@ -1,8 +1,9 @@
 """Scenes as YAML files: what may stand in one, and how it becomes a `Scene`.
 
 A file names a scene, its air, its ground and its obstacles, and may hold a walk, a phone and a target (see
-`encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh file (OBJ, PLY, STL, glTF,
-...) with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write them:
+`encounter`). An obstacle is one of the kinds below with its measures in metres, or a mesh (OBJ, PLY, STL, OFF, glTF) in
+the file's folder with its unit, which has no default: a mesh does not know it. Angles are in degrees, as people write
+them:
 
     name: back-yard
     air: {temperature_c: 12, relative_humidity: 0.7}
@@ -27,6 +28,7 @@ import trimesh
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from scenes.files.field_types import Number, Plan, Positive, Strict
+from scenes.files.mesh_file import mesh_path, read_mesh
 from scenes.files.obstacle_kinds import KINDS, Kind
 from scenes.files.walk_schema import PhoneSpec, WalkSpec
 from scenes.files.yaml_file import YamlFile
@@ -38,8 +40,17 @@ from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle, Scene
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""From axes with y up, as in glTF, to axes with z up."""
+
+
+GREATEST = 1000.0
+"""Metres of a side, or segments of a curve: the triangles of a mesh grow with both."""
+
+
+def _exceeds(value: Any, greatest: float) -> bool:
+    """Whether a number, or one within a list, is not finite or larger in size."""
+    if isinstance(value, list):
+        return any(_exceeds(each, greatest) for each in value)
+    return isinstance(value, int | float) and not abs(value) <= greatest
 
 
 class AirSpec(Strict):
@@ -113,6 +124,9 @@ class ObstacleSpec(Strict):
             unknown = sorted(set(self.parameters) - set(known))
             if unknown:
                 raise ValueError(f"parameters of kind '{self.kind}' must be among {known}, got {unknown}")
+            large = {name: value for name, value in self.parameters.items() if _exceeds(value, GREATEST)}
+            if large:
+                raise ValueError(f"parameters of kind '{self.kind}' must be at most {GREATEST:g}, got {large}")
         return self
 
 
@@ -158,7 +172,8 @@ def _obstacle(spec: ObstacleSpec, folder: Path) -> Obstacle:
         kind = KINDS[spec.kind]
         mesh, material, category = _made(kind, spec), spec.material or kind.material, kind.category
     else:
-        mesh, material, category = _mesh_file(folder / str(spec.mesh), spec), str(spec.material), ""
+        mesh = read_mesh(mesh_path(folder, str(spec.mesh)), UNITS_M[spec.units or "m"], spec.up)
+        material, category = str(spec.material), ""
     if spec.lift_m:
         mesh = shifted(mesh, [0.0, 0.0, spec.lift_m])
     obstacle = Obstacle(
@@ -181,22 +196,3 @@ def _made(kind: Kind, spec: ObstacleSpec) -> trimesh.Trimesh:
         return kind.mesh(**spec.parameters)
     except TypeError as error:
         raise ValueError(f"parameters of kind '{spec.kind}' must fit it, got {spec.parameters}: {error}") from error
-
-
-def _mesh_file(path: Path, spec: ObstacleSpec) -> trimesh.Trimesh:
-    """The mesh of a file, in metres, z up.
-
-    Raises:
-        FileNotFoundError: there is no such file.
-        ValueError: it holds no triangles that trimesh can read.
-    """
-    if not path.is_file():
-        raise FileNotFoundError(f"mesh file must exist, got {path}")
-    try:
-        mesh: trimesh.Trimesh = trimesh.load_mesh(path)
-        vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
-    except Exception as error:  # readers of a dozen formats raise whatever they like on a damaged file
-        raise ValueError(f"mesh file must be one that trimesh reads, got {path.name}: {error}") from error
-    if spec.up == "y":
-        vertices = vertices @ Y_UP.T
-    return trimesh.Trimesh(UNITS_M[spec.units or "m"] * vertices, faces, process=False)

@@ -12,6 +12,8 @@ from typing import Any, TypeVar, get_args
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from scenes.files.bounded_yaml import parsed, read_text
+
 Model = TypeVar("Model", bound=BaseModel)
 Place = Sequence[int | str]
 """The path to a field: names of mappings and positions in lists."""
@@ -36,24 +38,13 @@ class YamlFile:
         """Read a file.
 
         Raises:
-            ValueError: it is not YAML, not a mapping, or names a key twice; with the line.
+            ValueError: it is not YAML, too large, not a mapping, or names a key twice; with the line.
             FileNotFoundError: there is no such file.
         """
         path = Path(path)
         if not path.is_file():
             raise FileNotFoundError(f"scene file must exist, got '{path}'")
-        try:
-            text = path.read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path.name}: a scene file must be UTF-8 text: {error}") from error
-        try:
-            root = yaml.compose(text, Loader=yaml.SafeLoader)
-            data = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            mark = getattr(error, "problem_mark", None)
-            where = path.name if mark is None else f"{path.name}:{mark.line + 1}"
-            problem = getattr(error, "problem", None) or str(error)
-            raise ValueError(f"{where}: a scene file must be YAML: {problem}") from error
+        data, root = parsed(read_text(path, "scene file"), path.name, "scene file")
         found = cls(path, data, root)
         for key, line in _repeated_keys(root):
             raise ValueError(f"{path.name}:{line}: {key}: is given twice in the same place")

@@ -76,8 +76,9 @@ def preview_html(
         "instants": shown,
     }
     template = (resources.files("scenes") / "templates" / "preview.html").read_text(encoding="utf-8")
-    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
-    page = template.replace("__TITLE__", html.escape(scene.name)).replace("__DATA__", text)
+    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")  # "<!--<script>" would hide the end of the element
+    head, tail = template.split("__DATA__")
+    page = head.replace("__TITLE__", html.escape(scene.name)) + text + tail
     Path(path).write_text(page, encoding="utf-8")
     return Path(path)
 

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from benchmarks.cells.fingerprint import ROOT, source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.report.replays.choice import ChosenWalk
-from benchmarks.runs.store import read_cell, to_json, write_cell
+from benchmarks.runs.store import read_sealed, to_json, write_cell
 
 SAME_INSTANT_S = 5e-4
 """Alerts are packed to a tenth of a millisecond."""
@@ -87,8 +87,8 @@ def _sealed(digest: str, numbers: Mapping[str, Any]) -> dict[str, Any]:
 
 def _kept(folder: Path, digest: str) -> dict[str, Any] | None:
     """What was packed before; None where nothing or only a damaged file is there."""
-    stored = read_cell(replay_path(folder, digest), digest)
-    return None if stored is None else dict(stored["replay"])
+    stored = read_sealed(replay_path(folder, digest), digest)
+    return None if stored is None or not isinstance(stored.get("replay"), dict) else stored["replay"]
 
 
 def _digest(record: Mapping[str, Any]) -> str:

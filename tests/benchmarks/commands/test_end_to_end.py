@@ -149,7 +149,7 @@ def test_a_mesh_with_nan_vertices_is_refused(monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "paper", "--set", "detectors=[Paper"], "'detectors' must be YAML, got '[Paper'"),
+        (["run", "paper", "--set", "detectors=[Paper"], "'detectors=[Paper':1: a value must be YAML"),
         (["run", "paper", "--tier", "smoke", "--retries", "-1"], "'--retries': -1"),
         (["run", "paper", "--tier", "smoke", "--walks", "-1"], "'--walks': -1"),
         (["run", "paper", "--tier", "smoke", "--limit", "1", "-o", "file"], "file"),

@@ -76,6 +76,15 @@ def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_pat
     assert ": TP" not in html + text
 
 
+def test_a_title_is_text_in_the_markdown_report_too(tmp_path):
+    """Cause: report.md carried titles as they were: links, HTML and new headings of whoever wrote the suite."""
+    title = "<img src=x onerror=alert(1)> [a](http://b) `c`\n# d"
+    write_report(made_up_run(tmp_path, title=title, argv=["run", "a`b\n# e"]))
+    text = (tmp_path / "report.md").read_text(encoding="utf-8")
+    assert text.startswith("# \\<img src=x onerror=alert(1)\\> \\[a\\](http://b) \\`c\\` # d\n\n")
+    assert text.rstrip().endswith("Repeat: `` obstaclewatch run 'a`b # e' ``")
+
+
 def test_a_run_without_walks_and_standing_phones_has_figures_and_no_verdict(tmp_path):
     run = replace(made_up_run(tmp_path, plan=["a signal"]), cells=[])
     html = write_report(run).read_text(encoding="utf-8")

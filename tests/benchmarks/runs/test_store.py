@@ -9,16 +9,23 @@ import pytest
 
 from benchmarks.runs.store import cell_path, point_to, read_cell, to_json, write_atomically, write_cell
 
+DIGEST = "ab" + 62 * "0"
+
+
+def stored(**result: object) -> dict[str, object]:
+    """A record that holds no walk."""
+    cell = {"kind": "numerics", "scene": "a", "category": "b", "phone": "ideal", "index": 0, "seed": 0}
+    return {"digest": DIGEST, "status": "ok", "label": "a", "cell": cell, "result": result, "error": None}
+
 
 def test_a_cell_comes_back_as_written(tmp_path: Path) -> None:
-    digest = "ab" + 62 * "0"
-    path = cell_path(tmp_path, digest)
+    path = cell_path(tmp_path, DIGEST)
     assert path.parent.name == "ab"
-    assert read_cell(path, digest) is None
-    record = {"digest": digest, "status": "ok", "values": [0.1, 1e-300, 2.0 / 3.0]}
+    assert read_cell(path, DIGEST) is None
+    record = stored(values=[0.1, 1e-300, 2.0 / 3.0])
     write_cell(path, to_json(record))
     assert json.loads(path.read_text(encoding="utf-8")).keys() == {"sha256", *record}
-    assert read_cell(path, digest) == record
+    assert read_cell(path, DIGEST) == record
 
 
 def test_numbers_that_are_not_finite_become_null() -> None:
@@ -28,14 +35,14 @@ def test_numbers_that_are_not_finite_become_null() -> None:
 
 def test_a_change_of_any_character_is_found(tmp_path: Path) -> None:
     path = tmp_path / "cell.json"
-    write_cell(path, to_json({"digest": "ab", "status": "ok", "x": [1.5]}))
+    write_cell(path, to_json(stored(x=[1.5])))
     whole = path.read_text(encoding="utf-8")
-    assert read_cell(path, "ab") is not None
+    assert read_cell(path, DIGEST) is not None
     for k, character in enumerate(whole):
         path.write_text(whole[:k] + chr(ord(character) ^ 1) + whole[k + 1 :], encoding="utf-8")
-        assert read_cell(path, "ab") is None
+        assert read_cell(path, DIGEST) is None
         path.write_text(whole[:k], encoding="utf-8")
-        assert read_cell(path, "ab") is None
+        assert read_cell(path, DIGEST) is None
 
 
 @pytest.mark.parametrize(
@@ -46,7 +53,7 @@ def test_a_change_of_any_character_is_found(tmp_path: Path) -> None:
 def test_what_is_another_s_is_computed_again(tmp_path: Path, record: dict[str, str]) -> None:
     path = tmp_path / "cell.json"
     write_cell(path, to_json(record))
-    assert read_cell(path, "ab") is None
+    assert read_cell(path, DIGEST) is None
 
 
 def test_a_link_points_to_the_newest(tmp_path: Path) -> None:

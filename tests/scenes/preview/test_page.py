@@ -1,6 +1,7 @@
 """The page that shows a scene in three dimensions: what is in it, and what a browser makes of it."""
 
 import base64
+import html
 import json
 import re
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from scenes import load_encounter
+from scenes import load_encounter, load_scene
 from scenes.preview.page import KINDS, preview_html, tube
 from tests.scenes.browser import screenshot
 
@@ -80,6 +81,18 @@ def test_a_tube_keeps_its_radius_along_any_line() -> None:
     along = np.array([3.0, 1.0, 0.0]) / np.sqrt(10.0)
     offset = second - points[2] - np.outer((second - points[2]) @ along, along)
     np.testing.assert_allclose(np.linalg.norm(offset, axis=1), 0.1, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["<!--<script>", "__DATA__", "__TITLE__", "</title><script>alert(1)</script>"])
+def test_no_name_leaves_its_place_in_the_page(tmp_path: Path, name: str) -> None:
+    """Cause: within a script element "<!--<script>" hides its end, so that the page stayed blank."""
+    (tmp_path / "yard.yaml").write_text(json.dumps({"name": name, "obstacles": [{"kind": "bollard", "name": name}]}))
+    page = preview_html(load_scene(tmp_path / "yard.yaml"), tmp_path / "yard.html")
+    text = page.read_text(encoding="utf-8")
+    assert data_of(page)["name"] == name
+    assert data_of(page)["obstacles"][-1]["name"] == name
+    assert f"<title>{html.escape(name)}</title>" in text
+    assert "<" not in text[text.index('type="application/json">') + 24 : text.index("</script>")]
 
 
 def test_a_scene_alone_can_be_shown(tmp_path: Path, page: Path) -> None:

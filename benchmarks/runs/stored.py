@@ -1,0 +1,141 @@
+"""What files of a run must hold to be read: types and lengths, so that damage is found here and not in a figure."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, ValidationError, model_validator
+
+from benchmarks.cells.spec import first_error
+
+Number = float | None
+"""JSON lacks NaN: no number is null."""
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+"""Names a file of the run, so it must be no path."""
+
+
+class _Stored(BaseModel, extra="allow", strict=True):
+    """Fields that are not named here are whatever they are."""
+
+
+class StoredManifest(_Stored):
+    """See `benchmarks.runs.manifest`."""
+
+    argv: list[str]
+    suite: str
+    tier: str
+    split: str
+    seed: int
+    plan: list[Digest]
+    title: str = ""
+    detectors: list[str] = []
+    figures: list[str] = []
+    versions: dict[str, str | None] = {}
+
+
+class StoredCost(_Stored):
+    """What a cell took."""
+
+    total_s: float = 0.0
+    simulate_s: float = 0.0
+    recording_s: float = 0.0
+    peak_rss_mb: float = 0.0
+    detect_s: dict[str, float] = {}
+
+
+class _Entry(_Stored):
+    """One detector on one walk."""
+
+    alert: bool
+    alert_time_s: Number
+    alert_range_m: Number
+    alert_distance_m: Number
+    alert_lead_s: Number
+    outcome: Literal["TP", "FN", "TN", "FP"]
+    outcome_paper_alert: Literal["TP", "FN", "TN", "FP"]
+    beeps: list[dict[str, list[Number | bool]]]
+
+    @model_validator(mode="after")
+    def _even(self) -> _Entry:
+        for columns in self.beeps:
+            lengths = {len(column) for column in columns.values()}
+            if len(lengths) > 1:
+                raise ValueError(f"columns over beeps must be equally long, got {sorted(lengths)}")
+        return self
+
+
+class _Result(_Stored):
+    truth: dict[str, Any] = {}
+    detectors: dict[str, _Entry] = {}
+
+
+class _Walk(_Stored):
+    """The part of a cell that tables show."""
+
+    kind: str
+    scene: str
+    category: str
+    phone: str
+    index: int
+    seed: int
+    range_m: Number = None
+    detectors: list[str] = []
+
+
+class StoredCell(_Stored):
+    """One cell's record; see `benchmarks.runs.executors.work`."""
+
+    digest: Digest
+    status: Literal["ok", "failed"]
+    label: str
+    cell: _Walk
+    result: _Result | None
+    error: str | None
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> StoredCell:
+        if (self.result is None) is (self.status == "ok") or (self.error is None) is (self.status == "failed"):
+            raise ValueError(f"a cell must have a result or an error, as its status '{self.status}' says")
+        return self
+
+
+def json_mapping(text: str, source: str) -> dict[str, Any]:
+    """The mapping that JSON text holds.
+
+    Raises:
+        ValueError: not JSON, or no mapping; `source` says what.
+
+    >>> json_mapping('{"seed": 3}', "'manifest.json'")
+    {'seed': 3}
+    """
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{source} must be JSON: {error}") from error
+    if not isinstance(found, dict):
+        raise ValueError(f"{source} must be a JSON object, got {type(found).__name__}")
+    return found
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The mapping in a JSON file.
+
+    Raises:
+        ValueError: as `json_mapping`, or not UTF-8.
+        FileNotFoundError: there is no such file.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"'{path}' must be JSON: {error}") from error
+    return json_mapping(text, f"'{path}'")
+
+
+def check_stored(data: dict[str, Any], model: type[BaseModel], source: str) -> None:
+    """Raise ValueError, which names the field, unless the data fit the model."""
+    try:
+        model.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(f"{source}: {first_error(error, model)}") from error
