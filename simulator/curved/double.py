@@ -155,7 +155,7 @@ def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
     """
     surface = tracing.world.surfaces[index]
     frame = tracing.placed[poses, surface.obstacle]
-    groups = surface.clusters.groups.center_m
+    groups = surface.clusters.spot_m
     place = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
     ends = _middle(tracing)[poses], _center(tracing, other)[poses]
     way = sum(np.linalg.norm(place - end[:, None], axis=2) for end in ends)

@@ -50,7 +50,7 @@ def _book_missing(
     missing = np.setdiff1d(np.arange(len(before)), hit.query)
 
     def described() -> Rejected:
-        ends, groups = (before[missing], after[missing]), surface.clusters.groups.center_m
+        ends, groups = (before[missing], after[missing]), surface.clusters.spot_m
         frame = tracing.placed[ends[0].pose, surface.obstacle]
         spots = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
         length = sum(np.linalg.norm(spots - end.point_m[:, None], axis=2) for end in ends)

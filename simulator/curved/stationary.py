@@ -15,11 +15,13 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.surfaces.facet_groups import may_mirror
-from simulator.surfaces.quadratic_triangles import dot, surface_at, with_curvature
+from simulator.surfaces.quadratic_triangles import dot, surface_at, surface_moves, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
 CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
+HALVINGS = 8
+LEAST = 1e-5  # smaller steps than this fail to lower the mismatch by rounding alone
 STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
 RUNS_THROUGH = 1e-6  # sum of both cosines of incidence below which a straight line runs through the surface: no mirror
 INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary point may fall by rounding
@@ -60,10 +62,10 @@ def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> Statio
         ValueError: more of them than a smooth surface has.
     """
     source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
-    group = surface.clusters
+    pieces = surface.clusters
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, group.facet, group.start, group.groups, group.facets, source, receiver
-    )
+        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, source, receiver
+    )  # type: ignore[call-arg]
     if (count > MAX_HITS).any():
         raise ValueError(
             f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
@@ -124,8 +126,12 @@ def _complete(
 
 
 @numba.njit(cache=True)
-def _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta, x, n, h):
-    """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet."""
+def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work):
+    """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet.
+
+    Place, unit normal and that sum are left in the first rows of `work`, where rows 3 and 4 hold the axes.
+    """
+    x, n, h = work[0], work[1], work[2]
     surface_at(corner, normal, bulge, eta, zeta, x, n)
     ls = lr = 0.0
     for k in range(3):
@@ -138,47 +144,71 @@ def _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta, x, n, h)
     f = g = 0.0
     for k in range(3):
         t = h[k] - along * n[k]
-        f += t * axes[0, k]
-        g += t * axes[1, k]
+        f += t * work[3, k]
+        g += t * work[4, k]
     return f, g
 
 
 @numba.njit(cache=True)
-def _facet_axes(corner, axes):
-    """Fill in (2, 3) orthonormal vectors in the plane of a facet."""
-    size = along = 0.0
-    for k in range(3):
-        axes[0, k] = corner[1, k] - corner[0, k]
-        size += axes[0, k] ** 2
-    for k in range(3):
-        axes[0, k] /= np.sqrt(size)
-        axes[1, k] = corner[2, k] - corner[0, k]
-        along += axes[0, k] * axes[1, k]
-    size = 0.0
-    for k in range(3):
-        axes[1, k] -= along * axes[0, k]
-        size += axes[1, k] ** 2
-    for k in range(3):
-        axes[1, k] /= np.sqrt(size)
+def _slopes(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
+    """Fill in (2, 2) derivatives of the mismatch, by eta and by zeta in columns, from what `_mismatch` has left."""
+    x, n, h, dx, dn, dh = work[0], work[1], work[2], work[5], work[6], work[7]
+    along = dot(h, n)
+    for side in range(2):
+        surface_moves(corner, normal, bulge, eta, zeta, side, dx, dn)
+        for k in range(3):
+            dh[k] = 0.0
+        _add_turn(x, dx, source, dh)
+        _add_turn(x, dx, receiver, dh)
+        change = dot(dh, n) + dot(h, dn)
+        for i in range(2):
+            axis = work[3 + i]
+            slope[i, side] = dot(dh, axis) - change * dot(n, axis) - along * dot(dn, axis)
 
 
 @numba.njit(cache=True)
-def _newton(corner, normal, bulge, source, receiver, eta, zeta):
+def _add_turn(x, dx, end, dh):
+    """Add the change of the unit vector u from x to an end as x moves by dx: (u (u . dx) - dx) / distance."""
+    square = product = 0.0
+    for k in range(3):
+        square += (end[k] - x[k]) ** 2
+        product += (end[k] - x[k]) * dx[k]
+    for k in range(3):
+        dh[k] += ((end[k] - x[k]) * product / square - dx[k]) / np.sqrt(square)
+
+
+@numba.njit(cache=True)
+def _facet_axes(corner, one, other):
+    """Fill in two orthonormal vectors in the plane of a facet."""
+    size = along = 0.0
+    for k in range(3):
+        one[k] = corner[1, k] - corner[0, k]
+        size += one[k] ** 2
+    for k in range(3):
+        one[k] /= np.sqrt(size)
+        other[k] = corner[2, k] - corner[0, k]
+        along += one[k] * other[k]
+    size = 0.0
+    for k in range(3):
+        other[k] -= along * one[k]
+        size += other[k] ** 2
+    for k in range(3):
+        other[k] /= np.sqrt(size)
+
+
+@numba.njit(cache=True)
+def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
 
     A step is halved until the mismatch falls: along a facet much longer than its distance the plain step circles.
-    The mismatch is taken along orthogonal axes: along two edges of a sliver, which are nearly one direction, what is
-    across them would drown in the error of the differences.
+    Where no step lowers it, it is least without being 0. The mismatch is taken along orthogonal axes: along two edges
+    of a sliver, which are nearly one direction, what is across them would drown in rounding.
     """
-    rows = np.empty((5, 3))
-    x, n, h, axes = rows[0], rows[1], rows[2], rows[3:]
-    _facet_axes(corner, axes)
-    step = 1e-6
-    f, g = _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta, x, n, h)
+    _facet_axes(corner, work[3], work[4])
+    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work)
     for _ in range(40):
-        f1, g1 = _mismatch(corner, normal, bulge, axes, source, receiver, eta + step, zeta, x, n, h)
-        f2, g2 = _mismatch(corner, normal, bulge, axes, source, receiver, eta, zeta + step, x, n, h)
-        a, b, c, d = (f1 - f) / step, (f2 - f) / step, (g1 - g) / step, (g2 - g) / step
+        _slopes(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
+        a, b, c, d = slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1]
         det = a * d - b * c
         if det == 0.0:
             return eta, zeta, False
@@ -187,13 +217,16 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta):
         if size < CONVERGED:
             return eta - de, zeta - dz, True
         share = min(1.0, 0.5 / size)
-        merit = f * f + g * g
-        for _half in range(8):
+        merit, lower = f * f + g * g, False
+        for _half in range(HALVINGS):
             there = eta - share * de, zeta - share * dz
-            f, g = _mismatch(corner, normal, bulge, axes, source, receiver, there[0], there[1], x, n, h)
-            if f * f + g * g < merit:
+            f, g = _mismatch(corner, normal, bulge, source, receiver, there[0], there[1], work)
+            lower = f * f + g * g < merit
+            if lower:
                 break
             share *= 0.5
+        if not lower and size > LEAST:
+            return eta, zeta, False
         eta, zeta = eta - share * de, zeta - share * dz
         if abs(eta - 0.5) > STRAY or abs(zeta - 0.5) > STRAY:
             return eta, zeta, False
@@ -233,43 +266,42 @@ def _first_guess(corner, straight, center, source, receiver):
 
 
 @numba.njit(cache=True)
-def _search(corner, normal, bulge, closed, facet, start, groups, facets, source, receiver):
-    """Facet and position of every stationary point, one group of facets after the other, each point kept once."""
+def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver):
+    """Facet and position of every stationary point, piece by piece of the surface, each point kept once."""
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
     uv = np.zeros((queries, MAX_HITS, 2))
-    point = np.zeros((queries, MAX_HITS, 3))
     count = np.zeros(queries, np.int64)
-    for g in range(len(start) - 1):
-        for q in range(queries):
-            if not may_mirror(groups, g, closed, source[q], receiver[q]):
+    point, work, slope = np.zeros((MAX_HITS, 3)), np.empty((8, 3)), np.empty((2, 2))
+    for q in range(queries):
+        piece = 0
+        while piece < len(facet):
+            if not may_mirror(cells, piece, closed, source[q], receiver[q]):
+                piece = after[piece]
                 continue
-            for t in facet[start[g] : start[g + 1]]:
-                if not may_mirror(facets, t, closed, source[q], receiver[q]):
-                    continue
-                guess = _first_guess(corner[t], facets.straight[t], facets.center_m[t], source[q], receiver[q])
+            t = facet[piece]
+            if t >= 0:
+                guess = _first_guess(corner[t], cells.straight[piece], cells.center_m[piece], source[q], receiver[q])
                 found, eta, zeta = _on_facet(
-                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], guess, point[q], count[q]
+                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], guess, point, count[q], work, slope
                 )
                 if found:
                     if count[q] < MAX_HITS:
                         face[q, count[q]] = t
-                        uv[q, count[q]] = (eta, zeta)
+                        uv[q, count[q], 0], uv[q, count[q], 1] = eta, zeta
                     count[q] += 1
+            piece += 1
     return face, uv, count
 
 
 @numba.njit(cache=True)
-def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count):
+def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count, work, slope):
     """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
-    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1])
+    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1], work, slope)
     if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
         return False, eta, zeta
-    x, n = np.empty(3), np.empty(3)
-    surface_at(corner, normal, bulge, eta, zeta, x, n)
-    to_source, to_receiver = source - x, receiver - x
-    cosines = dot(to_source, n) / np.sqrt(dot(to_source, to_source))
-    cosines += dot(to_receiver, n) / np.sqrt(dot(to_receiver, to_receiver))
+    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work)
+    x, cosines = work[0], dot(work[1], work[2])
     if (cosines if closed else abs(cosines)) <= RUNS_THROUGH:
         return False, eta, zeta
     size = 0.0
@@ -282,7 +314,8 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
         if gap <= 4.0 * INSIDE * size:
             return False, eta, zeta
     if count < MAX_HITS:
-        known[count] = x
+        for k in range(3):
+            known[count, k] = x[k]
     return True, eta, zeta
 
 
@@ -290,11 +323,12 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
 def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
     """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
     face, uv = face0.copy(), uv0.copy()
+    work, slope = np.empty((8, 3)), np.empty((2, 2))
     for q in range(len(source)):
         t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
         came_from, returns = -1, 0
         for _ in range(200):
-            eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta)
+            eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta, work, slope)
             edge, worst = -1, 1e-9
             if -zeta > worst:
                 edge, worst = 0, -zeta

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 
-LEAF = 12  # facets a group at most; measured fastest between 8 and 24 on a body of 5,000 facets
+SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight
 LONG = 3.0  # so much longer than wide a cell must be for it to matter that it is straight
 ROUNDING = 1e-9
@@ -45,45 +45,62 @@ class Cells(NamedTuple):
 
 @dataclass(frozen=True)
 class Clusters:
-    """Facets in groups.
+    """Facets in groups of groups: M pieces of a surface in turn, each before the pieces that it is made of.
 
     Attributes:
-        facet: (T,) facets in the order of the groups.
-        start: (G + 1,) where each group begins in `facet`.
-        groups, facets: bounds of each group and, in their own order, of each facet.
+        cells: bounds of every piece.
+        facet: (M,) the facet that a piece is, -1 for groups.
+        after: (M,) the first piece that is no part of this one.
+        spot_m: (G, 3) middles of the smallest groups.
     """
 
+    cells: Cells
     facet: Ints
-    start: Ints
-    groups: Cells
-    facets: Cells
+    after: Ints
+    spot_m: Floats
 
 
 def clusters(corner_m: Floats, normal: Floats, sag_m: Floats) -> Clusters:
     """Group T facets from their corners (T, 3, 3), corner normals (T, 3, 3) and bulges (T,)."""
     center = corner_m.mean(axis=1)
     extent = max(float(np.ptp(center, axis=0).max(initial=0.0)), 1e-9)
-    place = np.concatenate([center / extent, normal.mean(axis=1)], axis=1)
-    facet, start = leaves(place, LEAF)
-    each = np.arange(len(corner_m) + 1)
-    along = _straight_edges(corner_m, normal)
-    facets = _cells(corner_m, normal, sag_m, each, along)
-    groups = _cells(corner_m[facet], normal[facet], sag_m[facet], start, _shared(facets.straight[facet], start))
-    return Clusters(facet, start, groups, facets)
+    facet, *starts = nested_leaves(np.concatenate([center / extent, normal.mean(axis=1)], axis=1), SIZES)
+    corner_m, normal, sag_m = corner_m[facet], normal[facet], sag_m[facet]
+    facets = _cells(corner_m, normal, sag_m, np.arange(len(facet) + 1), _straight_edges(corner_m, normal))
+    levels = [_cells(corner_m, normal, sag_m, start, _shared(facets.straight, start)) for start in starts] + [facets]
+    starts.append(np.arange(len(facet) + 1))
+    first, last = (np.concatenate([start[side] for start in starts]) for side in (slice(-1), slice(1, None)))
+    level = np.repeat(np.arange(len(starts)), [len(start) - 1 for start in starts])
+    order = np.lexsort((level, first))
+    alike = (np.diff(first[order]) == 0) & (np.diff(last[order]) == 0)  # a piece made of a single piece
+    order = order[np.concatenate([~alike, [True]])]
+    return Clusters(
+        Cells(*(np.concatenate(column)[order] for column in zip(*levels, strict=True))),
+        np.where(level[order] == len(SIZES), facet[first[order]], -1),
+        np.searchsorted(first[order], last[order]), levels[-2].center_m,
+    )  # fmt: skip
 
 
 def leaves(place: Floats, most: int) -> tuple[Ints, Ints]:
     """Facets at places (T, D) in groups of `most` at most, group by group, and where each group begins."""
-    tree = cKDTree(place, leafsize=most, compact_nodes=False, balanced_tree=False)
-    nodes, ends = [tree.tree], []
+    facet, start = nested_leaves(place, (most,))
+    return facet, start
+
+
+def nested_leaves(place: Floats, sizes: tuple[int, ...]) -> list[Ints]:
+    """Facets at places (T, D) in groups within groups of at most so many, and for each size where the groups begin."""
+    tree = cKDTree(place, leafsize=sizes[-1], compact_nodes=False, balanced_tree=False)
+    starts: list[list[int]] = [[] for _ in sizes]
+    nodes = [(tree.tree, len(place) + sizes[0] + 1)]
     while nodes:
-        node = nodes.pop()
-        if node.split_dim == -1:
-            ends.append((node.start_idx, node.end_idx))
-        else:
-            nodes += [node.greater, node.lesser]
-    start = np.array([first for first, _ in ends] + [ends[-1][1]], dtype=np.int64)
-    return tree.indices.astype(np.int64), start
+        node, above = nodes.pop()
+        size = node.end_idx - node.start_idx
+        for start, most in zip(starts, sizes, strict=True):
+            if size <= most < above:
+                start.append(node.start_idx)
+        if node.split_dim != -1:
+            nodes += [(node.greater, size), (node.lesser, size)]
+    return [tree.indices.astype(np.int64)] + [np.array([*start, len(place)], dtype=np.int64) for start in starts]
 
 
 def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: Floats) -> Cells:

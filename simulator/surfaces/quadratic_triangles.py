@@ -59,6 +59,25 @@ def surface_at(corner, normal, bulge, eta, zeta, x, n):
 
 
 @numba.njit(cache=True)
+def surface_moves(corner, normal, bulge, eta, zeta, side, dx, dn):
+    """Derivatives of `surface_at` by eta (side 0) or zeta (side 1): of the position, and of the unit normal."""
+    size = along = 0.0
+    for k in range(3):
+        c1, c2, c3 = bulge[0, k], bulge[1, k], bulge[2, k]
+        cross = c3 - c1 - c2
+        if side == 0:
+            dx[k] = corner[1, k] - corner[0, k] - c1 + cross * zeta + 2.0 * c1 * eta
+        else:
+            dx[k] = corner[2, k] - corner[1, k] + c1 - c3 + cross * eta + 2.0 * c2 * zeta
+        dn[k] = normal[side + 1, k] - normal[side, k]
+        n = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
+        size, along = size + n * n, along + n * dn[k]
+    for k in range(3):
+        n = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
+        dn[k] = (dn[k] - along / size * n) / np.sqrt(size)
+
+
+@numba.njit(cache=True)
 def rounded(corner, normal, bulge, face, uv):
     """(R, 3) points and (R, 3) unit normals of Nagata triangles (T, 3, 3) at places (R, 2) of facets (R,)."""
     point, unit = np.empty((len(face), 3)), np.empty((len(face), 3))
