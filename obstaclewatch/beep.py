@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 
+LOWEST_HZ = 1000.0  # no phone makes a beam of lower sound; 18 stands for 18 kHz
+
 
 @dataclass(frozen=True)
 class BeepDesign:
@@ -26,8 +28,9 @@ class BeepDesign:
         sample_rate_hz: rate at which the phone plays and records.
 
     Raises:
-        ValueError: a time or frequency is not a positive number, the two frequencies are equal, the band passes half
-            the sample rate, the beep is shorter than two samples, or the period is not a whole number of samples.
+        ValueError: a time is not a positive number, a frequency is below 1 kHz (kHz given for Hz), the two frequencies
+            are equal, the band passes half the sample rate, the beep is shorter than two samples, or the period is not
+            a whole number of samples.
 
     >>> beep = BeepDesign()
     >>> beep.period_samples, len(beep.samples())
@@ -55,6 +58,10 @@ class BeepDesign:
             raise ValueError(f"gap_s must not be negative, got {self.gap_s}")
         if self.start_hz == self.stop_hz:
             raise ValueError(f"start_hz and stop_hz must differ, got {self.start_hz} for both")
+        if min(self.start_hz, self.stop_hz) < LOWEST_HZ:
+            raise ValueError(
+                f"start_hz and stop_hz must be in Hz, {LOWEST_HZ:.0f} or more, got {self.start_hz} and {self.stop_hz}"
+            )
         if max(self.start_hz, self.stop_hz) >= self.sample_rate_hz / 2:
             raise ValueError(
                 f"the band must end below half the sample rate, got {max(self.start_hz, self.stop_hz)} Hz "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,11 @@ from simulator.phone.phone import Phone
 from simulator.waves import band
 from simulator.world.rejection_log import Choice
 
+REPR_ROWS, HTML_ROWS = 12, 40
+_WIDTHS = (4, 3, 9, 9, 8, 5, 0)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Paths:
     """Paths between the speaker and the two microphones, for one pose or many.
 
@@ -40,7 +44,7 @@ class Paths:
         poses: number of poses traced.
         rejected: how many candidates were rejected for each reason.
         left_out: what was not modelled, a line each.
-        choices: what the ways over each obstacle were left to whose rays were doubted, and the estimated errors.
+        choices: the mechanism taken for each obstacle whose rays may be wrong, and the errors estimated.
 
     Example:
         >>> import trimesh
@@ -55,6 +59,10 @@ class Paths:
         wall [3.88] [1.]
         >>> paths.transfer_function([18e3, 20e3, 22e3]).shape
         (2, 3)
+        >>> echo
+        Paths(1 at 1 pose)
+          pose  mic  delay, ms  level, dB      kind  order  off
+             0    0     11.312      -11.8  specular      1  wall
     """
 
     delay_s: Floats
@@ -77,6 +85,37 @@ class Paths:
 
     def __len__(self) -> int:
         return len(self.delay_s)
+
+    def __repr__(self) -> str:
+        """The strongest paths, a line each; `explain` says what became of the others."""
+        rows = self._strongest(REPR_ROWS)
+        lines = [f"Paths({len(self)} at {self._poses_named()})"]
+        lines += [f"  {'  '.join(cell.rjust(width) for cell, width in zip(row, _WIDTHS, strict=True))}" for row in rows]
+        return "\n".join([*lines, *([f"  and {len(self) - REPR_ROWS} weaker ones"] if len(self) > REPR_ROWS else [])])
+
+    def _poses_named(self) -> str:
+        return f"{self.poses} pose{'s' * (self.poses != 1)}"
+
+    def _repr_html_(self) -> str:
+        """The strongest paths as a table, for notebooks."""
+        head, *rows = self._strongest(HTML_ROWS)
+        cells = [f"<th>{'</th><th>'.join(head)}</th>"] + [
+            f"<td>{'</td><td>'.join(map(escape, row))}</td>" for row in rows
+        ]
+        more = f"<p>and {len(self) - HTML_ROWS} weaker ones</p>" if len(self) > HTML_ROWS else ""
+        return f"<table><tr>{'</tr><tr>'.join(cells)}</tr></table>{more}"
+
+    def _strongest(self, count: int) -> list[tuple[str, ...]]:
+        """Rows of text about the strongest paths, under a row of headings."""
+        level_db = 20.0 * np.log10(np.maximum(np.abs(self.gain), 1e-300))
+        return [
+            ("pose", "mic", "delay, ms", "level, dB", "kind", "order", "off"),
+            *(
+                (str(self.pose[k]), str(self.mic[k]), f"{1e3 * self.delay_s[k]:.3f}", f"{level_db[k]:.1f}",
+                 str(self.kind[k]), str(self.order[k]), str(self.obstacle[k]))
+                for k in np.argsort(-level_db, kind="stable")[:count]
+            ),
+        ]  # fmt: skip
 
     def __getitem__(self, mask: ArrayLike) -> Paths:
         """The paths that a boolean mask, an index array or a slice selects."""
@@ -115,12 +154,12 @@ class Paths:
 
     def explain(self) -> str:
         """What was modelled, what was rejected and why, and what was left out, in plain lines."""
-        lines = [f"{len(self)} paths at {self.poses} poses and 2 microphones"]
+        lines = [f"{len(self)} paths at {self._poses_named()} and 2 microphones"]
         for kind in np.unique(self.kind):
             rows = self.kind == kind
             level = 20.0 * np.log10(np.abs(self.gain[rows]).max())
             lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
-        lines += [f"  rejected, {name}: {count}" for name, count in self.rejected.items()]
+        lines += [f"  rejected, {name}: {count}" for name, count in self.rejected.items() if count]
         lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)

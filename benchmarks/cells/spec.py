@@ -10,15 +10,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
+from obstaclewatch.beep import LOWEST_HZ
+
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
+Angle = Annotated[float, Field(ge=-np.pi, le=np.pi)]  # rad; degrees are refused
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class BeepSetting(BaseModel, extra="forbid", frozen=True):
     """Arguments of `obstaclewatch.BeepDesign`."""
 
-    start_hz: Positive = 18_000.0
-    stop_hz: Positive = 23_000.0
+    start_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 18_000.0
+    stop_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 23_000.0
     duration_s: Positive = 0.050
     gap_s: Annotated[float, Field(ge=0.0)] = 0.040
     sample_rate_hz: Positive = 192_000.0
@@ -45,7 +49,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
     pitch: bool = True
     direct_delay: bool = True
     air: bool = True
-    pitch_error_rad: Finite = 0.0
+    pitch_error_rad: Angle = 0.0
     temperature_error_c: Finite = 0.0
 
 
@@ -95,9 +99,9 @@ class WalkChange(BaseModel, extra="forbid", frozen=True):
             instead of how the walk holds it.
     """
 
-    speed_m_s: Positive | None = None
-    pitch_rad: Finite | None = None
-    roll_rad: Finite | None = None
+    speed_m_s: WalkingSpeed | None = None
+    pitch_rad: Angle | None = None
+    roll_rad: Angle | None = None
     gait_scale: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 1.0
     holding: Literal["vertical", "horizontal"] | None = None
 
@@ -146,7 +150,7 @@ class Interferer(BaseModel, extra="forbid", frozen=True):
     """
 
     distance_m: Positive = 3.0
-    bearing_rad: Finite = 0.5
+    bearing_rad: Angle = 0.5
     level_spl_db: Finite = 55.0
     start_hz: Positive | None = None
     stop_hz: Positive | None = None
@@ -202,7 +206,7 @@ class Cell(Conditions, frozen=True):
     seed: Annotated[int, Field(ge=0)]
     collision: bool
     range_m: float | None = None
-    bearing_rad: Finite = 0.0
+    bearing_rad: Angle = 0.0
     approach: dict[str, Any] = {}
     detectors: tuple[str, ...]
     probe: dict[str, Any] = {}

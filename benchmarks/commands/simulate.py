@@ -17,8 +17,9 @@ from simulator.paths import Paths
 from simulator.render import trace_walk
 
 SUFFIXES = (".wav", ".flac")
-STRAIGHT = ("start", "heading", "speed", "duration", "pitch")
+STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
 """Options of a straight walk."""
+OF_APPROACH: tuple[str, ...] = ("index", "collision")
 
 
 @click.command()
@@ -53,6 +54,7 @@ def simulate(
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"the folder of '{path}' must exist")
     beep, fidelity = BeepDesign(), Fidelity()
+    _check_given(category, has_walk(scene))
     if category is not None:
         approach = make_approach(scene, category, index, phone, seed, collision)
         met = Encounter(approach.scene, approach.walk, approach.phone, (approach.target,))
@@ -71,16 +73,25 @@ def simulate(
 
 
 def _of_file(scene: str, seed: int, phone: str) -> Encounter:
-    """The file's own walk, with its phone unless another is asked for.
+    """The file's own walk, with its phone unless another is asked for."""
+    return load_encounter(scene, seed, phone if "phone" in _given() else None)
+
+
+def _check_given(category: str | None, own_walk: bool) -> None:
+    """No option may be given that does nothing.
 
     Raises:
-        ValueError: options of a straight walk were given too.
+        ValueError: options of a straight walk beside another walk, or of an approach without one.
     """
-    given = _given()
-    clash = sorted(given & set(STRAIGHT))
+    if category is not None:
+        useless, reason = STRAIGHT, "--category draws a walk of its own"
+    elif own_walk:
+        useless, reason = STRAIGHT + OF_APPROACH, "the scene has a walk of its own"
+    else:
+        useless, reason = OF_APPROACH, "there is no --category"
+    clash = [name for name in useless if name in _given()]
     if clash:
-        raise ValueError(f"'{scene}' has a walk of its own, so --{', --'.join(clash)} must not be given")
-    return load_encounter(scene, seed, phone if "phone" in given else None)
+        raise ValueError(f"{reason}, so --{', --'.join(clash)} must not be given")
 
 
 def _given() -> set[str]:

@@ -7,6 +7,7 @@ from numbers import Integral
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def check_numbers(**values: Any) -> None:
@@ -18,6 +19,26 @@ def check_numbers(**values: Any) -> None:
     for name, value in values.items():
         if value is None or np.ndim(value) > 0 or np.asarray(value).dtype.kind not in "iuf":
             raise ValueError(f"{name} must be a number, got {reprlib.repr(value)}")
+
+
+TURN_RAD = 2.0 * np.pi
+
+
+def check_angles(most_turns: float = 1.0, **values: ArrayLike) -> None:
+    """Refuse angles that are not finite or wind further than anyone means in radians: they are degrees.
+
+    Args:
+        most_turns: greatest angle either way, in full turns.
+        values: angles by name, rad, of any shape.
+
+    Raises:
+        ValueError: the message gives name, rule and value.
+    """
+    for name, value in values.items():
+        angle = np.asarray(value, dtype=np.float64)
+        if not (np.abs(angle) <= most_turns * TURN_RAD).all():  # NaN fails too
+            limit = f"{most_turns * TURN_RAD:.1f}"
+            raise ValueError(f"{name} must be in radians, finite and within +-{limit}, got {reprlib.repr(value)}")
 
 
 def check_seed(**values: Any) -> None:

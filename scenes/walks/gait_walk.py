@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from obstaclewatch.support.argument_types import check_angles
 from obstaclewatch.support.arrays import Floats
-from simulator.scene.pose import Pose, held_rotation
+from simulator.scene.pose import MOST_TURNS, Pose, held_rotation
 
 Holding = Literal["vertical", "horizontal"]
 
@@ -179,8 +180,10 @@ class GaitWalk:
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
         start = np.array(self.start_m, dtype=np.float64)
-        if start.shape != (3,) or not np.isfinite([*start, self.heading_rad, self.pitch_rad, self.roll_rad]).all():
-            raise ValueError(f"start_m must be three finite numbers and angles finite, got {self}")
+        if start.shape != (3,) or not np.isfinite(start).all():
+            raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
+        check_angles(MOST_TURNS, heading_rad=self.heading_rad)
+        check_angles(pitch_rad=self.pitch_rad, roll_rad=self.roll_rad)
         start.setflags(write=False)
         object.__setattr__(self, "start_m", start)
 

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from obstaclewatch.support.argument_types import check_angles
 from obstaclewatch.support.arrays import Floats
 from scenes.walks.gait_walk import Gait, Holding, check_holding, grip
 from simulator.scene.pose import Pose
@@ -255,8 +256,9 @@ class RouteWalk:
         check_holding(self.holding)
         if not 0.0 < self.duration_s < np.inf:
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        if not np.isfinite([self.height_m, self.pitch_rad, self.roll_rad]).all():
-            raise ValueError(f"height_m, pitch_rad and roll_rad must be finite, got {self}")
+        if not np.isfinite(self.height_m):
+            raise ValueError(f"height_m must be finite, got {self.height_m}")
+        check_angles(pitch_rad=self.pitch_rad, roll_rad=self.roll_rad)
 
     @cached_property
     def motion(self) -> Gait:

@@ -13,7 +13,7 @@ from simulator.phone.transducers import StructureBorne, Transducer
 from simulator.scene.scene import Obstacle
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Phone:
     """Everything of the phone that shapes a recording.
 
@@ -38,6 +38,8 @@ class Phone:
         0.16
         >>> phone.held_by(None).body is None
         True
+        >>> phone
+        Phone('galaxy-s8-plus', beep 55 dB SPL at 1 m, noise 30 dB SPL, no body)
     """
 
     geometry: PhoneGeometry
@@ -48,6 +50,11 @@ class Phone:
     noise_spl_db: float = 30.0
     full_scale_spl_db: float = 120.0
     body: Obstacle | None = None
+
+    def __repr__(self) -> str:
+        body = "no body" if self.body is None else f"body '{self.body.name}'"
+        levels = f"beep {self.level_spl_db:g} dB SPL at 1 m, noise {self.noise_spl_db:g} dB SPL"
+        return f"Phone({self.geometry.name!r}, {levels}, {body})"
 
     def __post_init__(self) -> None:
         for name in ("level_spl_db", "noise_spl_db", "full_scale_spl_db"):

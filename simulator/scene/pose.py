@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import check_angles, check_numbers
 from obstaclewatch.support.arrays import Floats
+
+MOST_TURNS = 4.0  # of a heading, as walks round a block wind it up; 30 degrees taken for radians are more
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,12 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     At zero pitch the phone lies level: +y (long edge) along the heading, +x to the right, +z up.
     A positive pitch lifts the top edge; a positive roll, about the long edge, lowers the right-hand side.
 
+    Args:
+        heading_rad, pitch_rad, roll_rad: scalars or arrays that broadcast, rad; a heading may wind up to four turns.
+
+    Raises:
+        ValueError: an angle that is not finite, or so large that it must be in degrees.
+
     Example:
         >>> import numpy as np
         >>> from simulator import held_rotation
@@ -87,6 +95,8 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
         array([[ 0.,  0.,  1.],
                [-1.,  0.,  0.]])
     """
+    check_angles(MOST_TURNS, heading_rad=heading_rad)
+    check_angles(pitch_rad=pitch_rad, roll_rad=roll_rad)
     angles = np.broadcast_arrays(np.asarray(heading_rad, float) - np.pi / 2, pitch_rad, roll_rad)
     (cz, cx, cy), (sz, sx, sy) = (np.stack([f(0.5 * a) for a in angles]) for f in (np.cos, np.sin))
     # the product of the quaternions about z, x and y, sixty times faster than Rotation.from_euler("ZXY", ...)
@@ -123,10 +133,10 @@ class StraightWalk:
         heading_rad: direction of travel, counter-clockwise from +x.
         speed_m_s: not negative; 0 stands still.
         duration_s: length of the walk.
-        pitch_rad: lift of the phone's top edge.
+        pitch_rad: elevation of the phone's top edge.
 
     Raises:
-        ValueError: a negative or infinite speed or duration, a start or an angle that is not finite.
+        ValueError: a negative or infinite speed or duration, a start that is not finite, an angle in degrees.
 
     Example:
         >>> from simulator import StraightWalk
@@ -151,9 +161,8 @@ class StraightWalk:
             raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        for name in ("heading_rad", "pitch_rad"):
-            if not np.isfinite(getattr(self, name)):
-                raise ValueError(f"{name} must be finite, got {getattr(self, name)}")
+        check_angles(MOST_TURNS, heading_rad=self.heading_rad)
+        check_angles(pitch_rad=self.pitch_rad)
         start = np.array(self.start_m, dtype=np.float64)
         if start.shape != (3,) or not np.isfinite(start).all():
             raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")

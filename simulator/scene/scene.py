@@ -19,7 +19,7 @@ LEAST_AREA = 1e-9
 """Of a triangle, over the square of its longest side."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Obstacle:
     """One named body: a mesh in world coordinates, its material, and how its facets are to be read.
 
@@ -54,6 +54,9 @@ class Obstacle:
     velocity_m_s: Floats = field(default_factory=lambda: np.zeros(3))
     category: str = ""
 
+    def __repr__(self) -> str:
+        return f"Obstacle({self.name!r}, {len(self.mesh.faces)} triangles of {self.material.name})"
+
     def __post_init__(self) -> None:
         if not (isinstance(self.name, str) and self.name):
             raise ValueError(f"name of an obstacle must be a word or more, got {self.name!r}")
@@ -79,7 +82,7 @@ class Obstacle:
         return bool(np.any(self.velocity_m_s != 0.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """Obstacles and air. The ground is an obstacle like any other.
 
@@ -92,11 +95,16 @@ class Scene:
         >>> wall = Obstacle(trimesh.creation.box((0.2, 8.0, 3.0)), Material.named("brick"), "wall", category="wall")
         >>> Scene([wall], air=Air(temperature_c=5.0)).obstacle("wall").category
         'wall'
+        >>> Scene([wall])
+        Scene('scene', Obstacle('wall', 12 triangles of brick), 20 C)
     """
 
     obstacles: Sequence[Obstacle]
     air: Air = field(default_factory=Air)
     name: str = "scene"
+
+    def __repr__(self) -> str:
+        return f"Scene({self.name!r}, {', '.join(map(repr, self.obstacles))}, {self.air.temperature_c:g} C)"
 
     def __post_init__(self) -> None:
         check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air))

@@ -221,6 +221,16 @@ def test_simulate_takes_the_files_own_walk_and_refuses_another(tmp_path: Path) -
     assert "has a walk of its own, so --heading, --speed must not be given" in str(clash.exception)
 
 
+@pytest.mark.parametrize(
+    ("given", "named"), [(["--category", "wall", "--speed", "2"], "--speed"), (["--index", "3"], "--index")]
+)
+def test_simulate_refuses_options_that_would_do_nothing(tmp_path: Path, given: list[str], named: str) -> None:
+    """An approach has a speed of its own: --speed was taken and ignored."""
+    done = CliRunner().invoke(cli, ["simulate", "supermarket", "-o", str(tmp_path / "a.wav"), *given])
+    assert f"so {named} must not be given" in str(done.exception)
+    assert not (tmp_path / "a.wav").exists()
+
+
 def test_every_obstacle_is_a_kind(tmp_path: Path) -> None:
     helpers = {"CATEGORIES", "ground", "random_obstacle", "walker_body"}
     assert set(obstacles.__all__) - helpers == set(KINDS) - {"box", "cylinder"}

@@ -75,7 +75,7 @@ def test_never_far_from_the_mean_path_and_smooth(speed: float, heading: float, p
         ({"speed_m_s": -1.0}, "speed_m_s must not be negative, got -1.0"),
         ({"duration_s": 0.0}, "duration_s must be positive, got 0.0"),
         ({"start_m": np.array([0.0, np.nan, 1.0])}, "start_m must be three finite numbers"),
-        ({"heading_rad": np.inf}, "angles finite"),
+        ({"heading_rad": np.inf}, "heading_rad must be in radians, finite"),
     ],
 )
 def test_senseless_walks_are_refused(change: dict, message: str) -> None:

@@ -1,0 +1,42 @@
+"""Paths in a terminal and in a notebook."""
+
+from __future__ import annotations
+
+import pytest
+import trimesh
+
+from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator.paths import REPR_ROWS
+
+
+@pytest.fixture(scope="module")
+def paths():
+    wall = Obstacle(trimesh.creation.box(bounds=[[2, -2, 0], [2.1, 2, 3]]), Material.rigid(), "<wall>")
+    poses = Pose([[0.0, 0.0, 1.3], [0.5, 0.0, 1.3]], held_rotation(heading_rad=[0.0, 0.0]))
+    return trace_paths(Scene([wall], Air.lossless(343.0)), Phone.named("ideal"), poses)
+
+
+def test_paths_print_as_a_short_table_of_the_strongest(paths):
+    """Twelve paths printed 10,000 characters of arrays."""
+    lines = repr(paths).splitlines()
+    assert len(paths) > REPR_ROWS
+    assert lines[0] == f"Paths({len(paths)} at 2 poses)"
+    assert len(lines) == REPR_ROWS + 3
+    assert lines[-1] == f"  and {len(paths) - REPR_ROWS} weaker ones"
+    levels = [float(line.split()[3]) for line in lines[2:-1]]
+    assert levels == sorted(levels, reverse=True)
+
+
+def test_no_paths_print_too(paths):
+    assert repr(paths[:0]).splitlines()[0] == "Paths(0 at 2 poses)"
+
+
+def test_a_notebook_shows_a_table_with_names_escaped(paths):
+    page = paths._repr_html_()
+    assert page.count("<tr>") == len(paths) + 1
+    assert "&lt;wall&gt;" in page
+    assert "<wall>" not in page
+
+
+def test_reasons_without_a_rejection_are_not_listed(paths):
+    assert ": 0" not in paths.explain()
