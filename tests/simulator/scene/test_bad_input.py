@@ -50,8 +50,14 @@ def _rendered(walk=None, **rest):
         (lambda: Pose([0.0, 0.0, 0.0], NOWHERE, [0.1, 0.2]), r"heading_rad must be finite with shape \(1,\)"),
         (lambda: StraightWalk([np.nan, 0.0, 1.3], 0.0, 1.0, 1.0), "start_m must be three finite numbers"),
         (lambda: StraightWalk([0.0, 1.3], 0.0, 1.0, 1.0), "start_m must be three finite numbers"),
-        (lambda: StraightWalk([0.0, 0.0, 1.3], np.inf, 1.0, 1.0), "heading_rad must be finite, got inf"),
-        (lambda: StraightWalk([0.0, 0.0, 1.3], 0.0, 1.0, 1.0, np.nan), "pitch_rad must be finite, got nan"),
+        (
+            lambda: StraightWalk([0.0, 0.0, 1.3], np.inf, 1.0, 1.0),
+            "heading_rad must be in radians, finite and within +-25.1, got inf",
+        ),
+        (
+            lambda: StraightWalk([0.0, 0.0, 1.3], 0.0, 1.0, 1.0, np.nan),
+            "pitch_rad must be in radians, finite and within +-6.3, got nan",
+        ),
         (lambda: Fidelity("auto", 0.0), "tolerance_db must be positive, got 0.0"),
         (lambda: Fidelity("auto", -1.0), "tolerance_db must be positive, got -1.0"),
         (lambda: Fidelity(max_order=True), "max_order must be a whole number from 0 to 8, got True"),
