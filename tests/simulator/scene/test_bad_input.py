@@ -52,11 +52,11 @@ def _rendered(walk=None, **rest):
         (lambda: StraightWalk([0.0, 1.3], 0.0, 1.0, 1.0), "start_m must be three finite numbers"),
         (
             lambda: StraightWalk([0.0, 0.0, 1.3], np.inf, 1.0, 1.0),
-            "heading_rad must be in radians, finite and within +-25.1, got inf",
+            "heading_rad must be in radians, finite and within .*, got inf",
         ),
         (
             lambda: StraightWalk([0.0, 0.0, 1.3], 0.0, 1.0, 1.0, np.nan),
-            "pitch_rad must be in radians, finite and within +-6.3, got nan",
+            "pitch_rad must be in radians, finite and within .*, got nan",
         ),
         (lambda: Fidelity("auto", 0.0), "tolerance_db must be positive, got 0.0"),
         (lambda: Fidelity("auto", -1.0), "tolerance_db must be positive, got -1.0"),
