@@ -31,7 +31,7 @@ from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
 from scenes import ground_truth
-from scenes.truth.truth import GroundTruth
+from scenes.truth.truth import GroundTruth, target_range_m
 from simulator import Fidelity
 from simulator.scene.pose import Walk
 
@@ -104,13 +104,13 @@ def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording:
     starts = beep.period_s * np.arange(math.floor(recording.duration_s / beep.period_s + 1e-9))
     middles = starts + 0.5 * beep.duration_s
 
-    def ask(target: str, time_s: np.ndarray) -> GroundTruth:
-        width = cell.scoring.half_width_m
-        return ground_truth(setting.scene, setting.walk, setting.phone, time_s, target=target, half_width_m=width)
+    def told(target: str) -> GroundTruth:
+        asked = (setting.scene, setting.walk, setting.phone)
+        # Sound to the target takes range / c; one correction leaves less than 0.1 mm at walking speed.
+        met = middles + target_range_m(*asked, middles, target) / setting.scene.air.sound_speed_m_s
+        return ground_truth(*asked, met, target=target, half_width_m=cell.scoring.half_width_m)
 
-    # Sound to the target takes range / c; one correction leaves less than 0.1 mm at walking speed.
-    speed = setting.scene.air.sound_speed_m_s
-    return [ask(name, middles + ask(name, middles).range_m / speed) for name in setting.targets]
+    return [told(name) for name in setting.targets]
 
 
 def _judged(

@@ -8,13 +8,14 @@ solves this.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Floats
-from scenes.truth.nearest import spheres
+from scenes.truth.nearest import dot, points_of_least_length
+
+MIRROR = np.array([1.0, 1.0, -1.0])
 
 
 def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Floats:
@@ -28,78 +29,51 @@ def corner_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> Floats:
         (Q, 3) points, m.
     """
     query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
-    return _corner_points(np.ascontiguousarray(mesh.triangles, dtype=np.float64), np.ascontiguousarray(query))
+    return points_of_least_length(np.asarray(mesh.triangles), query, _sum, 2.0, _least_on_triangle)
 
 
-@numba.njit(cache=True, nogil=True)
-def _corner_points(triangles: Floats, query: Floats) -> Floats:
-    center, radius = spheres(triangles)
-    result = np.empty_like(query)
-    mirror = np.array([1.0, 1.0, -1.0])
-    for q in range(len(query)):
-        start, image = query[q], query[q] * mirror
-        best = np.inf
-        for f in range(len(triangles)):
-            if _sum(center[f], start, image) - 2.0 * radius[f] > best:
-                continue
-            point = _least_on_triangle(triangles[f], start, image)
-            total = _sum(point, start, image)
-            if total < best:
-                best = total
-                result[q] = point
-    return result
+def _sum(point: Floats, start: Floats) -> Floats:
+    """Of the distances to a start and to its image."""
+    return _length(point - start) + _length(point - start * MIRROR)
 
 
-@numba.njit(cache=True, nogil=True)
-def _least_on_triangle(corners: Floats, start: Floats, image: Floats) -> Floats:
-    """Point of a triangle with the least sum of distances to two points."""
-    ab, ac = corners[1] - corners[0], corners[2] - corners[0]
+def _least_on_triangle(corners: Floats, start: Floats) -> Floats:
+    """(P, 3) points of triangles (P, 3, 3) with the least sum of distances to (P, 3) starts and their images."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, ac = b - a, c - a
     normal = np.cross(ab, ac)
-    area2 = normal @ normal
-    if area2 > 0.0:
-        inside = _where_crossed(corners[0], normal, start, image)
-        at = inside - corners[0]
-        s, t = np.cross(at, ac) @ normal, np.cross(ab, at) @ normal
-        if s >= 0.0 and t >= 0.0 and s + t <= area2:
-            return inside
-    best = _least_on_edge(corners[0], corners[1], start, image)
-    for i in range(1, 3):
-        other = _least_on_edge(corners[i], corners[(i + 1) % 3], start, image)
-        if _sum(other, start, image) < _sum(best, start, image):
-            best = other
-    return best
+    crossed = _where_crossed(a, normal, start, start * MIRROR)
+    s, t = dot(np.cross(crossed - a, ac), normal), dot(np.cross(ab, crossed - a), normal)
+    area2 = dot(normal, normal)
+    inside = (area2 > 0.0) & (s >= 0.0) & (t >= 0.0) & (s + t <= area2)
+    edges = np.stack([_least_on_edge(*ends, start, start * MIRROR) for ends in ((a, b), (b, c), (c, a))])
+    edge = edges[_sum(edges, start).argmin(axis=0), np.arange(len(start))]
+    return np.where(inside[:, None], crossed, edge)
 
 
-@numba.njit(cache=True, nogil=True)
 def _where_crossed(corner: Floats, normal: Floats, start: Floats, image: Floats) -> Floats:
     """Where the shortest path between two points that touches a plane meets it; `normal` may have any length."""
-    before, after = normal @ (start - corner), normal @ (image - corner)
-    if before * after > 0.0:
-        image = image - (2.0 * after / (normal @ normal)) * normal
-    reach = abs(before) + abs(after)
-    return start + (abs(before) / reach if reach > 0.0 else 0.0) * (image - start)
+    before, after = dot(normal, start - corner), dot(normal, image - corner)
+    onto = _ratio(np.where(before * after > 0.0, 2.0 * after, 0.0), dot(normal, normal))
+    image = image - onto[:, None] * normal
+    return start + _ratio(abs(before), abs(before) + abs(after))[:, None] * (image - start)
 
 
-@numba.njit(cache=True, nogil=True)
 def _least_on_edge(first: Floats, second: Floats, start: Floats, image: Floats) -> Floats:
     """Both points rotated about the edge into one plane: the straight line between them crosses it at the least sum."""
     edge = second - first
-    length2 = edge @ edge
-    if length2 == 0.0:
-        return first
-    along, along2 = (start - first) @ edge / length2, (image - first) @ edge / length2
-    beside = _length(start - first - along * edge)
-    beside2 = _length(image - first - along2 * edge)
-    aside = beside + beside2
-    where = along + (along2 - along) * (beside / aside) if aside > 0.0 else along
-    return first + np.minimum(np.maximum(where, 0.0), 1.0) * edge
+    length2 = dot(edge, edge)
+    along, along2 = _ratio(dot(start - first, edge), length2), _ratio(dot(image - first, edge), length2)
+    beside = _length(start - first - along[:, None] * edge)
+    beside2 = _length(image - first - along2[:, None] * edge)
+    where = along + (along2 - along) * _ratio(beside, beside + beside2)
+    return first + np.clip(where, 0.0, 1.0)[:, None] * edge
 
 
-@numba.njit(cache=True, nogil=True)
-def _sum(point: Floats, start: Floats, image: Floats) -> float:
-    return _length(point - start) + _length(point - image)
+def _ratio(part: Floats, total: Floats) -> Floats:
+    """Their ratio; 0 of nothing."""
+    return np.divide(part, total, out=np.zeros_like(part), where=total > 0.0)
 
 
-@numba.njit(cache=True, nogil=True)
-def _length(vector: Floats) -> float:
-    return float(np.sqrt(vector @ vector))
+def _length(vector: Floats) -> Floats:
+    return np.sqrt(dot(vector, vector))

@@ -1,12 +1,14 @@
 """Exact nearest points of triangle meshes, in float64, without an index and without large temporaries.
 
 trimesh.proximity.closest_point can take gigabytes far from a fine surface; a walk asks some hundred questions of
-meshes of some thousand triangles, for which the plain double loop is both exact and fast.
+meshes of some thousand triangles. Spheres around the triangles leave a few for each question, and those are solved
+exactly, all at once.
 """
 
 from __future__ import annotations
 
-import numba
+from collections.abc import Callable
+
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
@@ -15,6 +17,8 @@ from obstaclewatch.support.arrays import Flags, Floats
 
 TOUCHING_M = 1e-6
 """Faces that come so near to a point meet there."""
+MOST_PAIRS = 2**17
+"""Of questions and triangles at a time: 9 MB for their corners."""
 
 
 def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Floats, Floats]:
@@ -28,9 +32,8 @@ def nearest_points(mesh: trimesh.Trimesh, query_m: ArrayLike) -> tuple[Floats, F
         (Q, 3) nearest points and (Q,) distances, m.
     """
     query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
-    triangles = np.ascontiguousarray(mesh.triangles, dtype=np.float64)
-    offset = _nearest_offsets(triangles, np.ascontiguousarray(query))
-    return query + offset, np.linalg.norm(offset, axis=1)
+    point = points_of_least_length(np.asarray(mesh.triangles), query, _distance, 1.0, _nearest_on_triangle)
+    return point, _distance(point, query)
 
 
 def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> Flags:
@@ -41,101 +44,83 @@ def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> Flag
         query_m: (Q, 3) points, m.
         within_rad: greatest angle between a face's normal and the direction from the nearest point to the query.
     """
-    query = np.atleast_2d(np.asarray(query_m, dtype=np.float64))
+    query, triangles = np.atleast_2d(np.asarray(query_m, dtype=np.float64)), np.asarray(mesh.triangles)
     nearest, distance = nearest_points(mesh, query)
     toward = (query - nearest) / np.maximum(distance, np.finfo(float).tiny)[:, None]
-    triangles = np.ascontiguousarray(mesh.triangles, dtype=np.float64)
-    return _facing(triangles, np.asarray(mesh.face_normals, dtype=np.float64), nearest, toward, np.cos(within_rad))
-
-
-@numba.njit(cache=True, nogil=True)
-def _facing(triangles: Floats, normals: Floats, nearest: Floats, toward: Floats, cosine: float) -> Flags:
+    averted = np.asarray(mesh.face_normals) @ toward.T < np.cos(within_rad)
     center, radius = spheres(triangles)
-    result = np.ones(len(nearest), dtype=np.bool_)
-    for q in range(len(nearest)):
-        x, y, z = nearest[q]
-        for f in range(len(triangles)):
-            if _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) > radius[f] + TOUCHING_M:
-                continue
-            a, b, c = triangles[f, 0] - nearest[q], triangles[f, 1] - nearest[q], triangles[f, 2] - nearest[q]
-            offset = _nearest_to_origin(a, b, c)
-            if _dot(offset, offset) <= TOUCHING_M**2 and _dot(normals[f], toward[q]) < cosine:
-                result[q] = False
-                break
+    face, place = np.nonzero(averted & (_distance(center[:, None], nearest) <= radius[:, None] + TOUCHING_M))
+    meets = _distance(_nearest_on_triangle(triangles[face], nearest[place]), nearest[place]) <= TOUCHING_M
+    result = np.ones(len(query), dtype=bool)
+    result[place[meets]] = False
     return result
 
 
-@numba.njit(cache=True, nogil=True)
-def _nearest_offsets(triangles: Floats, query: Floats) -> Floats:
-    """(Q, 3) vectors from each query point to the nearest point of the triangles (F, 3, 3).
+def points_of_least_length(
+    triangles: Floats,
+    query: Floats,
+    length_m: Callable[[Floats, Floats], Floats],
+    slope: float,
+    on_triangle: Callable[[Floats, Floats], Floats],
+) -> Floats:
+    """(Q, 3) points of triangles (F, 3, 3) where a length to each of (Q, 3) points is least.
 
-    Spheres around the triangles first say how far the nearest can be, then which triangles can be that near.
+    Args:
+        triangles: corners of the triangles, m.
+        query: the points asked about, m.
+        length_m: of (..., 3) points of triangles and points asked about.
+        slope: by how much at most the length changes over a metre.
+        on_triangle: (P, 3) best points of each of (P, 3, 3) triangles for each of (P, 3) points.
     """
-    center, radius = spheres(triangles)
-    result = np.empty_like(query)
-    for q in range(len(query)):
-        x, y, z = query[q]
-        bound, best = np.inf, np.inf
-        for f in range(len(triangles)):
-            bound = min(bound, _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) + radius[f])
-        bound *= 1.0 + 1e-12
-        for f in range(len(triangles)):
-            if _length(center[f, 0] - x, center[f, 1] - y, center[f, 2] - z) - radius[f] > min(bound, best):
-                continue
-            # Relative to the query point, so that far from the origin no digits are lost in the dot products.
-            a, b, c = triangles[f, 0] - query[q], triangles[f, 1] - query[q], triangles[f, 2] - query[q]
-            offset = _nearest_to_origin(a, b, c)
-            distance = np.sqrt(_dot(offset, offset))
-            if distance < best:
-                best = distance
-                result[q] = offset
+    (center, radius), result = spheres(triangles), np.empty_like(query)
+    step = max(1, MOST_PAIRS // len(triangles))
+    for asked in (slice(first, first + step) for first in range(0, len(query), step)):
+        # A centre is a point of its triangle, so that the least is no longer than the length to any of them.
+        at_center = length_m(center, query[asked, None])
+        most = at_center.min(axis=1, keepdims=True) + TOUCHING_M
+        place, face = np.nonzero(at_center - slope * radius <= most)
+        point = on_triangle(triangles[face], query[asked][place])
+        order = np.lexsort((length_m(point, query[asked][place]), place))
+        result[asked] = point[order[np.unique(place, return_index=True)[1]]]
     return result
 
 
-@numba.njit(cache=True, nogil=True)
 def spheres(triangles: Floats) -> tuple[Floats, Floats]:
     """(F, 3) centroids and (F,) radii of spheres around the triangles."""
-    center, radius = np.empty((len(triangles), 3)), np.empty(len(triangles))
-    for f in range(len(triangles)):
-        center[f] = (triangles[f, 0] + triangles[f, 1] + triangles[f, 2]) / 3.0
-        radius[f] = 0.0
-        for i in range(3):
-            offset = triangles[f, i] - center[f]
-            radius[f] = max(radius[f], np.sqrt(_dot(offset, offset)))
-    return center, radius
+    center = triangles.mean(axis=1)
+    return center, np.linalg.norm(triangles - center[:, None], axis=2).max(axis=1)
 
 
-@numba.njit(cache=True, nogil=True)
-def _length(x: float, y: float, z: float) -> float:
-    return np.sqrt(x * x + y * y + z * z)
+def dot(a: Floats, b: Floats) -> Floats:
+    """Inner products along the last axis."""
+    product: Floats = np.einsum("...i,...i->...", a, b)
+    return product
 
 
-@numba.njit(cache=True, nogil=True)
-def _nearest_to_origin(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Point of the triangle abc nearest to the origin: its inside if the origin projects there, else its edges."""
+def _distance(a: Floats, b: Floats) -> Floats:
+    apart = a - b
+    return np.sqrt(dot(apart, apart))
+
+
+def _nearest_on_triangle(corners: Floats, query: Floats) -> Floats:
+    """(P, 3) points of triangles nearest to (P, 3) points: inside where those project there, else on an edge."""
+    # Relative to the point, so that far from the origin no digits are lost in the inner products.
+    a, b, c = np.moveaxis(corners - query[:, None], 1, 0)
     ab, ac = b - a, c - a
-    uu, uv, vv = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
-    area2 = uu * vv - uv * uv
-    pu, pv = -_dot(a, ab), -_dot(a, ac)
+    uu, uv, vv = dot(ab, ab), dot(ab, ac), dot(ac, ac)
+    pu, pv, area2 = -dot(a, ab), -dot(a, ac), uu * vv - uv * uv
     s, t = vv * pu - uv * pv, uu * pv - uv * pu
-    if area2 > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= area2:
-        return a + (s / area2) * ab + (t / area2) * ac
-    best = _nearest_on_edge(a, b)
-    for candidate in (_nearest_on_edge(b, c), _nearest_on_edge(c, a)):
-        if _dot(candidate, candidate) < _dot(best, best):
-            best = candidate
-    return best
+    inside = (area2 > 0.0) & (s >= 0.0) & (t >= 0.0) & (s + t <= area2)
+    scale = np.where(inside, area2, 1.0)
+    onto = a + (s / scale)[:, None] * ab + (t / scale)[:, None] * ac
+    edges = np.stack([_nearest_on_edge(*ends) for ends in ((a, b), (b, c), (c, a))])
+    edge = edges[dot(edges, edges).argmin(axis=0), np.arange(len(edges[0]))]
+    return query + np.where(inside[:, None], onto, edge)
 
 
-@numba.njit(cache=True, nogil=True)
 def _nearest_on_edge(a: Floats, b: Floats) -> Floats:
+    """(P, 3) points of edges nearest to the origin."""
     edge = b - a
-    length2 = _dot(edge, edge)
-    if length2 == 0.0:
-        return a
-    return a + min(max(-_dot(a, edge) / length2, 0.0), 1.0) * edge
-
-
-@numba.njit(cache=True, nogil=True)
-def _dot(a: Floats, b: Floats) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    length2 = dot(edge, edge)
+    share = np.clip(-dot(a, edge) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    return a + share[:, None] * edge

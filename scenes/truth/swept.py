@@ -9,6 +9,7 @@ are those of GEOS (shapely), over an index of all triangles.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -58,11 +59,14 @@ class Slab:
 
     Attributes:
         triangle_m: (P, 3, 2) corners of the mesh's triangles, clipped to the heights, seen from above.
-        tree: their index, in which the nearest is found.
     """
 
     triangle_m: Floats
-    tree: shapely.STRtree
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """The triangles' index, in which the nearest is found."""
+        return shapely.STRtree(shapely.polygons(self.triangle_m))
 
     @classmethod
     def of(cls, mesh: trimesh.Trimesh, low_m: float, high_m: float) -> Slab:
@@ -72,8 +76,7 @@ class Slab:
             if (up * vertices[:, 2] < up * height).any():
                 clipped = trimesh.intersections.slice_faces_plane(vertices, faces, [0.0, 0.0, up], [0.0, 0.0, height])
                 vertices, faces = clipped[:2]
-        triangle = vertices[faces][:, :, :2]
-        return cls(triangle, shapely.STRtree(shapely.polygons(triangle)))
+        return cls(vertices[faces][:, :, :2])
 
     def distance(self, segment_m: Floats) -> Floats:
         """(N,) distances in plan to segments (N, 2, 2), m; 0 where they overlap, infinite if the slab is empty."""

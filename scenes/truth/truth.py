@@ -200,6 +200,17 @@ def ground_truth(
     )
 
 
+def target_range_m(scene: Scene, walk: Walk, phone: Phone, time_s: ArrayLike, target: str) -> Floats:
+    """(T,) `GroundTruth.range_m` alone, without what else is true.
+
+    Raises:
+        ValueError: an unknown target.
+    """
+    times = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+    (obstacle,) = _asked(scene, target)
+    return _nearest(obstacle, walk.pose(times), phone, times)[1]
+
+
 def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact:
     """How a walker passes one obstacle, which may move.
 
