@@ -1,0 +1,45 @@
+"""From envelopes about 20 kHz to real samples at the recording's rate, through the microphones.
+
+The Fourier transform takes its samples for a circle. The sum therefore runs on until the last echo has arrived, silence
+follows, and only then is the recording cut out of it: what its end cuts off would otherwise come in at its start.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.fft
+
+from obstaclewatch.beep import BeepDesign
+from obstaclewatch.support.arrays import Complexes, Floats
+from simulator.phone.phone import Phone
+from simulator.waves.band import REFERENCE_HZ
+
+ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
+SILENCE_S = 0.1  # before the circle closes; of a sound are then left 1e-9, and 5e-5 after a galaxy-s5's microphone
+
+
+def envelope_rate(beep: BeepDesign) -> float:
+    """The recording's rate over a whole number, 24 kHz or little more."""
+    return beep.sample_rate_hz / (beep.sample_rate_hz // ENVELOPE_RATE_HZ)
+
+
+def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> Floats:
+    """(2, count) real samples at the beep's rate from envelopes about 20 kHz, through the microphones' responses.
+
+    The envelopes must hold all sounds to their ends, as `sum_envelopes` leaves them: what breaks off rings over all of
+    the recording.
+    """
+    rate = envelope_rate(beep)
+    size = scipy.fft.next_fast_len(envelope.shape[1] + round(SILENCE_S * rate))
+    period = size / rate
+    carrier = round(REFERENCE_HZ * period) / period  # the bin nearest to 20 kHz
+    turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(envelope.shape[1]) / rate)
+    frequency = scipy.fft.fftfreq(size, 1.0 / rate) + carrier
+    spectrum = scipy.fft.fft(envelope * turn, n=size, axis=1)
+    spectrum *= np.stack([mic.response(frequency) for mic in phone.mics])
+    fine = round(period * beep.sample_rate_hz)
+    bins = np.round(frequency * period).astype(np.int64)
+    inside = (bins > 0) & (bins < fine // 2)
+    half = np.zeros((2, fine // 2 + 1), dtype=np.complex128)
+    half[:, bins[inside]] = spectrum[:, inside] * (0.5 * fine / size)
+    return scipy.fft.irfft(half, n=fine, axis=1)[:, :count]
