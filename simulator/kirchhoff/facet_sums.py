@@ -25,7 +25,8 @@ _PER_4_PI = _F(0.25 / np.pi)
 
 @numba.njit(error_model="numpy", cache=True)
 def add_facets(
-    rows, spot, size, ends, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step, total
+    rows, spot, size, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
+    total,
 ):  # fmt: skip
     """Add all facets to the grids of all pairs, group by group of ends.
 
@@ -35,7 +36,7 @@ def add_facets(
         spot: (B, WIDE) which spot's light falls on each facet.
         size: (B,) facets of each block.
         ends: (E, 3) float32 about the body's centre; end_start: (G + 1,) those of each group.
-        lit: (E, S) bool, spots that each end sees.
+        view: (E,) which view each end has; lit: (V, S) bool, spots that each view shows.
         first, second: (R,) ends of each pair; pair_start: (G + 1,) those of each group.
         wavenumber: at the band's centre.
         table: (Q, C, 2) float32 parts of the reflection at C cosines of incidence.
@@ -45,35 +46,48 @@ def add_facets(
     most = 0
     for g in range(len(end_start) - 1):
         most = max(most, end_start[g + 1] - end_start[g])
-    legs = np.empty((most, 8 * WIDE), np.float32)
+    segments = np.empty((most, 8 * WIDE), np.float32)
     pair = np.empty(6 * WIDE, np.float32)
-    alive = np.empty(most, np.bool_)
+    shown = _shown(lit, spot, size)
     for g in range(len(end_start) - 1):
+        first_end = end_start[g]
         for block in range(len(size)):
             count, part = size[block], rows[block]
-            for e in range(end_start[g + 1] - end_start[g]):
-                alive[e] = _light(lit[end_start[g] + e], spot[block], count, legs[e, 6 * WIDE :])
-                if alive[e]:
-                    _leg(part, count, ends[end_start[g] + e], wavenumber, closed, legs[e])
+            for e in range(first_end, end_start[g + 1]):
+                if shown[view[e], block]:
+                    segment = segments[e - first_end]
+                    _light(lit[view[e]], spot[block], count, segment[6 * WIDE :])
+                    _segment(part, count, ends[e], wavenumber, closed, segment)
             for r in range(pair_start[g], pair_start[g + 1]):
-                a, b = first[r] - end_start[g], second[r] - end_start[g]
-                if alive[a] and alive[b]:
-                    _pair(part, count, legs[a], legs[b], wavenumber, lead, _ONE / step, pair)
+                a, b = first[r], second[r]
+                if shown[view[a], block] and shown[view[b], block]:
+                    here, there = segments[a - first_end], segments[b - first_end]
+                    _pair(part, count, here, there, wavenumber, lead, _ONE / step, pair)
                     _onto_grid(pair, count, table, total[r])
 
 
 @numba.njit(cache=True)
+def _shown(lit, spot, size):
+    """(V, B) whether a view shows any facet of a block."""
+    shown = np.zeros((len(lit), len(size)), np.bool_)
+    for v in range(len(lit)):
+        for block in range(len(size)):
+            for p in range(size[block]):
+                if lit[v, spot[block, p]]:
+                    shown[v, block] = True
+                    break
+    return shown
+
+
+@numba.njit(cache=True)
 def _light(lit, spot, count, light):
-    """Fill in 1 for the facets that are lit, 0 for the others; whether any is."""
-    some = False
+    """Fill in 1 for the facets that are lit, 0 for the others."""
     for p in range(count):
         light[p] = lit[spot[p]]
-        some = some or lit[spot[p]]
-    return some
 
 
 @numba.njit(error_model="numpy", cache=True)
-def _leg(part, count, end, wavenumber, closed, leg):
+def _segment(part, count, end, wavenumber, closed, segment):
     """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
 
     Row 6 says beforehand which facets are lit.
@@ -86,12 +100,12 @@ def _leg(part, count, end, wavenumber, closed, leg):
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
         per = _ONE / length
         dx, dy, dz = dx * per, dy * per, dz * per
-        leg[p], leg[2 * WIDE + p] = length - centre, per
-        leg[3 * WIDE + p], leg[4 * WIDE + p], leg[5 * WIDE + p] = dx, dy, dz
-        leg[WIDE + p] = max(dx * part[3 * WIDE + p] + dy * part[4 * WIDE + p] + dz * part[5 * WIDE + p], least)
+        segment[p], segment[2 * WIDE + p] = length - centre, per
+        segment[3 * WIDE + p], segment[4 * WIDE + p], segment[5 * WIDE + p] = dx, dy, dz
+        segment[WIDE + p] = max(dx * part[3 * WIDE + p] + dy * part[4 * WIDE + p] + dz * part[5 * WIDE + p], least)
         sine, cosine = _turn(wavenumber * (length - centre))
-        weight = leg[6 * WIDE + p] * per
-        leg[6 * WIDE + p], leg[7 * WIDE + p] = weight * cosine, -weight * sine
+        weight = segment[6 * WIDE + p] * per
+        segment[6 * WIDE + p], segment[7 * WIDE + p] = weight * cosine, -weight * sine
 
 
 @numba.njit(error_model="numpy", cache=True, inline="always")
@@ -119,7 +133,7 @@ def _mean_wave(x, y):
     sin_high, cos_high = _turn(_HALF * high)
     sin_twice_low, cos_twice_low = _TWO * sin_low * cos_low, _ONE - _TWO * sin_low * sin_low
     sin_twice_high, cos_twice_high = _TWO * sin_high * cos_high, _ONE - _TWO * sin_high * sin_high
-    up, down = high + _HALF * low, -low - _HALF * high  # half the way from the middle phase to either
+    up, down = high + _HALF * low, -low - _HALF * high  # half way from the middle phase to either
     safe_up, safe_down = max(up, _NEAR), max(down, _NEAR)
     sinc_up = (sin_twice_high * cos_low + cos_twice_high * sin_low + (safe_up - up)) / safe_up
     sinc_down = (safe_down - down - sin_twice_low * cos_high - cos_twice_low * sin_high) / safe_down

@@ -44,23 +44,24 @@ def add_fringe_waves(
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        spot[creases.beside], ends.point_m, ends.lit, first, second, grid.centre_rad_m,
+        spot[creases.beside], ends.point_m, ends.view, ends.lit, first, second, grid.centre_rad_m,
         np.ascontiguousarray(reflection), center_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @numba.njit(cache=True)
 def _add(
-    middle, along, inwards, normal, open_angle, beside, ends, lit, pair_first, pair_second, k, reflection, center,
-    lead, step, total,
+    middle, along, inwards, normal, open_angle, beside, ends, view, lit, pair_first, pair_second, k, reflection,
+    center, lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
     for r in range(len(pair_first)):
         a, b = pair_first[r], pair_second[r]
+        here, there = lit[view[a]], lit[view[b]]
         centre = np.sqrt(np.sum((ends[a] - center) ** 2)) + np.sqrt(np.sum((ends[b] - center) ** 2))
         for e in range(len(middle)):
-            first = lit[a, beside[e, 0]] and lit[b, beside[e, 0]]
-            second = lit[a, beside[e, 1]] and lit[b, beside[e, 1]]
+            first = here[beside[e, 0]] and there[beside[e, 0]]
+            second = here[beside[e, 1]] and there[beside[e, 1]]
             if not (first or second):
                 continue
             length = np.sqrt(np.sum(along[e] ** 2))

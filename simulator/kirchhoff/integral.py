@@ -121,7 +121,7 @@ def _cell_gains(
     pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
     point = (ends.point_m[chosen] - facets.center_m).astype(np.float32)
     add_facets(
-        *_blocks(facets, spot), point, ends.lit[chosen], end_start, row[first], row[second], pair_start,
+        *_blocks(facets, spot), point, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
         np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
         total,
     )  # type: ignore[call-arg]  # fmt: skip
@@ -167,7 +167,7 @@ def _with_stand_ins(
     some = standing(facets.area_m2)
     facet, length = stand_ins(
         facets.middle_m[some], facets.normal[some], facets.area_m2[some], spot[some], facets.closed,
-        ends.point_m, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
+        ends.point_m, ends.view, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
     )  # type: ignore[call-arg]  # fmt: skip
     found = np.flatnonzero(facet >= 0)
     turn = np.exp(1j * (length - centre)[found, None] * grid.wavenumber_rad_m)

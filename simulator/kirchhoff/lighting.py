@@ -13,15 +13,17 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.images import image_method as specular
-from simulator.images.image_tree import Images
+from simulator.images.image_pruning import distance, dot
 from simulator.images.planar import crossed
+from simulator.images.plane_walks import last_image
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.mirrors import BORDER_M
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
-AT_ONCE = 2**17  # rays: what is kept in memory of them, however many images there are
-SAMPLE = 8  # one spot in so many is asked first: an image that sees none of them sees nothing
+AT_ONCE = 2**18  # rays: what is kept in memory of them, however many images there are
+SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
 NORMAL_STEPS = 2  # for a normal's component from 0 to 1: each range is some 30 degrees wide
 
 
@@ -58,7 +60,7 @@ class Sights:
 
     Attributes:
         pose, side: (E,) pose, and 0 for the speaker, 1 and 2 for the microphones.
-        order, sequence, point_m: (E,), (E, N), (E, 3) as in `Images`.
+        order, sequence, point_m: (E,), (E, N), (E, 3) as in `image_tree.Images`.
     """
 
     pose: Ints
@@ -91,8 +93,12 @@ def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Int
     return np.argsort(which.ravel(), kind="stable"), np.cumsum(count) - count
 
 
-def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> Flags:
-    """(E, S) spots that each image sees: facing it, and nothing between on any leg."""
+def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> tuple[Flags, Ints]:
+    """Which spots can be seen: those that face an image, with nothing between on any segment.
+
+    Returns:
+        (V, S) spots of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
+    """
     asked, side = sights.pose, sights.side
     transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     if light.held > 0.0:
@@ -100,27 +106,103 @@ def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, li
         transducers = np.repeat(transducers.mean(axis=1, keepdims=True), 3, axis=1)
     key = np.column_stack([asked, side, sights.sequence])
     _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    start = transducers[asked[rows], side[rows]]
-    point = into_rest(sights.point_m[rows], tracing.placed[sights.pose[rows], facets.obstacle])
-    facing = _facing(facets, spots.facet, point)
-    images = Images(asked[rows], sights.order[rows], sights.sequence[rows], sights.point_m[rows])
+    views = _Views.of(
+        tracing, transducers[asked[rows], side[rows]], asked[rows], sights.order[rows], sights.sequence[rows]
+    )
+    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
+    sampled = np.arange(len(spots.facet)) % every == 0
+    sample = _reached_among(tracing, facets, spots.facet[sampled], views)
+    seeing = np.flatnonzero(sample.any(axis=1))  # most images of second order see nothing of the body
+    lit = np.empty((len(seeing), len(sampled)), dtype=bool)
+    lit[:, sampled] = sample[seeing]
+    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], views[seeing])
+    number = np.full(len(rows), -1)
+    number[seeing] = np.arange(len(seeing))
+    return lit, number[which.ravel()]
 
-    sample = facing & (np.arange(len(spots.facet)) % SAMPLE == 0)
-    lit = _reached_among(tracing, facets, spots, start, images, sample)
-    seen = np.asarray(lit.any(axis=1))[:, None]  # most images of second order see nothing of the body
-    return (lit | _reached_among(tracing, facets, spots, start, images, facing & ~sample & seen))[which.ravel()]
+
+@dataclass(frozen=True)
+class _Views:
+    """V images that ask what they see of a body.
+
+    Attributes:
+        start_m: (V, 3) where sound starts.
+        image_m: (V, 3) its image.
+        pose, order, sequence: (V,), (V,) and (V, N) mirrors from the start on, -1 padded.
+    """
+
+    start_m: Floats
+    image_m: Floats
+    pose: Ints
+    order: Ints
+    sequence: Ints
+
+    @classmethod
+    def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
+        """The views from points (V, 3) at poses."""
+        mirrors, steps = tracing.mirrors, [(k, order > k) for k in range(sequence.shape[1])]
+        planes = mirrors.normal[pose[:, None], sequence], mirrors.offset_m[pose[:, None], sequence]
+        return cls(start_m, last_image(start_m, *planes, steps), pose, order, sequence)
+
+    def __len__(self) -> int:
+        return len(self.pose)
+
+    def __getitem__(self, rows: Ints | slice) -> _Views:
+        return _Views(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
-def _reached_among(
-    tracing: Tracing, facets: Facets, spots: Spots, start: Floats, images: Images, wanted: Flags
-) -> Flags:
-    """(I, S) which of the wanted spots sound from each image's origin comes to."""
-    lit = np.zeros_like(wanted)
-    image, spot = np.nonzero(wanted)
-    for first in range(0, len(image), AT_ONCE):
-        some = image[first : first + AT_ONCE], spot[first : first + AT_ONCE]
-        lit[some] = _reached(tracing, facets, start[some[0]], images[some[0]], spots.facet[some[1]])
+def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views) -> Flags:
+    """(V, S) which of some facets face each image, and sound from its origin comes to."""
+    lit = np.zeros((len(views), len(facet)), dtype=bool)
+    most = max(1, AT_ONCE // max(len(facet), 1))
+    for first in range(0, len(views), most):
+        some = views[first : first + most]
+        view, place = _in_view(
+            tracing.mirrors, some.pose, some.order, some.sequence, some.image_m,
+            tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet], facets.closed,
+        )  # type: ignore[call-arg]  # fmt: skip
+        reached = _reached(tracing, facets, some[view], facet[place])
+        lit[first + view[reached], place[reached]] = True
     return lit
+
+
+@numba.njit(cache=True)
+def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed):
+    """Views and facets that face each other on a line through the last of the mirrors, whatever is before it."""
+    view, facet = np.empty(len(pose) * len(middle), np.int64), np.empty(len(pose) * len(middle), np.int64)
+    count, point, crossing = 0, np.empty(3), np.empty(3)
+    for v in range(len(pose)):
+        c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
+        for f in range(len(middle)):
+            point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
+            point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
+            point[2] = middle[f, 2] + frame[v, 2]
+            x, y, z = image[v, 0] - point[0], image[v, 1] - point[1], image[v, 2] - point[2]
+            rise = x * (c * normal[f, 0] - s * normal[f, 1]) + y * (s * normal[f, 0] + c * normal[f, 1])
+            if closed and rise + z * normal[f, 2] <= 0.0:
+                continue
+            last = sequence[v, max(order[v] - 1, 0)]
+            if order[v] > 0 and not _through(mirrors, pose[v], last, image[v], point, crossing):
+                continue
+            view[count], facet[count] = v, f
+            count += 1
+    return view[:count], facet[:count]
+
+
+@numba.njit(cache=True)
+def _through(mirrors, n, p, image, point, crossing):
+    """Whether the line from a point to an image behind patch `p` crosses the patch; fill in where."""
+    here = dot(point, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+    there = dot(image, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+    if here * there > 0.0 or here == there:
+        return False
+    share = here / (here - there)
+    for k in range(3):
+        crossing[k] = point[k] + share * (image[k] - point[k])
+    if distance(crossing, mirrors.center_m[n, p]) > mirrors.radius_m[p] + BORDER_M:
+        return False
+    outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
+    return specular.inside_patch(crossing, mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline)
 
 
 def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
@@ -139,32 +221,24 @@ def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) 
     return (first + last) // 2
 
 
-def _facing(facets: Facets, facet: Ints, point_m: Floats) -> Flags:
-    """(I, S) which of some facets have their outside towards points of the rest frame; all of an open surface's."""
-    if not facets.closed:
-        return np.ones((len(point_m), len(facet)), dtype=bool)
-    normal = facets.normal[facet]
-    return point_m @ normal.T > np.sum(facets.middle_m[facet] * normal, axis=1)
-
-
-def _reached(tracing: Tracing, facets: Facets, start: Floats, images: Images, facet: Ints) -> Flags:
-    """(R,) whether sound from each image's origin comes to each facet through its mirrors, with every leg free."""
-    world, frame = tracing.world, tracing.placed[images.pose, facets.obstacle]
+def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Flags:
+    """(R,) whether sound comes to each facet through the mirrors of its view, with every segment free."""
+    world, frame = tracing.world, tracing.placed[views.pose, facets.obstacle]
     target = out_of_rest(facets.middle_m[facet], frame)
-    code, hits = crossed(tracing, start, target, images.pose, images.order, images.sequence)
+    code, hits = crossed(tracing, views.start_m, target, views.pose, views.order, views.sequence)
     normal = turned(facets.normal[facet], frame[:, 3])
     gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)
     patches = world.patches.normal, world.patches.obstacle
     stops = _lifted_stops(
-        start, hits, target, normal, facets.lift_m[facet], images.pose, images.order, images.sequence, *patches,
+        views.start_m, hits, target, normal, facets.lift_m[facet], views.pose, views.order, views.sequence, *patches,
         tracing.placed, gap,
     )  # type: ignore[call-arg]  # fmt: skip
     free = code == specular.REACHED
-    for k in range(images.sequence.shape[1] + 1):
+    for k in range(views.sequence.shape[1] + 1):
         for shadow in world.blockers:
-            rows = np.flatnonzero(free & (images.order >= k))
+            rows = np.flatnonzero(free & (views.order >= k))
             placed = tracing.placed[:, shadow.obstacle]
-            free[rows] &= ~shadow.blocks_from(stops[rows, k], stops[rows, k + 1], placed, images.pose[rows])
+            free[rows] &= ~shadow.blocks_from(stops[rows, k], stops[rows, k + 1], placed, views.pose[rows])
     return free
 
 

@@ -13,10 +13,15 @@ class Ends:
 
     Attributes:
         point_m: (E, 3) in the body's rest frame, images included.
-        lit: (E, S) spots of the body that nothing hides from each.
         group: (E,) sorted.
+        view: (E,) which of the views each has.
+        lit: (V, S) spots of the body that nothing hides in each view.
     """
 
     point_m: Floats
-    lit: Flags
     group: Ints
+    view: Ints
+    lit: Flags
+
+    def __getitem__(self, rows: Ints) -> Ends:
+        return Ends(self.point_m[rows], self.group[rows], self.view[rows], self.lit)

@@ -82,14 +82,16 @@ def cell_taps(nodes: int) -> int:
 
 
 @numba.njit(cache=True)
-def stand_ins(middle, normal, area, spot, closed, ends, lit, first, second, pair, slot, centre, wanted, width):
+def stand_ins(
+    middle, normal, area, spot, closed, ends, view, lit, first, second, pair, slot, centre, wanted, width
+):  # fmt: skip
     """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted, and (M,) its path.
 
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
 
     Args:
         middle, normal, area, spot: (F,) of the facets that may stand in.
-        ends, lit: (E, 3), (E, S) of the ends.
+        ends, view, lit: (E, 3), (E,), (V, S) of the ends.
         first, second: (R,) ends of the pairs.
         pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
@@ -101,7 +103,7 @@ def stand_ins(middle, normal, area, spot, closed, ends, lit, first, second, pair
         r, high = pair[low], low
         while high < len(pair) and pair[high] == r:
             high += 1
-        count = _lit_paths(middle, normal, spot, closed, ends, lit, first[r], second[r], path, at)
+        count = _lit_paths(middle, normal, spot, closed, ends, view, lit, first[r], second[r], path, at)
         origin = centre[low] - slot[low] * width
         place = _centroids(middle, area, path, at, count, origin, width, slot[high - 1] + 2)
         _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length)
@@ -110,11 +112,11 @@ def stand_ins(middle, normal, area, spot, closed, ends, lit, first, second, pair
 
 
 @numba.njit(cache=True)
-def _lit_paths(middle, normal, spot, closed, ends, lit, a, b, path, at):
+def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
     """Fill in the paths over the facets that both ends see, and which these are; return their number."""
-    count = 0
+    count, here, there = 0, lit[view[a]], lit[view[b]]
     for f in range(len(spot)):
-        if not (lit[a, spot[f]] and lit[b, spot[f]]):
+        if not (here[spot[f]] and there[spot[f]]):
             continue
         l = m = up = down = 0.0
         for k in range(3):

@@ -48,11 +48,13 @@ def scattered_paths(search: Search, facets: Facets, pairs: Pairs) -> tuple[Candi
     sights, first, second = _sights(pairs)
     light, kept = light_of(search.fidelity), faintest(search.fidelity, search.audible)
     spots = spots_of(facets, light.spot_m)
-    lit = lit_spots(tracing, facets, spots, sights, light)
-    seen = np.flatnonzero((lit[first] & lit[second]).any(axis=1))
-    frame = tracing.placed[sights.pose, facets.obstacle]
-    ends = Ends(into_rest(sights.point_m, frame), lit, sights.pose)
-    every = scattered(facets, spots.of_facet, ends, first[seen], second[seen], wavenumber, reflection)
+    lit, view = lit_spots(tracing, facets, spots, sights, light)
+    seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
+    used, which = np.unique([first[seen], second[seen]], return_inverse=True)
+    frame = tracing.placed[sights.pose[used], facets.obstacle]
+    ends = Ends(into_rest(sights.point_m[used], frame), sights.pose[used], view[used], lit)
+    one, other = which.reshape(2, -1)
+    every = scattered(facets, spots.of_facet, ends, one, other, wavenumber, reflection)
     every = replace(every, pair=seen[every.pair])
     parts, gains, count = [], [], 0
     for mic in range(2):
@@ -78,6 +80,13 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     sights = Sights(pose[rows], side[rows], order[rows], sequence[rows], point[rows])
     first, second = which.reshape(2, -1)
     return sights, first, second
+
+
+def _share_light(lit: Flags, first: Ints, second: Ints) -> Flags:
+    """(R,) whether both views (R,) of a pair, -1 for none, show a spot of the body that is the same."""
+    both, which = np.unique([first, second], axis=1, return_inverse=True)
+    shared = [a >= 0 and b >= 0 and bool((lit[a] & lit[b]).any()) for a, b in both.T]
+    return np.array(shared, dtype=bool)[which.ravel()]
 
 
 def faintest(fidelity: Fidelity, audible: Audible) -> Audible:

@@ -96,7 +96,7 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     return Facets(
         obstacle=obstacle, corner_m=corner_m, middle_m=flat + rise, normal=normal,
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
-        lift_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=reading.closed,
+        lift_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
     )  # fmt: skip

@@ -106,7 +106,7 @@ def summed(name: str, size_m: float) -> np.ndarray:
     facets = replace(facets_of(reading, reflectors_in(reading, 0)[1], 0, size_m), creases=no_creases())
     nodes = band.nodes_hz(12)
     table = Material.named(MATERIALS[name]).reflection(nodes, np.linspace(0.0, 1.0, 257)[:, None])
-    ends = Ends(PHONE, np.ones((2, len(facets)), dtype=bool), np.zeros(2, dtype=np.int64))
+    ends = Ends(PHONE, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
     one = np.array([0]), np.array([1])
     cells = scattered(facets, np.arange(len(facets)), ends, *one, 2.0 * np.pi * nodes / C, table)
     gain = band.evaluate(band.coefficients(cells.gain), chirp.nodes_hz())
