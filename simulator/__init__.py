@@ -12,6 +12,7 @@ from simulator.scene.materials import Material
 from simulator.scene.pose import Pose, StraightWalk, Walk, held_rotation
 from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import trace_paths
+from simulator.world.prepared_scene import PreparedScene
 
 __all__ = [
     "Air",
@@ -21,6 +22,7 @@ __all__ = [
     "Paths",
     "Phone",
     "Pose",
+    "PreparedScene",
     "Rejections",
     "Scene",
     "StraightWalk",

@@ -15,6 +15,7 @@ from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
 from simulator.trace import instants, names_of, still_tracing, traced
 from simulator.world.candidates import concatenated, nothing
+from simulator.world.prepared_scene import PreparedScene
 from simulator.world.rejection_log import RejectionLog
 from simulator.world.search_context import Search
 from simulator.world.world import World
@@ -87,8 +88,8 @@ class Rejections:
 
 
 def trace_rejected(
-    scene: Scene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0,
-    limit: int = 1000,
+    scene: Scene | PreparedScene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None,
+    time_s: ArrayLike = 0.0, limit: int = 1000,
 ) -> Rejections:  # fmt: skip
     """What `trace_paths` with the same arguments rejects, by the masks of that very run.
 

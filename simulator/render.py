@@ -26,17 +26,18 @@ from simulator.rendering.superposition import Sounds, add_sounds
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Scene
-from simulator.trace import traced, tracing_of
+from simulator.trace import traced
 from simulator.waves import band
 from simulator.world.clearance import check_passage
+from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.search_context import Search
-from simulator.world.world import Tracing, prepare
+from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
 
 
 def render_walk(
-    scene: Scene,
+    scene: Scene | PreparedScene,
     phone: Phone,
     walk: Walk,
     beep: BeepDesign,
@@ -47,7 +48,7 @@ def render_walk(
     """What the phone's two microphones record on a walk; beep 0 leaves the speaker at sample 0.
 
     Args:
-        scene: obstacles and air.
+        scene: obstacles and air; prepared, it costs less from the second walk on.
         phone: transducers, levels, noise, and the walker's body if it is held.
         walk: where the phone is at every instant; whole beeps within its duration are rendered.
         beep: the emitted signal; its rate is the recording's.
@@ -75,8 +76,9 @@ def render_walk(
     """
     fidelity = fidelity or Fidelity()
     check_seed(seed=seed)
+    scene = as_prepared(scene)
     check_types(
-        scene=(scene, Scene), phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign),
+        phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign),
         fidelity=(fidelity, Fidelity),
     )  # fmt: skip
     paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
@@ -97,7 +99,7 @@ def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
     return kept[which] if len(paths) else np.zeros(0, dtype=bool)
 
 
-def _known(names: Collection[str], scene: Scene) -> Collection[str]:
+def _known(names: Collection[str], scene: PreparedScene) -> Collection[str]:
     there = [obstacle.name for obstacle in scene.obstacles]
     unknown = sorted(set(names) - set(there))
     if unknown:
@@ -106,7 +108,7 @@ def _known(names: Collection[str], scene: Scene) -> Collection[str]:
 
 
 def trace_walk(
-    scene: Scene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity
+    scene: Scene | PreparedScene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity
 ) -> tuple[Paths, Motion, int]:
     """Paths at the middle of every beep, how they move within it, and the number of beeps."""
     count = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
@@ -116,16 +118,13 @@ def trace_walk(
         raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
     start = np.arange(count, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
-    pose = walk.pose(middle)
     _check_speeds(scene, walk, start, beep.duration_s)
-    origin = pose.position_m.mean(axis=0)
-    world = prepare(scene, phone, origin, fidelity.mechanisms)
 
     def carrier(_pose: Ints, time_s: Floats) -> tuple[Floats, Floats]:
         there = walk.pose(time_s)
-        return there.position_m - origin, there.body_heading_rad()
+        return there.position_m, there.body_heading_rad()
 
-    tracing = tracing_of(world, phone, replace(pose, position_m=pose.position_m - origin), middle, carrier)
+    tracing = as_prepared(scene).tracing(phone, walk.pose(middle), middle, fidelity.mechanisms, carrier)
     _check_passage(tracing, phone, walk, np.sort(np.concatenate([start, start + beep.duration_s])))
     paths, found = traced(Search(tracing, phone, scene.air, fidelity))
     points = phone.geometry.speaker_m, phone.geometry.mics_m
@@ -143,7 +142,7 @@ def _check_passage(tracing: Tracing, phone: Phone, walk: Walk, time_s: Floats) -
     check_passage(tracing, time_s, np.concatenate(ends, axis=1))
 
 
-def _check_speeds(scene: Scene, walk: Walk, start_s: Floats, duration_s: float) -> None:
+def _check_speeds(scene: Scene | PreparedScene, walk: Walk, start_s: Floats, duration_s: float) -> None:
     """Refuse what retarded times do not settle for."""
     closing = fastest_closing_m_s(scene.obstacles, walk, start_s, duration_s)
     limit = FASTEST * scene.air.sound_speed_m_s

@@ -26,11 +26,10 @@ from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
-from simulator.world.clearance import check_poses
-from simulator.world.frames import Carrier
+from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
-from simulator.world.world import Tracing, World, frames_for, prepare
+from simulator.world.world import Tracing, World
 
 SAME_IMAGE_M = 1e-7
 NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
@@ -45,12 +44,12 @@ NOT_MODELLED = (
 
 
 def trace_paths(
-    scene: Scene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0
+    scene: Scene | PreparedScene, phone: Phone, pose: Pose, fidelity: Fidelity | None = None, time_s: ArrayLike = 0.0
 ) -> Paths:
     """Every path of the fidelity's mechanisms between the phone's speaker and microphones.
 
     Args:
-        scene: obstacles and air.
+        scene: obstacles and air; prepared, it costs less from the second call on.
         phone: transducers, and the walker's body if it is held.
         pose: one pose or N; N poses cost one call.
         fidelity: what is modelled; None takes the defaults.
@@ -72,7 +71,8 @@ def trace_paths(
         (array([0, 1]), array([3.88, 4.03]))
     """
     fidelity = fidelity or Fidelity()
-    check_types(scene=(scene, Scene), phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
+    scene = as_prepared(scene)
+    check_types(phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
     tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
     paths = traced(Search(tracing, phone, scene.air, fidelity))[0]
     return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
@@ -86,25 +86,14 @@ def instants(time_s: ArrayLike, poses: int) -> Floats:
     return time
 
 
-def still_tracing(scene: Scene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity) -> Tracing:
+def still_tracing(
+    scene: Scene | PreparedScene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity
+) -> Tracing:
     """Poses taken one by one: the walker's body stands where its pose says."""
-    origin = np.atleast_2d(pose.position_m).mean(axis=0)
-    world = prepare(scene, phone, origin, fidelity.mechanisms)
-    pose = replace(pose, position_m=np.atleast_2d(pose.position_m) - origin)
-    position, heading = pose.position_m, pose.body_heading_rad()
-    return tracing_of(world, phone, pose, time_s, lambda index, time: (position[index], heading[index]))
-
-
-def tracing_of(world: World, phone: Phone, pose: Pose, time_s: Floats, carrier: Carrier) -> Tracing:
-    """A tracing at poses about the world's origin, each of which leaves the phone room."""
-    frames = frames_for(world, phone, carrier)
-    source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
-    if (np.linalg.norm(mics - source[:, None], axis=2) == 0.0).any():
-        raise ValueError("speaker and microphone must be apart, got the same point for both")
-    every = np.arange(len(pose))
-    tracing = Tracing(world, frames, pose, time_s, source, mics, frames.at(every, time_s))
-    check_poses(tracing)
-    return tracing
+    position, heading = np.atleast_2d(pose.position_m), pose.body_heading_rad()
+    return as_prepared(scene).tracing(
+        phone, pose, time_s, fidelity.mechanisms, lambda index, _time_s: (position[index], heading[index])
+    )
 
 
 def traced(search: Search) -> tuple[Paths, Candidates]:

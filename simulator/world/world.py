@@ -8,25 +8,15 @@ from functools import cached_property
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.phone.phone import Phone
 from simulator.scene.pose import Pose
-from simulator.scene.scene import Obstacle, Scene
-from simulator.surfaces.reflectors import (
-    MeshReading,
-    PlanarPatches,
-    SmoothSurface,
-    merge_patches,
-    read_mesh,
-    reflectors_in,
-)
+from simulator.scene.scene import Obstacle
+from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
 from simulator.surfaces.surface_borders import Border, border_of
-from simulator.surfaces.wedges import Wedges, merge_wedges, no_wedges, wedges_of
-from simulator.world.contacts import exposed
-from simulator.world.corners import corner_wedges
-from simulator.world.frames import Carrier, Frames
+from simulator.surfaces.wedges import Wedges
+from simulator.world.frames import Frames
 from simulator.world.interactions import Numbering
-from simulator.world.mirrors import Mirrors, facing, placed_mirrors
-from simulator.world.visibility import Blocker, blocker
+from simulator.world.mirrors import Mirrors, placed_mirrors
+from simulator.world.visibility import Blocker
 
 
 @dataclass(frozen=True)
@@ -35,6 +25,7 @@ class World:
 
     Attributes:
         obstacles: the scene's, then the walker's body if there is one.
+        carried: (O,) which of them go with the walker.
         origin_m: (3,) subtracted from all coordinates: far from the origin of a map, float64 keeps its micrometres.
         patches: planar patches of all obstacles.
         follows: (P, P) whether one patch may follow another.
@@ -45,6 +36,7 @@ class World:
     """
 
     obstacles: tuple[Obstacle, ...]
+    carried: Flags
     origin_m: Floats
     patches: PlanarPatches
     follows: Flags
@@ -102,57 +94,3 @@ class Tracing:
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
         return placed_mirrors(self.world.patches, self.world.follows, self.placed)
-
-
-def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
-    """(O, 3) constant velocities."""
-    return np.array([o.velocity_m_s for o in obstacles]).reshape(-1, 3)
-
-
-def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str, ...]) -> World:
-    """Find the reflectors of a scene and build its visibility, about `origin_m`."""
-    body = () if phone.body is None else (phone.body,)
-    obstacles = tuple(scene.obstacles) + body
-    shifts = [origin_m if o is not phone.body else np.zeros(3) for o in obstacles]
-    moves = np.array([o.moves or o is phone.body for o in obstacles], dtype=bool)
-    readings = [read_mesh(_shifted(o, s)) for o, s in zip(obstacles, shifts, strict=True)]
-    found = [reflectors_in(reading, i) for i, reading in enumerate(readings)]
-    patches = merge_patches([planar for planar, _ in found] if "specular" in mechanisms else [])
-    surfaces = tuple(s for _, s in found if s is not None and "curved" in mechanisms)
-    blockers = _blockers(obstacles, shifts, moves)
-    wedges = no_wedges()
-    if "edges" in mechanisms:
-        first = np.cumsum([0] + [len(planar) for planar, _ in found])
-        every = merge_wedges([wedges_of(reading, i, int(first[i])) for i, reading in enumerate(readings)])
-        carried = np.array([o is phone.body for o in obstacles], dtype=bool)
-        corners = corner_wedges(patches, velocities(obstacles), carried)
-        wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
-    return World(
-        obstacles, origin_m, patches, facing(patches, moves), surfaces, wedges,
-        tuple((reading, surface) for reading, (_, surface) in zip(readings, found, strict=True)), blockers,
-    )  # fmt: skip
-
-
-def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:
-    """The obstacle about another origin; the mesh is copied only if it has to move."""
-    if not origin_m.any():
-        return obstacle
-    mesh = obstacle.mesh.copy()
-    mesh.vertices = np.asarray(mesh.vertices) - origin_m
-    return Obstacle(mesh, obstacle.material, obstacle.name, obstacle.surface, obstacle.velocity_m_s, obstacle.category)
-
-
-def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: Flags) -> tuple[Blocker, ...]:
-    meshes = [
-        (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
-    ]
-    resting = np.flatnonzero(~moves)
-    groups = [list(resting)] if len(resting) else []
-    groups += [[index] for index in np.flatnonzero(moves)]
-    return tuple(blocker([meshes[i] for i in group], int(group[0])) for group in groups)
-
-
-def frames_for(world: World, phone: Phone, carrier: Carrier) -> Frames:
-    """The motion of a world's obstacles, given the walker's."""
-    carried = np.array([o is phone.body for o in world.obstacles], dtype=bool)
-    return Frames(velocities(world.obstacles), carried, carrier)

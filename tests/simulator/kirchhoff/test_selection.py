@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Paths, Phone, Pose, Scene, trace_paths
 from simulator.kirchhoff.selection import UNEVEN, unevenness
-from simulator.world.world import prepare
+from simulator.world.prepared_scene import prepare
 
 C = 343.0
 FREQUENCY = np.linspace(18_000.0, 23_000.0, 101)
