@@ -13,7 +13,7 @@ from simulator.diffraction.apex_chains import apex_chains
 from simulator.diffraction.chain_integrals import integrable, integrated_chains
 from simulator.diffraction.single import diffracted
 from simulator.diffraction.thin_panels import LONGEST, panels_of
-from simulator.images.planar import planar
+from simulator.images.image_method import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
 from simulator.kirchhoff.selection import heard_whole, uneven_surfaces

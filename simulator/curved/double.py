@@ -22,8 +22,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.curved.coupled_points import Place, settle
-from simulator.images.body_images import images_lighting
-from simulator.images.image_tree import Images
+from simulator.images.image_tree import Images, images_lighting
 from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface

@@ -12,8 +12,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from simulator.curved import stationary as curved
-from simulator.images.body_images import images_lighting
-from simulator.images.image_tree import Images
+from simulator.images.image_tree import Images, images_lighting
 from simulator.images.unfolding import Turns, image_pairs, straightened, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated

@@ -21,7 +21,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
-from simulator.images.edge_images import EdgeImages, images_of
+from simulator.images.image_tree import EdgeImages, images_of
 from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges

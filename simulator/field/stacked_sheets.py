@@ -12,7 +12,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Ints
 from simulator.images.image_method import inside_patch
-from simulator.images.image_pruning import distance, dot
+from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.visibility import OFFSET

@@ -1,4 +1,4 @@
-"""Reflection points in planar patches, in float64 throughout.
+"""The image method: reflection points in planar patches, in float64 throughout.
 
 A path is a sequence of patches. The source is mirrored in each in turn (`image_tree`); the path runs from the receiver
 back to the last image, and every crossing must lie inside its patch and come from its front. A crossing on the border
@@ -7,71 +7,92 @@ of a patch counts as inside: the twin it creates on the adjoining patch is remov
 
 from __future__ import annotations
 
+from functools import partial
+
 import numba
 import numpy as np
 
-from simulator.images.image_pruning import distance, dot, grown
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.images.image_tree import Goal, distance, dot, grown, image_levels, in_turn
+from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.mirrors import BORDER_M
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
+from simulator.world.world import Tracing
 
 REACHED, BEHIND, OUTSIDE = 0, 1, 2
+MISSES = {BEHIND: Reason.BEHIND_PATCH, OUTSIDE: Reason.OUTSIDE_PATCH}
 
 
-@numba.njit(cache=True)
-def inside_patch(point, frame, normal, edges):
-    """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
-    c, s = np.cos(frame[3]), np.sin(frame[3])
-    dx, dy = point[0] - frame[0], point[1] - frame[1]
-    local = (c * dx + s * dy, -s * dx + c * dy, point[2] - frame[2])
-    drop = 0
-    for k in range(1, 3):
-        if abs(normal[k]) > abs(normal[drop]):
-            drop = k
-    i, j = (drop + 1) % 3, (drop + 2) % 3
-    u, v = local[i], local[j]
-    odd = False
-    for e in range(len(edges)):
-        ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
-        du, dv = uj - ui, vj - vi
-        length2 = du * du + dv * dv
-        t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
-        if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
-            return True
-        if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
-            odd = not odd
-    return odd
+def planar(search: Search) -> Candidates:
+    """Image sources in planar patches; what falls beside its patches is rejected."""
+    tracing = search.tracing
+    where, sequence, hits, counts = _reached(tracing, search.max_order, search.limit_m, search.log.listed > 0)
+    code = where[:, 3]
+    for miss, reason in MISSES.items():
+        rows = np.flatnonzero(code == miss)
+        search.reject(reason, counts[miss], partial(_missed, tracing, where[rows], sequence[rows]))
+    rows = np.flatnonzero(code == REACHED)
+    found = candidates(tracing, where[rows, 0], where[rows, 1], sequence[rows], hits[rows])
+    return with_plane_normals(tracing, found)
 
 
-@numba.njit(cache=True)
-def _backtrack(mirrors, n, images, sequence, depth, target, hits):
-    """Reflection points of a sequence at pose n from its receiver back to its source; REACHED, BEHIND or OUTSIDE.
+def _reached(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool) -> tuple[Ints, Ints, Floats, Ints]:
+    """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent.
 
-    Args:
-        images: (depth + 1, 3) the source, then its images.
-        hits: (depth, 3) filled in.
+    Returns:
+        where: (R, 4) pose, microphone, order, code; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
+        counts: (3,) sequences REACHED, BEHIND and OUTSIDE, kept or not.
     """
-    end = target.copy()
-    for k in range(depth - 1, -1, -1):
-        p, image = sequence[k], images[k + 1]
-        normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
-        here, there = dot(end, normal) - offset, dot(image, normal) - offset
-        if there > 0.0:
-            here, there = -here, -there
-            if mirrors.one_sided[p]:
-                return BEHIND
-        if there == 0.0 or here < -BORDER_M:
-            return BEHIND
-        here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
-        for x in range(3):
-            hits[k, x] = end[x] + (image[x] - end[x]) * (here / (here - there))
-        outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-        if not inside_patch(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
-            return OUTSIDE
-        end[:] = hits[k]
-    return REACHED
+    mirrors, mics = tracing.mirrors, np.ascontiguousarray(tracing.mics_m)
+    spread = float(np.linalg.norm(mics - mics[:, :1], axis=2).max())
+    parts, counts = [], np.zeros(3, dtype=np.int64)
+    every = np.ones(len(tracing.world.patches), dtype=bool)
+    for level in image_levels(mirrors, every, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
+        if level.order == 0:
+            continue
+        found, hits, codes = _carrying(
+            mirrors, level.order, level.pose, level.sequence, level.images_m, mics, limit_m, keep_missed
+        )  # type: ignore[call-arg]
+        row, mic, code = found.T
+        where = np.column_stack([level.pose[row], mic, np.full(len(row), level.order), code])
+        parts.append((where, level.sequence[row], hits))
+        counts += codes
+    where, sequence, hits = (np.concatenate(column) for column in zip(*parts, strict=True))
+    rows = in_turn(where[:, 0], sequence)
+    return where[rows], sequence[rows], hits[rows], counts
+
+
+def _missed(tracing: Tracing, where: Ints, sequence: Ints) -> Rejected:
+    """Sequences that miss a patch; their level is that of the image, as if the patches went on for ever."""
+    source, mic = tracing.source_m[where[:, 0]], tracing.mics_m[where[:, 0], where[:, 1]]
+    hits, length = straight(tracing, source, mic, where[:, 0], where[:, 2], sequence)
+
+    def chosen(index: Ints) -> Candidates:
+        found = candidates(tracing, where[index, 0], where[index, 1], sequence[index], hits[index])
+        return with_plane_normals(tracing, found)
+
+    return Rejected(1.0 / length, chosen)
+
+
+def crossed(
+    tracing: Tracing, start_m: Floats, target_m: Floats, pose: Ints, order: Ints, sequence: Ints
+) -> tuple[Ints, Floats]:
+    """(R,) code and (R, N, 3) reflection points of given sequences from starts to targets."""
+    ends = np.ascontiguousarray(start_m), np.ascontiguousarray(target_m)
+    return _crossings(tracing.mirrors, *ends, pose, order, sequence)  # type: ignore[call-arg]
+
+
+def straight(
+    tracing: Tracing, start_m: Floats, target_m: Floats, pose: Ints, order: Ints, sequence: Ints
+) -> tuple[Floats, Floats]:
+    """(R, N, 3) where unfolded ways cross their planes, inside the patches or not, and (R,) their lengths."""
+    ends = np.ascontiguousarray(start_m), np.ascontiguousarray(target_m)
+    return _straight_crossings(tracing.mirrors, *ends, pose, order, sequence)  # type: ignore[call-arg]
 
 
 @numba.njit(cache=True)
-def heard(mirrors, order, pose, sequence, images, receivers, limit, keep_missed):
+def _carrying(mirrors, order, pose, sequence, images, receivers, limit, keep_missed):
     """Which images of one order carry sound to which receivers, walls transparent.
 
     Args:
@@ -105,18 +126,7 @@ def heard(mirrors, order, pose, sequence, images, receivers, limit, keep_missed)
 
 
 @numba.njit(cache=True)
-def _images(mirrors, n, source, sequence, order, images):
-    """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
-    images[0] = source
-    for k in range(order):
-        normal = mirrors.normal[n, sequence[k]]
-        height = dot(images[k], normal) - mirrors.offset_m[n, sequence[k]]
-        for x in range(3):
-            images[k + 1, x] = images[k, x] - 2.0 * height * normal[x]
-
-
-@numba.njit(cache=True)
-def crossings(mirrors, source, target, pose, order, sequence):
+def _crossings(mirrors, source, target, pose, order, sequence):
     """Reflection points of given sequences from sources to targets (R, 3): (R,) code and (R, K, 3) points."""
     rows, width = sequence.shape
     code, points = np.zeros(rows, np.int64), np.zeros((rows, width, 3))
@@ -128,7 +138,7 @@ def crossings(mirrors, source, target, pose, order, sequence):
 
 
 @numba.njit(cache=True)
-def straight_crossings(mirrors, source, target, pose, order, sequence):
+def _straight_crossings(mirrors, source, target, pose, order, sequence):
     """Where the straight ways to the last images of given sequences cross the planes, patches or not.
 
     Returns (R, K, 3) points, NaN where a way runs along a plane, and (R,) distances of the last images.
@@ -149,3 +159,68 @@ def straight_crossings(mirrors, source, target, pose, order, sequence):
             end = end + share * (images[k + 1] - end)
             points[r, k] = end
     return points, length
+
+
+@numba.njit(cache=True)
+def _images(mirrors, n, source, sequence, order, images):
+    """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
+    images[0] = source
+    for k in range(order):
+        normal = mirrors.normal[n, sequence[k]]
+        height = dot(images[k], normal) - mirrors.offset_m[n, sequence[k]]
+        for x in range(3):
+            images[k + 1, x] = images[k, x] - 2.0 * height * normal[x]
+
+
+@numba.njit(cache=True)
+def _backtrack(mirrors, n, images, sequence, depth, target, hits):
+    """Reflection points of a sequence at pose n from its receiver back to its source; REACHED, BEHIND or OUTSIDE.
+
+    Args:
+        images: (depth + 1, 3) the source, then its images.
+        hits: (depth, 3) filled in.
+    """
+    end = target.copy()
+    for k in range(depth - 1, -1, -1):
+        p, image = sequence[k], images[k + 1]
+        normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
+        here, there = dot(end, normal) - offset, dot(image, normal) - offset
+        if there > 0.0:
+            here, there = -here, -there
+            if mirrors.one_sided[p]:
+                return BEHIND
+        if there == 0.0 or here < -BORDER_M:
+            return BEHIND
+        here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
+        for x in range(3):
+            hits[k, x] = end[x] + (image[x] - end[x]) * (here / (here - there))
+        outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
+        if not inside_patch(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
+            return OUTSIDE
+        end[:] = hits[k]
+    return REACHED
+
+
+@numba.njit(cache=True)
+def inside_patch(point, frame, normal, edges):
+    """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
+    c, s = np.cos(frame[3]), np.sin(frame[3])
+    dx, dy = point[0] - frame[0], point[1] - frame[1]
+    local = (c * dx + s * dy, -s * dx + c * dy, point[2] - frame[2])
+    drop = 0
+    for k in range(1, 3):
+        if abs(normal[k]) > abs(normal[drop]):
+            drop = k
+    i, j = (drop + 1) % 3, (drop + 2) % 3
+    u, v = local[i], local[j]
+    odd = False
+    for e in range(len(edges)):
+        ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
+        du, dv = uj - ui, vj - vi
+        length2 = du * du + dv * dv
+        t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
+        if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
+            return True
+        if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
+            odd = not odd
+    return odd

@@ -2,23 +2,23 @@
 
 Level by level over arrays: each image is mirrored in every patch that sound can go on to. A patch that cannot be lit
 through the one before it, or from which the goal is out of reach, is passed over with all that would lie behind it.
-Who walks picks the images that light an end of his own: a microphone (`planar`), a body (`body_images`), an edge
-(`edge_images`).
+Who walks picks the images that light an end of his own: a microphone (`image_method`), a body or an edge.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self
+from typing import Protocol, Self
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.images.image_pruning import dot, far_or_aside, grown
-from simulator.world.mirrors import Mirrors
+from simulator.world.frames import out_of_rest
+from simulator.world.mirrors import BORDER_M, Mirrors
+from simulator.world.world import Tracing
 
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
 
@@ -44,6 +44,17 @@ class Images:
 
     def __getitem__(self, index: NDArray) -> Self:
         return type(self)(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class EdgeImages(Images):
+    """One row for each edge that an image can light, sorted by pose, then wedge.
+
+    Attributes:
+        wedge: (I,).
+    """
+
+    wedge: Ints
 
 
 @dataclass(frozen=True)
@@ -88,6 +99,66 @@ class Goal:
     limit_m: float
 
 
+class Body(Protocol):
+    """What lighting needs to know of a surface: its obstacle and bounding sphere."""
+
+    @property
+    def obstacle(self) -> int: ...
+
+    @property
+    def center_m(self) -> Floats: ...
+
+    @property
+    def radius_m(self) -> float: ...
+
+
+def images_lighting(
+    tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float, extent_m: float = 0.0
+) -> Images:
+    """Images of a point in the patches from which the surface's bounding sphere, and `extent_m` around, is reached.
+
+    Patches of the surface's own obstacle are no mirrors.
+    """
+    world, mirrors = tracing.world, tracing.mirrors
+    center = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
+    goal = Goal(np.ascontiguousarray(center), surface.radius_m + extent_m, limit_m)
+    parts = []
+    for level in image_levels(mirrors, world.patches.obstacle != surface.obstacle, point_m, max_order, goal):
+        lit = _lit_balls(
+            mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, limit_m
+        )  # type: ignore[call-arg]
+        parts.append(level.lit(np.flatnonzero(lit)))
+    found = Images(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return found[in_turn(found.pose, found.sequence)]
+
+
+def images_of(tracing: Tracing, point_m: Floats, max_order: int, limit_m: float) -> EdgeImages:
+    """Images of (N, 3) points, one a pose, with up to `max_order` mirrors; the point itself has none."""
+    patches, mirrors = tracing.world.patches, tracing.mirrors
+    start, end = placed_edges(tracing)
+    goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
+    parts = []
+    for level in image_levels(mirrors, np.ones(len(patches), dtype=bool), point_m, max_order, goal):
+        row, wedge = _lit_edges(
+            mirrors, level.order, level.pose, level.sequence, level.images_m, start, end,
+            tracing.world.wedges.patch, tracing.world.wedges.mirror, limit_m,
+        )  # type: ignore[call-arg]  # fmt: skip
+        parts.append((*level.lit(row), wedge))
+    found = EdgeImages(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return found[in_turn(found.pose, found.sequence, found.wedge)]
+
+
+def placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
+    """(N, W, 3) starts and ends of all edges at all poses."""
+    wedges, poses = tracing.world.wedges, len(tracing.pose)
+    frame = tracing.placed[:, wedges.obstacle]
+    shape = (poses, len(wedges), 3)
+    return (
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.start_m, shape), frame)),
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.end_m, shape), frame)),
+    )
+
+
 def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Iterator[Level]:
     """Images of (N, 3) points, one a pose, in up to `max_order` mirrors, each in one of the levels that come.
 
@@ -119,6 +190,11 @@ def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> L
         np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,
     )  # type: ignore[call-arg]  # fmt: skip
     return Level(level.order + 1, *columns)
+
+
+def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
+    """(I,) order of rows by pose, then `minor`, then sequence: the shorter of two that begin alike comes first."""
+    return np.lexsort((*sequence.T[::-1], *minor, pose))
 
 
 @numba.njit(cache=True)
@@ -153,6 +229,97 @@ def _mirrored(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius
     return poses[:found], sequences[:found], points[:found]
 
 
-def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
-    """(I,) order of rows by pose, then `minor`, then sequence: the shorter of two that begin alike comes first."""
-    return np.lexsort((*sequence.T[::-1], *minor, pose))
+@numba.njit(cache=True)
+def _lit_balls(mirrors, order, pose, sequence, images, center, radius, limit):
+    """(I,) whether an image sees the ball, within the limit and, if it is one, through its last mirror."""
+    out = np.zeros(len(pose), np.bool_)
+    for r in range(len(pose)):
+        n, image = pose[r], images[r, order]
+        if distance(image, center[n]) - radius > limit:
+            continue
+        out[r] = True
+        if order > 0:
+            p = sequence[r, order - 1]
+            rise = dot(center[n], mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+            behind = mirrors.one_sided[p] and rise < -radius
+            out[r] = not behind and not aside(image, center[n], radius, mirrors.center_m[n, p], mirrors.radius_m[p])
+    return out
+
+
+@numba.njit(cache=True)
+def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mirror, limit):
+    """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
+    rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
+    middle = 0.5 * (start + end)
+    half = np.empty(middle.shape[:2])
+    for n in range(half.shape[0]):
+        for w in range(half.shape[1]):
+            half[n, w] = 0.5 * distance(end[n, w], start[n, w])
+    found = 0
+    for r in range(len(pose)):
+        n, image = pose[r], images[r, order]
+        for w in range(start.shape[1]):
+            if distance(image, middle[n, w]) - half[n, w] > limit:
+                continue
+            if order > 0:
+                p = sequence[r, order - 1]
+                if p == patch[w, 0] or p == patch[w, 1]:
+                    continue
+                through = _through(mirrors, n, p, image, start[n, w], end[n, w], middle[n, w], half[n, w])
+                if p != own_mirror[w] and not through:
+                    continue
+            if found == len(rows):
+                rows, wedges = grown(rows), grown(wedges)
+            rows[found], wedges[found] = r, w
+            found += 1
+    return rows[:found], wedges[:found]
+
+
+@numba.njit(cache=True)
+def _through(mirrors, n, p, image, start, end, middle, half):
+    """Whether some of an edge lies beyond a mirror as its image sees it."""
+    normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
+    side = -1.0 if dot(image, normal) - offset > 0.0 else 1.0
+    rise = max(side * (dot(start, normal) - offset), side * (dot(end, normal) - offset))
+    return rise > BORDER_M and not aside(image, middle, half, mirrors.center_m[n, p], mirrors.radius_m[p])
+
+
+@numba.njit(cache=True)
+def far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
+    """Whether the next patch cannot be lit through the previous one within the path length allowed."""
+    gap = max(distance(image, center) - radius, 0.0)
+    onwards = max(distance(goal, center) - radius - goal_radius, 0.0)
+    if gap + onwards > limit:
+        return True
+    return previous_radius > 0.0 and aside(image, center, radius, previous_center, previous_radius)
+
+
+@numba.njit(cache=True)
+def aside(image, center, radius, window, window_radius):
+    """Whether a sphere lies outside the cone from an image through another sphere."""
+    a, b = distance(center, image), distance(window, image)
+    if a <= radius or b <= window_radius:
+        return False
+    product = 0.0
+    for x in range(3):
+        product += (center[x] - image[x]) * (window[x] - image[x])
+    angle = np.arccos(min(1.0, max(-1.0, product / (a * b))))
+    return angle > np.arcsin(radius / a) + np.arcsin(window_radius / b)
+
+
+@numba.njit(cache=True, inline="always")
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@numba.njit(cache=True, inline="always")
+def distance(a, b):
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@numba.njit(cache=True)
+def grown(array):
+    bigger = np.empty((2 * len(array),) + array.shape[1:], array.dtype)
+    bigger[: len(array)] = array
+    return bigger

@@ -10,9 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
-from simulator.images import image_method as specular
+from simulator.images.image_method import MISSES, REACHED, crossed, straight
 from simulator.images.image_tree import Images
-from simulator.images.planar import MISSES, crossed, straight
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.rejection_log import Rejected
 from simulator.world.search_context import Search
@@ -74,7 +73,7 @@ def unfolded(search: Search, turns: Turns, amplitude: Callable[[], Floats]) -> t
     for miss, reason in MISSES.items():
         rows = np.flatnonzero(code == miss)
         search.reject(reason, len(rows), partial(_missed, search, turns, rows, amplitude))
-    ok = np.flatnonzero(code == specular.REACHED)
+    ok = np.flatnonzero(code == REACHED)
     return _assembled(search, turns, ok, hits_before[ok], hits_after[ok]), ok, before.order[ok]
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.images.body_images import images_lighting
-from simulator.images.image_tree import Images
+from simulator.images.image_tree import Images, images_lighting
 from simulator.images.unfolding import image_pairs
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction

@@ -12,9 +12,8 @@ import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.images import image_method as specular
-from simulator.images.image_pruning import distance, dot
-from simulator.images.planar import crossed
+from simulator.images.image_method import REACHED, crossed, inside_patch
+from simulator.images.image_tree import distance, dot
 from simulator.images.plane_walks import last_image
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest, out_of_rest, turned
@@ -202,7 +201,7 @@ def _through(mirrors, n, p, image, point, crossing):
     if distance(crossing, mirrors.center_m[n, p]) > mirrors.radius_m[p] + BORDER_M:
         return False
     outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-    return specular.inside_patch(crossing, mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline)
+    return inside_patch(crossing, mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline)
 
 
 def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
@@ -233,7 +232,7 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
         views.start_m, hits, target, normal, facets.lift_m[facet], views.pose, views.order, views.sequence, *patches,
         tracing.placed, gap,
     )  # type: ignore[call-arg]  # fmt: skip
-    free = code == specular.REACHED
+    free = code == REACHED
     for k in range(views.sequence.shape[1] + 1):
         for shadow in world.blockers:
             rows = np.flatnonzero(free & (views.order >= k))
