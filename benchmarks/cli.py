@@ -55,8 +55,8 @@ class LazyGroup(click.Group):
 def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
-    Exit codes: 0 good; 1 a gate is red; 2 usage or input; 3 failed or missing cells; 4 nothing measured;
-    70 a defect of this program; 130 interrupted, resumable.
+    Exit codes: 0 good; 1 a gate is red or an extreme silently wrong; 2 usage or input; 3 failed or missing cells;
+    4 nothing measured; 70 a defect of this program; 130 interrupted, resumable.
     """
 
 

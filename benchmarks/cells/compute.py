@@ -17,9 +17,9 @@ from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.loud_echoes import loud_echo_ranges
 from benchmarks.cells.outcome import distance_before, outcomes
+from benchmarks.cells.probes.extremes import numerics_result
 from benchmarks.cells.probes.fidelities import fidelity_result
 from benchmarks.cells.probes.motions import motion_result
-from benchmarks.cells.probes.numerics import numerics_result
 from benchmarks.cells.probes.signals import signal_result
 from benchmarks.cells.probes.tessellations import tessellation_result
 from benchmarks.cells.situations.approaching import approach_situation

@@ -26,7 +26,7 @@ from benchmarks.runs.runner import Tally, run_cells
 from benchmarks.runs.store import cell_path, point_to, read_cell, to_json, write_atomically
 from benchmarks.scoring.scores import summary
 
-INCOMPLETE, NOTHING_MEASURED = 3, 4
+WRONG, INCOMPLETE, NOTHING_MEASURED = 1, 3, 4
 
 
 @click.command()
@@ -87,6 +87,9 @@ def run(
     _say_what_failed(folder, tally)
     if not tally.ok:
         sys.exit(NOTHING_MEASURED)
+    if wrong := _wrong(folder):
+        click.echo("\n".join(wrong), err=True)
+        sys.exit(WRONG)
     if not tally.complete:
         sys.exit(INCOMPLETE)
 
@@ -121,6 +124,16 @@ def _say_what_failed(folder: Path, tally: Tally) -> None:
         click.echo(f"{len(tally.failed)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
     if tally.missing:
         click.echo(f"{len(tally.missing)} cells are missing; the same command goes on with them", err=True)
+
+
+def _wrong(folder: Path) -> list[str]:
+    """A line for every case of an extreme that came out silently wrong."""
+    cases = [(record, record["result"].get("numerics", {})) for record in load_run(folder).ok]
+    return [
+        f"silently wrong: {record['label']} {record['cell']['probe']}: {case['errors']}, limits {case['limits']}"
+        for record, case in cases
+        if case.get("verdict") == "wrong"
+    ]
 
 
 def _fitting(cells: list[Cell], expression: str | None) -> list[Cell]:

@@ -10,7 +10,7 @@ from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss,
 from benchmarks.figures.bench.bins import errors_by_bin, missing_by_bin
 from benchmarks.figures.bench.budget import calibration, losses, range_budget
 from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
-from benchmarks.figures.bench.extremes import detector_extremes, simulator_extremes
+from benchmarks.figures.bench.extremes import extremes_axes, extremes_map, extremes_table
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
 from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves
@@ -89,8 +89,9 @@ _BUILDERS: dict[str, Builder] = {
     "error_bins": errors_by_bin,
     "missing_bins": missing_by_bin,
     "calibration": calibration,
-    "extremes": simulator_extremes,
-    "extremes_snr": detector_extremes,
+    "extremes": extremes_map,
+    "extremes_axes": extremes_axes,
+    "extremes_table": extremes_table,
     "holding": rates_by_holding,
     "sides": sides,
     "interference": rates_by_interference,

@@ -37,7 +37,7 @@ FIGURE_RULES: dict[str, FigureRule] = {
     **dict.fromkeys(["miss_distance", "alert_distance", "losses"], _ALWAYS),
     **dict.fromkeys(["roc", "det"], _NAMED),
     **dict.fromkeys(["error_budget", "error_bins", "missing_bins", "calibration"], _ALWAYS),
-    **dict.fromkeys(["extremes", "extremes_snr"], _NUMERICS),
+    **dict.fromkeys(["extremes", "extremes_axes", "extremes_table"], _NUMERICS),
     **dict.fromkeys(["fig18", "holding", "sides", "interference", "tornado", "tornado_alerts"], _NAMED_POINTS),
     **dict.fromkeys(["pareto", "fidelity"], FigureRule(needs="fidelity", compares_points=True)),
     "tolerance": FigureRule(needs="fidelity", named_only=True, compares_points=True),

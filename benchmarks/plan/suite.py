@@ -62,7 +62,7 @@ class Probe(BaseModel, extra="forbid", frozen=True):
     """Cells that are neither walks nor standing measurements.
 
     Attributes:
-        kind: "signal" stores what a figure shows, "numerics" measures errors of the simulator at an extreme, "fidelity"
+        kind: "signal" stores what a figure shows, "numerics" judges one extreme, "fidelity"
             the errors and costs of levels of fidelity, "tessellation" of a body's segments, "motion" of following
             motion within a beep.
         name: which signal or check; see `docs/suites.md`.

@@ -73,6 +73,8 @@ def _lies_on(mirrors, n, p, own):
 def _hides(mirrors, n, p, own, point, end, height):
     """Whether a patch at a small height under a point hides it from an end."""
     there = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+    if abs(there) <= RESOLVED_M:  # in the sheet's own plane, as the next reflection in a corner: it hides nothing there
+        return False
     if distance(point, mirrors.center_m[n, p]) > 1.01 * mirrors.radius_m[p]:
         return False
     outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]

@@ -1,111 +1,116 @@
-"""Numerical stability at the extremes."""
+"""Numerical stability at the extremes: every case's error as a share of what it may be."""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
 
-from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
+from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 from obstaclewatch.support.arrays import Floats
 
-SMALLEST = 1e-17
-"""Errors of exactly 0 are drawn here."""
-CHECKS = {
-    "wall-distance": ("a wall at", "distance, m", "x"),
-    "wall-offset": ("scene moved by", "offset, m", "x"),
-    "grazing": ("grazing at", "angle, rad", "x"),
-    "slivers": ("slivers", "aspect ratio", "x"),
-    "coincident": ("mic at speaker", "gap, m", "x"),
-    "temperature": ("air at", "temperature, °C", ""),
-    "sample-rate": ("rendered at", "sample rate, kHz", ""),
+SMALLEST, GREATEST = 1e-15, 1e3
+"""Shares beyond these are drawn there: errors of exactly 0, echoes that are missing."""
+COLOURS = {"correct": "0", "refused": "muted", "wrong": "1"}
+PANELS = {
+    "wall-distance": ("distance_m", "distance of a wall, m", "xy"),
+    "wall-offset": ("offset_m", "distance from the origin, m", "xy"),
+    "sheets": ("gap_m", "gap between two sheets, m", "xy"),
+    "ball-incidence": ("angle_rad", "incidence on a sphere, rad", "y"),
+    "weather": ("temperature_c", "temperature, °C", "y"),
+    "detector-snr": ("snr_db", "2E/N0, dB", "y"),
 }
+"""Axes drawn over their parameter: which, its words, and which scales are logarithmic."""
 
 
-def simulator_extremes(run: RunData) -> PlotFigure:
-    """Relative errors of the simulator against exact images, over each parameter."""
+def extremes_map(run: RunData) -> PlotFigure:
+    """Every case of every axis: the greatest error as a share of its limit."""
+    names = _axes(run)
+    lines = []
+    for verdict, colour in COLOURS.items():
+        found = [(k, case) for k, name in enumerate(names) for case in _cases(run, name) if case["verdict"] == verdict]
+        share = np.array([_share(case) for _, case in found])
+        lines.append(Line(verdict, colour, share, np.array([float(k) for k, _ in found]), "points"))
+    panel = Panel(
+        "", "error, share of its limit", "", tuple(lines), (Guide("x", 1.0, "limit"),), log="x",
+        x_range=(0.3 * SMALLEST, 3.0 * GREATEST), ticks=tuple(names), flat=True, width_in=6.0,
+    )  # fmt: skip
+    note = f"Refused cases and errors of 0 are drawn at {SMALLEST:g}, missing echoes at {GREATEST:g}."
+    return PlotFigure(
+        "extremes", "Verdicts at the extremes", (panel,) if names else (), _reading(run), note, 0.19 * len(names) + 0.5
+    )
+
+
+def extremes_axes(run: RunData) -> PlotFigure:
+    """The same share over the parameter of those axes that are scales."""
     panels: list[Panel] = []
-    worst: list[str] = []
-    for check, (title, label, log) in CHECKS.items():
-        x, columns = _errors_of(run, check)
-        if len(x) == 0:
+    for name, (parameter, label, log) in PANELS.items():
+        records = _records(run, name)
+        if not records:
             continue
-        scale = 1e-3 if check == "sample-rate" else 1.0
+        x = np.array([float(record["cell"]["probe"][parameter]) for record in records])
+        share = np.array([_share(record["result"]["numerics"]) for record in records])
         lines = tuple(
-            Line(name, _KEYS[name], scale * x, np.maximum(np.abs(y), SMALLEST), "points")
-            for name, y in columns.items()
-            if name in _KEYS
+            Line(verdict, colour, *_where(x, share, records, verdict), "points") for verdict, colour in COLOURS.items()
         )
+        y_label = "" if panels else "error, share of its limit"
+        ends = (0.3 * SMALLEST, 3.0 * GREATEST)
         panels.append(
-            Panel(
-                title,
-                label,
-                "relative error" if not panels else "",
-                lines,
-                (Guide("y", 2.2e-16, ""),),
-                log="xy" if log else "y",
-                y_range=(3e-18, 1e-3),
-                width_in=1.45,
-            )
+            Panel(name, label, y_label, lines, (Guide("y", 1.0, ""),), None, log, y_range=ends, width_in=1.5)  # type: ignore[arg-type]
         )
-        worst.append(f"{check} {max(float(np.nanmax(np.abs(line.y))) for line in lines):.0e}")
-        if "echoes" in columns and np.nansum(columns["echoes"]) > 0:
-            worst[-1] += f" ({np.nansum(columns['echoes']):.0f} echoes missing or too many)"
-    return PlotFigure(
-        "extremes",
-        "Relative errors of the simulator at extremes",
-        tuple(panels),
-        f"Largest errors: {', '.join(worst)}." if worst else "No data.",
-        "Against the image of a rigid wall; for sample rates, the beep's formula. Dashed: the rounding of one number, "
-        "2.2e-16; errors of exactly 0 are drawn at 1e-17.",
+    return PlotFigure("extremes_axes", "Errors over the axes", tuple(panels), _reading(run))
+
+
+def extremes_table(run: RunData) -> TableFigure:
+    """Axis by axis: cases, verdicts, and the worst case that was not refused."""
+    rows = []
+    for name in _axes(run):
+        cases = _cases(run, name)
+        count = Counter(case["verdict"] for case in cases)
+        worst = max(cases, key=_share)
+        shares = {key: abs(value or 0.0) / worst["limits"][key] for key, value in worst["errors"].items()}
+        error = max(shares, key=shares.__getitem__, default="")
+        rows.append(
+            (name, str(len(cases)), *(str(count[verdict]) for verdict in COLOURS), f"{_share(worst):.2g}", error)
+        )
+    columns = ("axis", "cases", *COLOURS, "worst / limit", "of")
+    return TableFigure(
+        "extremes_table", "Verdicts by axis", columns, tuple(rows), (2.0, 0.7, 0.8, 0.8, 0.8, 1.1, 1.4), _reading(run)
     )
 
 
-def detector_extremes(run: RunData) -> PlotFigure:
-    """The detector from no echo to no noise: missed beeps, and the range error against its bound."""
-    snr, columns = _errors_of(run, "detector-snr")
-    panels: tuple[Panel, ...] = ()
-    reading = "No data."
-    if len(snr):
-        rms, bound, missed = (columns[name] for name in ("range_rms_m", "bound_m", "missed"))
-        error = Line("PaperDetector", "PaperDetector", snr, 100 * rms, "points")
-        least = Line("Cramer-Rao bound", "muted", snr, 100 * bound, "dashed")
-        panels = (
-            Panel("", "2E/N0, dB", "range error (rms), cm", (error, least), log="y", y_range=(1e-5, 10.0)),
-            Panel(
-                "",
-                "2E/N0, dB",
-                "beeps without an estimate, %",
-                (Line("PaperDetector", "PaperDetector", snr, 100 * missed, "points"),),
-                y_range=(-3.0, 103.0),
-            ),
-        )
-        ratio = (rms / bound)[(snr >= 20.0) & (snr <= 80.0) & np.isfinite(rms)]
-        reading = (
-            f"From 20 to 80 dB the error is {ratio.max():.2f} times the bound at most."
-            if len(ratio)
-            else "No beep between 20 and 80 dB has an estimate."
-        )
-    return PlotFigure(
-        "extremes_snr",
-        "Range error and missed beeps against SNR",
-        panels,
-        reading,
-        "A standing point at 2 m, 60 beeps each. Near 120 dB float32 samples bound the error.",
+def _reading(run: RunData) -> str:
+    cases = [case for name in _axes(run) for case in _cases(run, name)]
+    count = Counter(case["verdict"] for case in cases)
+    if not cases:
+        return "No data."
+    return (
+        f"{len(cases)} cases: {count['correct']} correct, {count['refused']} refused with a named error, "
+        f"{count['wrong']} silently wrong."
     )
 
 
-_KEYS = {"delay": "0", "pressure": "1", "field": "2", "samples": "3", "direct_level": "4"}
+def _axes(run: RunData) -> list[str]:
+    """Names in the order of the run."""
+    return list(dict.fromkeys(r["cell"]["category"] for r in run.ok if r["cell"]["kind"] == "numerics"))
 
 
-def _errors_of(run: RunData, check: str) -> tuple[Floats, dict[str, Floats]]:
-    """Values of a check's parameter, and its errors by name."""
-    cells = [r for r in run.ok if r["cell"]["kind"] == "numerics" and r["cell"]["category"] == check]
-    values = np.array([_only(record["cell"]["probe"]) for record in cells], dtype=float)
-    names = list(cells[0]["result"]["numerics"]) if cells else []
-    return values, {n: np.array([r["result"]["numerics"][n] for r in cells], dtype=float) for n in names}
+def _records(run: RunData, axis: str) -> list[dict[str, Any]]:
+    return [r for r in run.ok if r["cell"]["kind"] == "numerics" and r["cell"]["category"] == axis]
 
 
-def _only(probe: dict[str, Any]) -> float:
-    return float(next(value for name, value in probe.items() if name != "seed"))
+def _cases(run: RunData, axis: str) -> list[dict[str, Any]]:
+    return [record["result"]["numerics"] for record in _records(run, axis)]
+
+
+def _share(case: dict[str, Any]) -> float:
+    """Worst error of its limit; what is infinite is stored as null."""
+    worst = GREATEST if case["worst"] is None else float(case["worst"])
+    return float(np.clip(worst, SMALLEST, GREATEST))
+
+
+def _where(x: Floats, share: Floats, records: list[dict[str, Any]], verdict: str) -> tuple[Floats, Floats]:
+    mask = np.array([record["result"]["numerics"]["verdict"] == verdict for record in records])
+    return x[mask], share[mask]

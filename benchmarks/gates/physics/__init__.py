@@ -9,9 +9,11 @@ import numpy as np
 
 from benchmarks.gates.physics.absorption import air_error_db_m
 from benchmarks.gates.physics.bounds import path_difference_over_bound, range_over_bound
+from benchmarks.gates.physics.extremes import GROUPS, extremes_share
 from benchmarks.gates.physics.invariance import reciprocity_error, translation_error
 from benchmarks.gates.physics.measured import Check, Measured
 from benchmarks.gates.physics.moving import motion_error, moving_bias_m
+from benchmarks.gates.physics.truth import truth_error_m
 from benchmarks.gates.physics.wall import wall_delay_samples, wall_level_db
 from benchmarks.gates.verdict import Verdict
 
@@ -31,6 +33,8 @@ CHECKS: dict[str, Check] = {
     "path_difference_deviation_20db": partial(path_difference_over_bound, snr_db=20.0),
     "path_difference_deviation_30db": partial(path_difference_over_bound, snr_db=30.0),
     "path_difference_deviation_40db": partial(path_difference_over_bound, snr_db=40.0),
+    "truth": truth_error_m,
+    **{f"extremes_{group}": partial(extremes_share, group=group) for group in GROUPS},
 }
 
 GROUP = "physics"

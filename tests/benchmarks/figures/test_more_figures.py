@@ -188,13 +188,22 @@ def test_fidelity_draws_error_against_cost(tmp_path):
     assert kept["auto 0.5 dB"].startswith("100.0 % (1/1")
 
 
-def test_extremes_plot_every_error(tmp_path):
+def test_extremes_are_a_map_a_table_and_curves(tmp_path):
     cells = [probe_record("numerics", "wall-distance", distance_m=d) for d in (0.01, 1000.0)]
-    figure = FIGURES["extremes"](made_up_run(tmp_path, cells))
-    line = line_of(figure, "delay")
-    assert line.x.tolist() == [0.01, 1000.0]
-    assert (line.y < 1e-14).all()
-    assert "missing" not in figure.reading
+    cells.append(probe_record("numerics", "impossible", case="pressure of nothing"))
+    bad = probe_record("numerics", "wall-distance", distance_m=1.0)
+    bad["result"]["numerics"] |= {"verdict": "wrong", "worst": None}
+    run = made_up_run(tmp_path, [*cells, bad])
+    figure = FIGURES["extremes"](run)
+    assert figure.panels[0].ticks == ("wall-distance", "impossible")
+    assert line_of(figure, "correct").y.tolist() == [0.0, 0.0]
+    assert (line_of(figure, "correct").x < 1e-6).all()
+    assert line_of(figure, "wrong").x.tolist() == [1e3]
+    assert "4 cases: 2 correct, 1 refused with a named error, 1 silently wrong" in figure.reading
+    assert line_of(FIGURES["extremes_axes"](run), "correct").x.tolist() == [0.01, 1000.0]
+    assert [row[:5] for row in FIGURES["extremes_table"](run).cells] == [
+        ("wall-distance", "3", "2", "0", "1"), ("impossible", "1", "0", "1", "0"),
+    ]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,130 @@
+"""Rendered beeps against the chirp's formula at the retarded times, at any rate, length, band and speed.
+
+Everything lies on the x axis, so that a moving wall, speaker and microphone each close in at a plain difference of
+speeds and the instants of emission are closed forms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.cells.probes.extremes.mirrors import AHEAD, MICS_M, SOUND_M_S, SPEAKER_M, slab
+from benchmarks.cells.probes.extremes.verdict import Error, Errors, accepted
+from obstaclewatch import BeepDesign
+from obstaclewatch.support.arrays import Floats
+from simulator import Air, Fidelity, Phone, Scene, StraightWalk, render_walk
+
+SHAPE = 1e-4
+"""Of the peak: float32 samples have 6e-8, the band's nodes and the fit of motion leave 1e-5."""
+MODELLED_HZ = (15_000.0, 25_000.0)
+"""Where materials, air and phones have tables: what a short beep spills beyond it is not rendered."""
+WALL_M = 1.5
+
+
+def sample_rate(sample_rate_hz: float) -> Errors:
+    """One beep off a wall, rendered at this rate."""
+    return _rendered(BeepDesign(18_000.0, 21_500.0, sample_rate_hz=sample_rate_hz))
+
+
+def beep_length(duration_s: float) -> Errors:
+    """One beep of this length."""
+    return _rendered(BeepDesign(duration_s=duration_s, sample_rate_hz=192_000.0 if duration_s < 1.0 else 48_000.0))
+
+
+def band_edge(stop_over_nyquist: float) -> Errors:
+    """A beep whose band ends at this share of half the sample rate; from 1 on it must be refused."""
+    errors = _rendered(BeepDesign(18_000.0, 24_000.0 * stop_over_nyquist, sample_rate_hz=48_000.0))
+    return accepted() if stop_over_nyquist >= 1.0 else errors
+
+
+def walking(speed_m_s: float) -> Errors:
+    """A phone that walks at the wall at this speed; from a tenth of the speed of sound on it must be refused."""
+    errors = _rendered(BeepDesign(), walker_m_s=speed_m_s, wall_m=WALL_M + 0.1 * speed_m_s)
+    return accepted() if speed_m_s >= 0.1 * SOUND_M_S else errors
+
+
+def moving_wall(speed_m_s: float, walker_m_s: float) -> Errors:
+    """A wall that moves away from (or, negative, at) a phone that walks after it: also one that outruns the walker."""
+    errors = _rendered(BeepDesign(), walker_m_s, speed_m_s, WALL_M + 0.1 * max(0.0, walker_m_s - speed_m_s))
+    return accepted() if abs(walker_m_s - speed_m_s) >= 0.1 * SOUND_M_S else errors
+
+
+def walk_length(duration_s: float) -> Errors:
+    """A walk of whole beeps; of none it must be refused."""
+    beep = BeepDesign()
+    recording = render_walk(_scene(WALL_M, 0.0), _phone(), _walk(0.0, duration_s), beep, _FIDELITY)
+    if duration_s < beep.period_s:
+        return accepted()
+    wanted = int(duration_s / beep.period_s + 1e-9) * beep.period_samples
+    return {"samples": Error(float(recording.samples.shape[1] - wanted), 0.5)}
+
+
+def _rendered(beep: BeepDesign, walker_m_s: float = 0.0, wall_m_s: float = 0.0, wall_m: float = WALL_M) -> Errors:
+    """Worst error of one rendered beep, relative to its peak, and of the echo's own amplitude against 1 / length."""
+    phone = _phone()
+    recording = render_walk(_scene(wall_m, wall_m_s), phone, _walk(walker_m_s, beep.period_s), beep, _FIDELITY)
+    samples = recording.samples / phone.full_scale_gain
+    time = np.arange(samples.shape[1]) / beep.sample_rate_hz
+    errors = [_of_mic(samples[k], float(MICS_M[k, 1]), time, beep, walker_m_s, wall_m_s, wall_m) for k in (0, 1)]
+    return {
+        "shape": Error(max(shape for shape, _ in errors), SHAPE + spilled(beep)),
+        "amplitude": Error(max(amplitude for _, amplitude in errors), SHAPE + spilled(beep)),
+    }
+
+
+def _of_mic(
+    samples: Floats, mic_m: float, time_s: Floats, beep: BeepDesign, walker_m_s: float, wall_m_s: float, wall_m: float
+) -> tuple[float, float]:
+    """Residual of one microphone after direct sound and echo, and by how much their amplitudes are off."""
+    c, speaker = SOUND_M_S, float(SPEAKER_M[1])
+    mic = mic_m + walker_m_s * time_s
+    met = (c * time_s - wall_m + mic) / (c + wall_m_s)  # when what is received was at the wall
+    emitted = (c * met - wall_m - wall_m_s * met + speaker) / (c - walker_m_s)
+    ahead = np.sign(mic_m - speaker)
+    direct = (c * time_s - ahead * (mic - speaker)) / (c - ahead * walker_m_s)
+    parts = np.stack([chirp(emitted, beep), chirp(direct, beep)], axis=1)
+    first = np.array([2.0 * wall_m - speaker - mic_m, abs(mic_m - speaker)])
+    lengths = c * (time_s[:, None] - np.stack([emitted, direct], axis=1))
+    parts = parts / np.maximum(lengths, 0.5 * first)
+    weights = np.linalg.lstsq(parts, samples, rcond=None)[0]
+    shape = np.abs(samples - parts @ weights).max() / np.abs(samples).max()
+    return float(shape), float(np.abs(weights - 1.0).max())
+
+
+def chirp(time_s: Floats, beep: BeepDesign) -> Floats:
+    """The Hann-windowed linear chirp, of its numbers alone: phase 2 pi (f0 t + (f1 - f0) t^2 / 2T)."""
+    share = time_s / beep.duration_s
+    turns = beep.start_hz * time_s + 0.5 * (beep.stop_hz - beep.start_hz) * time_s * share
+    inside = (share > 0.0) & (share < 1.0)
+    sound: Floats = np.where(inside, 0.5 * (1.0 - np.cos(2.0 * np.pi * share)) * np.cos(2.0 * np.pi * turns), 0.0)
+    return sound
+
+
+def spilled(beep: BeepDesign) -> float:
+    """Most that a beep's sound beyond the band modelled, or beyond half the sample rate, can add up to: sum of |S|."""
+    rate = 192_000.0
+    count = round(beep.duration_s * rate)
+    spectrum = np.abs(np.fft.rfft(chirp(np.arange(count) / rate, beep)))
+    frequency = np.fft.rfftfreq(count, 1.0 / rate)
+    kept = (frequency > MODELLED_HZ[0]) & (frequency < min(MODELLED_HZ[1], 0.5 * beep.sample_rate_hz))
+    return float(2.0 * spectrum[~kept].sum() / count)
+
+
+_FIDELITY = Fidelity(max_order=1, max_range_m=30.0, mechanisms=("specular",))
+
+
+def _phone() -> Phone:
+    return Phone.ideal(SPEAKER_M, MICS_M)
+
+
+def _walk(speed_m_s: float, duration_s: float) -> StraightWalk:
+    return StraightWalk(np.zeros(3), 0.0, speed_m_s, duration_s)
+
+
+def _scene(distance_m: float, speed_m_s: float) -> Scene:
+    velocity = np.array([speed_m_s, 0.0, 0.0])
+    wall = slab([distance_m, -20.0, -20.0], [distance_m + 0.1, 20.0, 20.0], velocity_m_s=velocity)
+    return Scene([wall], Air.lossless(SOUND_M_S))
+
+
+assert AHEAD.apply([0.0, 1.0, 0.0])[0] > 0.0  # the closed forms above need the phone's long edge along x

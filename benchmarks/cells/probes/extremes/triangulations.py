@@ -1,0 +1,154 @@
+"""The same wall by other triangles: slivers, flaws of meshes, a million facets, and sheets that nearly coincide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from benchmarks.cells.probes.extremes.mirrors import AHEAD, against, echoes, image_lengths_m
+from benchmarks.cells.probes.extremes.verdict import Errors
+from obstaclewatch.support.arrays import Floats
+from simulator import Material, Obstacle, Pose
+
+Mesh = tuple[Floats, NDArray[np.intp]]
+HALF_M, WALL_M = 4.0, 1.5
+POSE = Pose(np.zeros(3), AHEAD)
+
+
+def slivers(aspect: float) -> Errors:
+    """A wall cut by slivers this many times longer than wide, one of them where the echo leaves it."""
+    width = 2.0 * HALF_M / aspect
+    return _mirror(*_sheet(np.array([-HALF_M, 0.0, width, 1.0, 1.0 + width, HALF_M]), np.array([-HALF_M, HALF_M])))
+
+
+def triangles(count: int) -> Errors:
+    """A wall of about that many triangles."""
+    cuts = np.linspace(-HALF_M, HALF_M, max(2, round(np.sqrt(count / 2)) + 1))
+    return _mirror(*_sheet(cuts, cuts))
+
+
+def flaw(kind: str, seam_m: float) -> Errors:
+    """A wall of two halves that meet at y = seam, where 0 is the very place of the echo, with a flaw there."""
+    return _mirror(*FLAWS[kind](seam_m))
+
+
+def sheets(gap_m: float, distance_m: float) -> Errors:
+    """Two open rigid sheets one behind the other: the front one echoes, and nothing passes it."""
+    half = 4.0 * max(1.0, distance_m)
+    cuts = np.array([-half, half])
+    things = []
+    for name, away in (("front", distance_m), ("back", distance_m + gap_m)):
+        vertices, faces = _sheet(cuts, cuts)
+        vertices[:, 0] = away
+        things.append(Obstacle(trimesh.Trimesh(vertices, faces, process=False), Material.rigid(), name))
+    found = echoes(things, POSE, 3.0 * distance_m + 1.0)
+    return against(found, [0, 1], image_lengths_m(distance_m))
+
+
+def _mirror(vertices: Floats, faces: NDArray[np.intp]) -> Errors:
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    found = echoes([Obstacle(mesh, Material.rigid(), "wall")], POSE, 5.0)
+    return against(found, [0, 1], image_lengths_m(WALL_M))
+
+
+def _sheet(y_m: Floats, z_m: Floats) -> Mesh:
+    """Two triangles for every cell of a grid in the plane of the wall, facing the phone."""
+    rows, columns = len(z_m), len(y_m)
+    vertices = np.stack([np.full(rows * columns, WALL_M), np.tile(y_m, rows), np.repeat(z_m, columns)], axis=1)
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    faces = np.concatenate([
+        np.stack([corner, corner + columns, corner + 1], axis=1),
+        np.stack([corner + 1, corner + columns, corner + columns + 1], axis=1),
+    ])  # fmt: skip
+    return vertices, faces
+
+
+def _halves(seam_m: float) -> Mesh:
+    return _sheet(np.array([-HALF_M, seam_m, HALF_M]), np.array([-HALF_M, 0.5, HALF_M]))
+
+
+def _duplicate_faces(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    return vertices, np.concatenate([faces, faces[:3]])
+
+
+def _all_inverted(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    return vertices, faces[:, ::-1]
+
+
+def _one_inverted(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    faces[0] = faces[0, ::-1]
+    return vertices, faces
+
+
+def _inverted_twins(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    return vertices, np.concatenate([faces, faces[:, ::-1]])
+
+
+def _degenerate_faces(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    flat = [[1, 1, 4], [0, 1, 2]]  # a point named twice, and three points in line
+    return vertices, np.concatenate([faces, flat])
+
+
+def _unmerged(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    return vertices[faces.ravel()], np.arange(3 * len(faces)).reshape(-1, 3)
+
+
+def _t_junction(seam_m: float) -> Mesh:
+    left, left_faces = _sheet(np.array([-HALF_M, seam_m]), np.array([-HALF_M, HALF_M]))
+    right, right_faces = _sheet(np.array([seam_m, HALF_M]), np.array([-HALF_M, -0.3, 0.0, 0.7, HALF_M]))
+    return np.concatenate([left, right]), np.concatenate([left_faces, right_faces + len(left)])
+
+
+def _crack(width_m: float) -> Callable[[float], Mesh]:
+    def made(seam_m: float) -> Mesh:
+        left, faces = _sheet(np.array([-HALF_M, seam_m - 0.5 * width_m]), np.array([-HALF_M, HALF_M]))
+        right, _ = _sheet(np.array([seam_m + 0.5 * width_m, HALF_M]), np.array([-HALF_M, HALF_M]))
+        return np.concatenate([left, right]), np.concatenate([faces, faces + len(left)])
+
+    return made
+
+
+def _overlap(seam_m: float) -> Mesh:
+    left, faces = _sheet(np.array([-HALF_M, seam_m + 0.5]), np.array([-HALF_M, HALF_M]))
+    right, _ = _sheet(np.array([seam_m - 0.5, HALF_M]), np.array([-HALF_M, HALF_M]))
+    return np.concatenate([left, right]), np.concatenate([faces, faces + len(left)])
+
+
+def _loose_vertices(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    return np.concatenate([vertices, [[0.3, 0.0, 0.0], [1e6, 1e6, 1e6]]]), faces
+
+
+def _not_finite(seam_m: float) -> Mesh:
+    vertices, faces = _halves(seam_m)
+    vertices[0, 0] = np.nan
+    return vertices, faces
+
+
+FLAWS: dict[str, Callable[[float], Mesh]] = {
+    "none": _halves,
+    "duplicate faces": _duplicate_faces,
+    "all inverted": _all_inverted,
+    "one inverted": _one_inverted,
+    "inverted twins": _inverted_twins,
+    "degenerate faces": _degenerate_faces,
+    "vertices not merged": _unmerged,
+    "T-junction": _t_junction,
+    "crack of 1e-12 m": _crack(1e-12),
+    "crack of 1e-9 m": _crack(1e-9),
+    "crack of 1e-6 m": _crack(1e-6),
+    "crack of 1e-3 m": _crack(1e-3),
+    "overlap": _overlap,
+    "loose vertices": _loose_vertices,
+    "a vertex of NaN": _not_finite,
+}
+"""How a mesh may be flawed, to vertices and faces for a place of the seam."""
