@@ -17,6 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.single import edge_points, placed, point_slot, seen
+from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
 from simulator.images.plane_walks import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
@@ -63,11 +64,11 @@ class Moment:
 
     def struck_s(self, emission_s: Floats, speed_m_s: float) -> Floats:
         """(R, N) when each reflection point is struck."""
-        legs = np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
-        return emission_s[:, None] + np.cumsum(legs[:, :-1], axis=1) / speed_m_s
+        segments = np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
+        return emission_s[:, None] + np.cumsum(segments[:, :-1], axis=1) / speed_m_s
 
     def length_m(self) -> Floats:
-        """(R,) whole path."""
+        """(R,) length of each path."""
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
 
 
@@ -75,7 +76,7 @@ def motion_within(
     tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates,
     beep_start_s: Floats, beep_s: float, speed_m_s: float, degree: int,
 ) -> Motion:  # fmt: skip
-    """Follow paths found at the middle of their beeps through the whole of them.
+    """Follow paths found at the middle of their beeps from their first instant to their last.
 
     Args:
         phone_points: (3,) speaker and (2, 3) microphones in the phone frame.
@@ -87,19 +88,22 @@ def motion_within(
     middle = start + found.length_m / speed_m_s + 0.5 * beep_s
     half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
     node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-    rows = np.tile(np.arange(len(found)), degree + 1)
-    reception = (middle[None, :] + half * node[:, None]).ravel()
+    reception = middle[:, None] + half * node
     count = _retardations(tracing, walk, start, beep_s, speed_m_s)
-    delay, amplitude = _retarded(tracing, walk, phone_points, found[rows], reception, speed_m_s, count)
-    fit = np.linalg.inv(chebyshev.chebvander(node, degree))
-    delay = delay.reshape(degree + 1, -1)
+    delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
+    unfolded = is_unfolded(found)
+    for rows, follow in ((unfolded, _over_planes), (~unfolded, _over_curves)):
+        if rows.any():
+            among = found[rows], reception[rows]
+            delay[rows], amplitude[rows] = follow(tracing, walk, phone_points, *among, speed_m_s, count)
+    fit = np.linalg.inv(chebyshev.chebvander(node, degree)).T
     at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
-    strength = amplitude.reshape(degree + 1, -1) * delay * speed_m_s / at_centre
-    return Motion(middle, half, (fit @ delay).T, (fit @ strength).T)
+    strength = amplitude * delay * speed_m_s / at_centre[:, None]
+    return Motion(middle, half, delay @ fit, strength @ fit)
 
 
 def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floats, beep_s: float) -> float:
-    """Most at which phone and an obstacle may close in: the fastest of the beeps' ways, and the fastest obstacle."""
+    """Most at which phone and an obstacle may close in: the phone's fastest beep, and the fastest obstacle."""
     way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
     fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
     return float(np.linalg.norm(way, axis=1).max()) / beep_s + fastest
@@ -114,26 +118,38 @@ def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, 
     return int(np.ceil(RETARDATIONS * calm / np.log(max(closing, CALM_M_S) / speed_m_s)))
 
 
-def _retarded(
-    tracing: Tracing,
-    walk: Walk,
-    phone_points: tuple[Floats, Floats],
-    found: Candidates,
-    reception_s: Floats,
-    speed_m_s: float,
-    count: int,
-) -> tuple[Floats, Floats]:
-    """(R,) travel time and (R,) amplitude of paths that arrive at given instants."""
+def _over_planes(
+    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates, reception_s: Floats,
+    speed_m_s: float, count: int,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """(C, M) travel time and amplitude of paths over planes and given points that arrive at (C, M) instants."""
+    emission = reception_s - (found.length_m / speed_m_s)[:, None]
+    track = track_of(walk, phone_points, tracing.world.origin_m, emission.min(), reception_s.max())
+    length, before = retarded(tracing, track, found, reception_s, speed_m_s, count)
+    point = np.broadcast_to((found.cell >= 0)[:, None], length.shape)
+    amplitude = 1.0 / length
+    part = np.broadcast_to(found.part[:, None], length.shape)[point]
+    amplitude[point] = _point_spreading(part, before[point], (length - before)[point])
+    return length / speed_m_s, amplitude
+
+
+def _over_curves(
+    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates, reception_s: Floats,
+    speed_m_s: float, count: int,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """(C, M) travel time and amplitude of paths over smooth surfaces and edges, whose points are searched anew."""
     speaker, mics = phone_points
-    receiver = _on_walk(walk, mics[found.mic], reception_s, tracing.world.origin_m)
+    found, reception = found[np.repeat(np.arange(len(found)), reception_s.shape[1])], reception_s.ravel()
+    receiver = _on_walk(walk, mics[found.mic], reception, tracing.world.origin_m)
     moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
     delay = moment.length_m() / speed_m_s
     for _ in range(count):
-        emission = reception_s - delay
+        emission = reception - delay
         source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
         delay = moment.length_m() / speed_m_s
-    return delay, _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
+    amplitude = _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
+    return delay.reshape(reception_s.shape), amplitude.reshape(reception_s.shape)
 
 
 def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
@@ -143,12 +159,17 @@ def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Fl
     other, over = np.flatnonzero(~point), np.flatnonzero(point)
     amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
     at = point_slot(found[over])
-    legs = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
-    before = np.cumsum(legs, axis=1)[np.arange(len(over)), at]
-    after = legs.sum(axis=1) - before
-    apex = 1.0 / np.sqrt(before * after * (before + after))
-    amplitude[over] = np.where(found.part[over] == APEX, apex, 1.0 / (before * after))
+    segments = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
+    before = np.cumsum(segments, axis=1)[np.arange(len(over)), at]
+    after = segments.sum(axis=1) - before
+    amplitude[over] = _point_spreading(found.part[over], before, after)
     return amplitude
+
+
+def _point_spreading(part: Ints, before_m: Floats, after_m: Floats) -> Floats:
+    """(R,) spreading over an edge's apex, or over one of its ends or a cell."""
+    apex = 1.0 / np.sqrt(before_m * after_m * (before_m + after_m))
+    return np.where(part == APEX, apex, 1.0 / (before_m * after_m))
 
 
 def _on_walk(walk: Walk, point_m: Floats, time_s: Floats, origin_m: Floats) -> Floats:
@@ -180,7 +201,6 @@ def _solved(
     _reflect_smoothly(tracing, found, every, place, lit[-1], onwards, struck_s, moment)
     _reflect_smoothly(tracing, found, twice, last, points[every, here], heard[0], struck_s, moment)
     _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
-    _carry_cells(tracing, found, struck_s, moment)
     for images, at, steps in ((lit, here, early), (heard, there, late)):
         start = np.where(turns[:, None], points[every, at], receiver)
         crossings = crossings_in_turn(start, images, normal, offset, steps[::-1])
@@ -223,15 +243,6 @@ def _follow_edges(
         chosen = found.part[rows] == part
         point[chosen] = edge_points(wedges[chosen], view[chosen], part)
     moment.points_m[rows, at + 1] = point
-
-
-def _carry_cells(tracing: Tracing, found: Candidates, struck_s: Floats, moment: Moment) -> None:
-    """The facets that stand for cells of bodies and the apexes of chains of edges, where these are when struck."""
-    for k in range(found.sequence.shape[1]):
-        rows = np.flatnonzero((found.cell >= 0) & (found.interaction[:, k] >= Interaction.EDGE))
-        obstacle, pose = tracing.world.obstacle_of(found.sequence[rows, k]), found.pose[rows]
-        rest = into_rest(found.points_m[rows, k + 1], tracing.placed[pose, obstacle])
-        moment.points_m[rows, k + 1] = out_of_rest(rest, tracing.frames.of(obstacle, pose, struck_s[rows, k]))
 
 
 def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:
