@@ -9,10 +9,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.curved.double import twice_curved
 from simulator.curved.single import mixed
-from simulator.diffraction.apex_chains import apex_chains
-from simulator.diffraction.chain_integrals import integrable, integrated_chains
+from simulator.diffraction.chain_integrals import integrated_chains
 from simulator.diffraction.single import diffracted
-from simulator.diffraction.thin_panels import LONGEST, panels_of
+from simulator.diffraction.thin_panels import panels_of
 from simulator.images.image_method import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
@@ -67,35 +66,30 @@ def _integrals(search: Search, whole: list[Pairs]) -> tuple[list[Candidates], Co
 
 
 def _chains(search: Search, mirrors: Candidates, whole: list[Pairs], loudest: Floats) -> tuple[Candidates, Complexes]:
-    """Ways over several edges of one panel, but of none that Kirchhoff's integral takes care of."""
-    longest, wedges = longest_chain(search.fidelity), search.tracing.world.wedges
-    if longest < 2:
-        return nothing(search.max_order), _no_sums(search)
-    parts, rest = [], []
-    for panel in panels_of(wedges):
-        if search.fidelity.edge_chains == "integrals" and integrable(wedges[panel]):
-            seen = _mirrored(search.tracing, mirrors, panel)
-            parts.append(integrated_chains(search, panel, seen, longest, loudest))
-        else:
-            rest.append(panel)
-    parts.append(apex_chains(search, rest, min(longest, LONGEST), loudest))
-    found, gains = concatenated([each for each, _ in parts]), np.concatenate([gain for _, gain in parts])
-    owner, kept = search.tracing.world.obstacle_of(found.sequence[:, 0]), np.ones(len(found), dtype=bool)
+    """Paths over several edges of one panel."""
+    longest, tracing = longest_chain(search.fidelity), search.tracing
+    found, gains = [nothing(search.max_order)], [_no_sums(search)]
+    for panel in panels_of(tracing.world.wedges) if longest > 1 else []:
+        mirrored, taken = _mirrored(tracing, mirrors, panel), _taken(tracing, whole, panel)
+        each, gain = integrated_chains(search, panel, mirrored, taken, longest, loudest)
+        found, gains = [*found, each], [*gains, gain]
+    chains = concatenated(found)
+    return replace(chains, cell=np.arange(len(chains))), np.concatenate(gains)
+
+
+def _taken(tracing: Tracing, whole: list[Pairs], panel: Ints) -> Flags:
+    """(N, 2) where Kirchhoff's integral takes care of a panel's obstacle, without mirrors."""
+    out = np.zeros((len(tracing.pose), 2), dtype=bool)
     for pairs in whole:
-        straight = (pairs.before.order == 0) & (pairs.after.order == 0)
-        taken = 2 * pairs.pose[straight] + pairs.mic[straight]
-        kept &= ~((owner == pairs.obstacle) & np.isin(2 * found.pose + found.mic, taken))
-    rows = np.flatnonzero(~kept)
-    search.reject(
-        Reason.LEFT_TO_INTEGRAL, len(rows),
-        lambda: Rejected(np.abs(gains[rows]).max(axis=1), lambda some: found[rows[some]]),
-    )  # fmt: skip
-    return replace(found[kept], cell=np.arange(int(kept.sum()))), gains[kept]
+        if pairs.obstacle == tracing.world.wedges.obstacle[panel[0]]:
+            straight = (pairs.before.order == 0) & (pairs.after.order == 0)
+            out[pairs.pose[straight], pairs.mic[straight]] = True
+    return out
 
 
 def longest_chain(fidelity: Fidelity) -> int:
     """Edges that a path may meet along one panel: as many as reflections, but from three on as many as asked for."""
-    return fidelity.edge_order if fidelity.max_order >= LONGEST else min(fidelity.edge_order, fidelity.max_order)
+    return fidelity.edge_order if fidelity.max_order >= 3 else min(fidelity.edge_order, fidelity.max_order)
 
 
 def _mirrored(tracing: Tracing, mirrors: Candidates, panel: Ints) -> Flags:

@@ -37,7 +37,7 @@ NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noi
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
-    "two diffractions in one path but along convex thin panels of up to 8 edges; one with a curved reflection",
+    "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim; one with a curve",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )

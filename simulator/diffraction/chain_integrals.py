@@ -1,20 +1,25 @@
-"""Sound that two or more edges of a thin panel bend, by integrals over the edges, as paths with a delay each.
+"""Sound that two or more edges of a thin panel diffract, by integrals over the edges, as paths with a delay each.
 
 Every edge is shared between windows about its two ends and its middle (`edge_nodes`). The part of the integrals
 (`edge_integrals`) that belongs to one window of each edge met is one path: through the corners of windows at ends, and
-in the middle through the point that makes the path shortest. What turns faster than that cancels within the window, so
-that the gains are smooth over frequency. Corners, on which several edges bend the sound at once, are included, and no
-apex fades out anywhere. What four and five edges bend is looked for where it may be heard (`longer_chains`).
+in the middle through the point that makes the path shortest. What oscillates faster than that cancels within the
+window, so that the gains are smooth over frequency. Corners, at which several edges diffract at once, are included.
+Four and five edges are followed where they may be audible (`longer_chains`).
+
+Nothing is integrated where chains cannot matter: at poses and microphones with a mirror image in the panel, where
+Kirchhoff's integral takes care of the obstacle, and where no chain can be loud enough (`chain_bounds`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.diffraction.chain_bounds import chain_bounds
 from simulator.diffraction.chain_paths import (
     ChainPaths,
     candidates_over,
@@ -27,17 +32,17 @@ from simulator.diffraction.edge_integrals import Face, face_of, half_way, over_t
 from simulator.diffraction.edge_nodes import nodes_of
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.longer_chains import LONGEST, NEGLIGIBLE, Kept, Order, longer_chains
-from simulator.diffraction.single import at_poses, bent_once, outside, seen
+from simulator.diffraction.single import at_poses, diffracted_once, outside, seen
 from simulator.diffraction.thin_panels import linked_edges
-from simulator.surfaces.wedges import Wedges
+from simulator.waves import band
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
-from simulator.world.world import Tracing
 
-LONGEST_RIM_M = 5.5  # the segments of a face then take 0.5 GB
+LONGEST_RIM_M = 5.5  # the segments of a face then take 0.3 GB
+FREQUENCIES = 6  # that carry the gains: to 2e-3 of what is left of all orders edge-on, better elsewhere
 
 
 @dataclass(frozen=True)
@@ -47,21 +52,32 @@ class Panel:
     Attributes:
         search: what all searches share.
         edge: (E,) the panel's wedges.
-        chains: all that sound can meet.
+        longest: most edges that a chain meets.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
     """
 
     search: Search
     edge: Ints
-    chains: Windowed
+    longest: int
     loudest: Floats
+
+    @cached_property
+    def chains(self) -> Windowed:
+        """All that sound can meet."""
+        return windowed_chains(self.search.tracing.world.wedges[self.edge], self.longest)
+
+    @cached_property
+    def wavenumber(self) -> Floats:
+        """(F,) at which the integrals are evaluated, rad/m."""
+        count = min(FREQUENCIES, self.search.fidelity.band_points)
+        return 2.0 * np.pi * band.nodes_hz(count) / self.search.air.sound_speed_m_s
 
     @cached_property
     def face(self) -> Face:
         """Nodes and segments, worked out when first asked for."""
-        search, wedges = self.search, self.search.tracing.world.wedges[self.edge]
-        nodes = nodes_of(wedges, search.air.sound_speed_m_s)
-        return face_of(nodes, linked_edges(wedges), search.band_wavenumber_1_m)
+        wedges = self.search.tracing.world.wedges[self.edge]
+        nodes = nodes_of(wedges, self.search.air.sound_speed_m_s)
+        return face_of(nodes, linked_edges(wedges), self.wavenumber)
 
     def paths(self, rows: Ints, pose: Ints, mic: Ints) -> ChainPaths:
         """Of chains (R,) at poses and microphones (R,)."""
@@ -69,12 +85,12 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Heard:
+class Found:
     """All T chains at one pose and microphone.
 
     Attributes:
         pose, mic: which.
-        pressure: (T, K) with the travel phase; 0 where not worked out.
+        pressure: (T, F) with the travel phase; 0 where not worked out.
         bound: (T,) greatest magnitude, or an estimate from above of what was not worked out.
         loud: (T,) what is kept.
         counts: (T,) False for chains of an order that cannot change what fewer edges add up to.
@@ -88,30 +104,35 @@ class Heard:
     counts: Flags
 
 
-def integrable(wedges: Wedges) -> bool:
-    """Whether the edges of a panel are short enough for integrals over them."""
-    return float(wedges.length_m.sum()) <= LONGEST_RIM_M
-
-
 def integrated_chains(
-    search: Search, panel: Ints, mirrored: Flags, longest: int, loudest: Floats
+    search: Search, panel: Ints, mirrored: Flags, taken: Flags, longest: int, loudest: Floats
 ) -> tuple[Candidates, Complexes]:
-    """ChainPaths over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
+    """Paths over two to `longest` edges of one panel, at most five, without mirrors, as cells with their gains.
 
     Args:
         panel: its wedges.
         mirrored: (N, 2) poses and microphones that see the speaker's mirror image in the panel: chains of edges then
             move the matched filter's peak by less than 0.005 dB (plates of 0.2 to 0.9 m), and are left out.
+        taken: (N, 2) where Kirchhoff's integral takes care of the panel.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
     """
-    chains = windowed_chains(search.tracing.world.wedges[panel], min(longest, LONGEST))
-    over = Panel(search, panel, chains, loudest)
-    heard = _heard(search.tracing, panel, search.limit_m)
-    _reject_mirrored(over, heard & mirrored)
+    over = Panel(search, panel, min(longest, LONGEST), loudest)
+    wanted = _reached(search, panel)
+    bound = _bound(search, panel, wanted & ~taken)
+    large = float(search.tracing.world.wedges[panel].length_m.sum()) > LONGEST_RIM_M
+    for reason, where in {
+        Reason.LEFT_TO_INTEGRAL: taken,
+        Reason.DROWNED_BY_MIRROR: mirrored,
+        Reason.FAINT_CHAIN: ~search.audible(bound, np.maximum(loudest, bound)),
+        Reason.LARGE_PANEL: np.full_like(wanted, large),
+    }.items():
+        described = _levels if reason is Reason.DROWNED_BY_MIRROR and not large else partial(_bounds, bound=bound)
+        _reject_all(over, reason, wanted & where, described)
+        wanted &= ~where
     pose, mic, row = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
-    pressure = [np.zeros((0, len(search.band_hz)), dtype=np.complex128)]
-    for n in np.flatnonzero((heard & ~mirrored).any(axis=1)):
-        for found in _at_pose(over, int(n), np.flatnonzero(heard[n] & ~mirrored[n]), NEGLIGIBLE):
+    pressure = [np.zeros((0, len(over.wavenumber)), dtype=np.complex128)]
+    for n in np.flatnonzero(wanted.any(axis=1)):
+        for found in _at_pose(over, int(n), np.flatnonzero(wanted[n]), NEGLIGIBLE):
             loud = np.flatnonzero(found.loud)
             _reject_faint(over, found)
             pose.append(np.full(len(loud), found.pose))
@@ -122,60 +143,97 @@ def integrated_chains(
     return _kept(over, paths, np.concatenate(pressure))
 
 
-def _heard(tracing: Tracing, panel: Ints, limit_m: float) -> Flags:
+def _reached(search: Search, panel: Ints) -> Flags:
     """(N, 2) whether a panel faces speaker and microphone, near enough."""
-    poses = len(tracing.pose)
-    pose, mic = (x.ravel() for x in np.meshgrid(np.arange(poses), [0, 1], indexing="ij"))
+    tracing = search.tracing
+    pose, mic = np.divmod(np.arange(2 * len(tracing.pose)), 2)
     source, receiver = tracing.source_m[pose], tracing.mics_m[pose, mic]
-    facing, nearest = np.zeros(len(pose), dtype=bool), np.full(len(pose), np.inf)
+    reached = np.zeros(len(pose), dtype=bool)
     for wedge in panel:
         edge = at_poses(tracing, np.full(len(pose), wedge), pose)
         view = seen(edge, source, receiver)
-        facing |= outside(edge, view)
-        part = np.where(
-            view.has(APEX),
-            APEX,
-            np.where(view.path_m(np.full(len(pose), START)) < view.path_m(np.full(len(pose), END)), START, END),
-        )
-        nearest = np.minimum(nearest, view.path_m(part))
-    return (facing & (nearest <= limit_m)).reshape(poses, 2)
+        for part in (APEX, START, END):
+            near = view.path_m(np.full(len(view), part)) <= search.limit_m
+            reached |= outside(edge, view) & view.has(part) & near
+    return reached.reshape(-1, 2)
 
 
-def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Heard]:
-    """All chains at some microphones of one pose, of orders that are worth more than a share of the lower ones."""
-    tracing, face, longest = over.search.tracing, over.face, int(over.chains.count.max(initial=0))
+def _bound(search: Search, panel: Ints, wanted: Flags) -> Floats:
+    """(N, 2) what no chain is louder than where it is wanted, 0 elsewhere."""
+    tracing, wedges = search.tracing, search.tracing.world.wedges[panel]
+    pose, mic = np.nonzero(wanted)
+    frame = tracing.placed[pose, wedges.obstacle[0]]
+    source, receiver = into_rest(tracing.source_m[pose], frame), into_rest(tracing.mics_m[pose, mic], frame)
+    out = np.zeros(wanted.shape)
+    out[wanted] = chain_bounds(wedges, linked_edges(wedges), source, receiver, search.wavenumber_1_m)
+    return out
+
+
+def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Found]:
+    """All chains at some microphones of one pose.
+
+    A third edge is followed where chains of two are audible, further ones where an order is worth more than a
+    `negligible` share of the lower ones; 0 follows all.
+    """
+    tracing = over.search.tracing
     points = np.stack([tracing.source_m[pose], *tracing.mics_m[pose, mics]])
     frame = tracing.placed[[pose] * len(points), tracing.world.wedges.obstacle[over.edge[0]]]
     source, *receivers = into_rest(points, frame)
-    windowed = [[over_two(face, source, each)] for each in receivers]
-    if longest > 2:
-        before, after = half_way(face, source), [half_way(face, each) for each in receivers]
-        windowed = [[*sums, over_three(face, before, half)] for sums, half in zip(windowed, after, strict=True)]
+    second = [over_two(over.face, source, each) for each in receivers]
     kept = [
-        _loud_enough(over.search.audible, windowed[n], float(over.loudest[pose, mic])) for n, mic in enumerate(mics)
+        _loud_enough(over.search.audible, two, float(over.loudest[pose, mic]))
+        for two, mic in zip(second, mics, strict=True)
     ]
+    top = [np.abs(two).max() for two in second]
+    on = [n for n in range(len(mics)) if over.longest > 2 and (negligible == 0.0 or bool(kept[n](top[n])))]
+    out = [_of_two(over, pose, int(mic), two, keep) for mic, two, keep in zip(mics, second, kept, strict=True)]
+    if on:
+        ends = np.stack([source, *(receivers[n] for n in on)])
+        more = _of_more(over, pose, mics[on], ends, [second[n] for n in on], [kept[n] for n in on], negligible)
+        for n, found in zip(on, more, strict=True):
+            out[n] = found
+    return out
+
+
+def _of_two(over: Panel, pose: int, mic: int, second: Complexes, kept: Kept) -> Found:
+    """Chains of two edges; what meets more of them is no louder."""
+    chains = over.chains
+    own = _of_windows(second, chains, 2)
+    pressure = np.zeros((len(chains), second.shape[-1]), dtype=np.complex128)
+    pressure[: len(own)] = own  # chains are sorted by their number of edges
+    bound = np.full(len(chains), np.abs(second).max())
+    bound[: len(own)] = np.abs(own).max(axis=1, initial=0.0)
+    loud = kept(bound) & (chains.count == 2)
+    return Found(pose, mic, pressure, bound, loud, np.ones(len(chains), dtype=bool))
+
+
+def _of_more(
+    over: Panel, pose: int, mics: Ints, ends_m: Floats, second: list[Complexes], kept: list[Kept], negligible: float
+) -> list[Found]:
+    """All chains at the microphones of one pose where a third edge may be audible; ends at rest, speaker first."""
+    face, longest = over.face, over.longest
+    before, *after = half_way(face, ends_m)
+    windowed = [[two, over_three(face, before, half)] for two, half in zip(second, after, strict=True)]
     longer: list[list[Order]] = [[] for _ in mics]
     if longest > 3:
-        lower = [_wholes(over, pose, int(mic), sums) for mic, sums in zip(mics, windowed, strict=True)]
+        lower = [_order_sums(over, pose, int(mic), sums) for mic, sums in zip(mics, windowed, strict=True)]
         longer = longer_chains(face, before, after, [sums[1] for sums in windowed], lower, kept, longest, negligible)
-    return [_heard_chains(over.chains, pose, int(mic), windowed[n], longer[n], kept[n]) for n, mic in enumerate(mics)]
+    return [_found(over.chains, pose, int(mic), windowed[n], longer[n], kept[n]) for n, mic in enumerate(mics)]
 
 
-def _wholes(over: Panel, pose: int, mic: int, windowed: list[Complexes]) -> Complexes:
-    """(3, K) all that one, two and three edges bend."""
-    single = bent_once(over.search.tracing, over.edge, pose, mic, over.search.band_wavenumber_1_m)
+def _order_sums(over: Panel, pose: int, mic: int, windowed: list[Complexes]) -> Complexes:
+    """(3, F) all that one, two and three edges diffract."""
+    single = diffracted_once(over.search.tracing, over.edge, pose, mic, over.wavenumber)
     return np.stack([single, *(each.reshape(-1, len(single)).sum(axis=0) for each in windowed)])
 
 
-def _loud_enough(audible: Audible, sums: list[Complexes], loudest: float) -> Kept:
-    """Which magnitudes are kept beside the strongest mirror and the strongest of two or three edges."""
-    strongest = max(loudest, *(float(np.abs(each).max()) for each in sums))
+def _loud_enough(audible: Audible, second: Complexes, loudest: float) -> Kept:
+    """Which magnitudes are kept beside the strongest mirror and the strongest of two edges."""
+    strongest = max(loudest, float(np.abs(second).max()))
     return lambda magnitude: audible(magnitude, np.full_like(magnitude, strongest))
 
 
-def _heard_chains(
-    chains: Windowed, pose: int, mic: int, windowed: list[Complexes], longer: list[Order], kept: Kept
-) -> Heard:
+def _found(chains: Windowed, pose: int, mic: int, windowed: list[Complexes], longer: list[Order], kept: Kept) -> Found:
     pressure = [_of_windows(sums, chains, count) for count, sums in enumerate(windowed, start=2)]
     bound = [np.abs(each).max(axis=1, initial=0.0) for each in pressure]
     for count, order in enumerate(longer, start=4):
@@ -189,16 +247,16 @@ def _heard_chains(
     counts = np.ones(len(chains), dtype=bool)
     for count, order in enumerate(longer, start=4):
         counts[chains.count == count] = order.counts
-    return Heard(pose, mic, np.concatenate(pressure), every, kept(every) & counts, counts)
+    return Found(pose, mic, np.concatenate(pressure), every, kept(every) & counts, counts)
 
 
 def _of_windows(sums: Complexes, chains: Windowed, count: int) -> Complexes:
-    """(R, K) of (E, W, ..., E, W, K) for the chains of so many edges."""
+    """(R, F) of (E, W, ..., E, W, F) for the chains of so many edges."""
     some = chains[np.flatnonzero(chains.count == count)]
     return sums[tuple(part[:, slot] for slot in range(count) for part in (some.edge, some.part))]
 
 
-def _reject_faint(over: Panel, found: Heard) -> None:
+def _reject_faint(over: Panel, found: Found) -> None:
     """Book what is faint by itself, and the orders that fewer edges drown."""
     masks = {Reason.FAINT_CHAIN: found.counts & ~found.loud, Reason.DROWNED_BY_FEWER_EDGES: ~found.counts}
     for reason, chosen in masks.items():
@@ -207,17 +265,25 @@ def _reject_faint(over: Panel, found: Heard) -> None:
         over.search.reject(reason, len(row), partial(_rejected, over, row, pose, mic, found.bound[row]))
 
 
-def _reject_mirrored(over: Panel, where: Flags) -> None:
-    """Book every chain at poses and microphones (N, 2); how loud they are is only worked out for who asks."""
+def _reject_all(over: Panel, reason: Reason, where: Flags, described: Callable[[Panel, Flags], Rejected]) -> None:
+    """Book every chain at poses and microphones (N, 2)."""
+    if where.any():
+        over.search.reject(reason, int(where.sum()) * len(over.chains), partial(described, over, where))
 
-    def described() -> Rejected:
-        rows = [(int(n), np.flatnonzero(where[n])) for n in np.flatnonzero(where.any(axis=1))]
-        found = [each for n, mics in rows for each in _at_pose(over, n, mics, 0.0)]
-        pose, mic = (np.repeat([getattr(each, name) for each in found], len(over.chains)) for name in ("pose", "mic"))
-        row, bound = np.tile(np.arange(len(over.chains)), len(found)), np.concatenate([each.bound for each in found])
-        return _rejected(over, row, pose, mic, bound)
 
-    over.search.reject(Reason.DROWNED_BY_MIRROR, int(where.sum()) * len(over.chains), described)
+def _levels(over: Panel, where: Flags) -> Rejected:
+    """Every chain at poses and microphones (N, 2), at its own level: integrated only for who asks."""
+    rows = [(int(n), np.flatnonzero(where[n])) for n in np.flatnonzero(where.any(axis=1))]
+    found = [each for n, mics in rows for each in _at_pose(over, n, mics, 0.0)]
+    pose, mic = (np.repeat([getattr(each, name) for each in found], len(over.chains)) for name in ("pose", "mic"))
+    row, bound = np.tile(np.arange(len(over.chains)), len(found)), np.concatenate([each.bound for each in found])
+    return _rejected(over, row, pose, mic, bound)
+
+
+def _bounds(over: Panel, where: Flags, bound: Floats) -> Rejected:
+    """The same, all at the level that none of them exceeds."""
+    pose, mic = (np.repeat(each, len(over.chains)) for each in np.nonzero(where))
+    return _rejected(over, np.tile(np.arange(len(over.chains)), int(where.sum())), pose, mic, bound[pose, mic])
 
 
 def _rejected(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats) -> Rejected:
@@ -233,5 +299,6 @@ def _kept(over: Panel, paths: ChainPaths, pressure: Complexes) -> tuple[Candidat
     hidden, rows = np.flatnonzero(near & ~free), np.flatnonzero(free)
     bound = np.abs(pressure).max(axis=1, initial=0.0)
     search.reject(Reason.HIDDEN, len(hidden), partial(rejected_paths, search, paths[hidden], bound[hidden]))
-    gain = pressure[rows] * np.exp(1j * length[rows, None] * search.band_wavenumber_1_m)
+    smooth = band.coefficients(pressure[rows] * np.exp(1j * length[rows, None] * over.wavenumber))
+    gain = band.evaluate(smooth, search.band_hz)
     return candidates_over(search, paths[rows]), gain * face_factor(tracing, paths[rows], search.band_hz)

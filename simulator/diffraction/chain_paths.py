@@ -1,4 +1,4 @@
-"""ChainPaths over chains of a thin panel's edges: their points, what hides them, and the candidates that they make."""
+"""Paths over chains of a thin panel's edges: their points, what hides them, and the candidates that they make."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
-from simulator.diffraction.thin_panels import Chains, merge_chains
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Rejected
@@ -25,20 +24,25 @@ class ChainPaths:
 
     Attributes:
         pose, mic: (R,).
-        chain: the chains met.
+        edge: (R, N) wedges in the order met, -1 padded.
         points_m: (R, N + 2, 3) speaker, points on up to N edges, microphone (repeated).
     """
 
     pose: Ints
     mic: Ints
-    chain: Chains
+    edge: Ints
     points_m: Floats
 
     def __len__(self) -> int:
         return len(self.pose)
 
     def __getitem__(self, index: NDArray) -> ChainPaths:
-        return ChainPaths(self.pose[index], self.mic[index], self.chain[index], self.points_m[index])
+        return ChainPaths(self.pose[index], self.mic[index], self.edge[index], self.points_m[index])
+
+    @property
+    def count(self) -> Ints:
+        """(R,) edges met."""
+        return (self.edge >= 0).sum(axis=1)
 
     @property
     def segments_m(self) -> Floats:
@@ -46,25 +50,16 @@ class ChainPaths:
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
 
 
-def joined_paths(parts: list[ChainPaths]) -> ChainPaths:
-    """All parts as one set, in order."""
-    return ChainPaths(
-        np.concatenate([part.pose for part in parts]), np.concatenate([part.mic for part in parts]),
-        merge_chains([part.chain for part in parts]),
-        np.concatenate([part.points_m for part in parts]),
-    )  # fmt: skip
-
-
 def free_of_obstacles(tracing: Tracing, paths: ChainPaths) -> Flags:
     """(R,) whether nothing stands between the phone and the first and last points."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    each, last = np.arange(len(paths)), paths.chain.count - 1
+    each, last = np.arange(len(paths)), paths.count - 1
     free = np.ones(len(paths), dtype=bool)
     for slot, end in ((np.zeros_like(last), 0), (last, -1)):
         phone, point = paths.points_m[:, end], paths.points_m[each, slot + 1]
-        wedges = at_poses(tracing, paths.chain.edge[each, slot], paths.pose)
-        lift = clear_of_faces(wedges, seen(wedges, phone, phone).source_angle_rad)
-        free &= free_between(tracing, phone, point + OFFSET * extent * lift, paths.pose)
+        wedges = at_poses(tracing, paths.edge[each, slot], paths.pose)
+        outwards = clear_of_faces(wedges, seen(wedges, phone, phone).source_angle_rad)
+        free &= free_between(tracing, phone, point + OFFSET * extent * outwards, paths.pose)
     return free
 
 
@@ -75,10 +70,10 @@ def rejected_paths(search: Search, paths: ChainPaths, bound: Floats) -> Rejected
 
 def candidates_over(search: Search, paths: ChainPaths) -> Candidates:
     """Candidates through the points of paths, each a cell of its own."""
-    most = int(paths.chain.count.max(initial=0))
+    most = int(paths.count.max(initial=0))
     shape = len(paths), max(search.max_order, most)
     sequence, hits = np.full(shape, -1), np.zeros((*shape, 3))
-    met = paths.chain.edge[:, :most]
+    met = paths.edge[:, :most]
     sequence[:, :most] = np.where(met >= 0, search.tracing.world.numbering.number(Interaction.EDGE, met), -1)
     hits[:, :most] = paths.points_m[:, 1 : 1 + most]
     found = candidates(search.tracing, paths.pose, paths.mic, sequence, hits)
@@ -88,9 +83,9 @@ def candidates_over(search: Search, paths: ChainPaths) -> Candidates:
 def face_factor(tracing: Tracing, paths: ChainPaths, frequency_hz: Floats) -> Complexes:
     """(R, K) loss of the segments along faces to their materials: none if rigid, all if pressure vanishes there."""
     factor = np.ones((len(paths), len(frequency_hz)), dtype=np.complex128)
-    obstacle = tracing.world.wedges.obstacle[paths.chain.edge[:, 0]]
+    obstacle = tracing.world.wedges.obstacle[paths.edge[:, 0]]
     for index in np.unique(obstacle):
         rows = np.flatnonzero(obstacle == index)
         reflection = tracing.world.obstacles[index].material.reflection(frequency_hz, np.ones((1, 1)))
-        factor[rows] = (0.5 + 0.5 * reflection) ** (paths.chain.count[rows, None] - 1)
+        factor[rows] = (0.5 + 0.5 * reflection) ** (paths.count[rows, None] - 1)
     return factor

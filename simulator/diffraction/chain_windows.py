@@ -11,7 +11,7 @@ from simulator.diffraction.chain_paths import ChainPaths
 from simulator.diffraction.edge_nodes import WINDOWS
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.single import at_poses
-from simulator.diffraction.thin_panels import Chains, linked_edges
+from simulator.diffraction.thin_panels import linked_edges
 from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
 
@@ -22,12 +22,12 @@ IN_WINDOWS = 3  # of longer chains only the first and the last edge are told apa
 
 @dataclass(frozen=True)
 class Windowed:
-    """T chains of up to N edges of one panel, sorted by their number.
+    """T chains of up to N edges of one panel, sorted by their number, window by window.
 
     Attributes:
         edge: (T, N) numbers among the panel's edges, -1 padded.
         part: (T, N) window: APEX for the middle, START or END. APEX also where an edge between the first and the last
-            of more than three is met as a whole.
+            of more than three counts over its full length.
     """
 
     edge: Ints
@@ -58,8 +58,8 @@ def windowed_chains(wedges: Wedges, longest: int) -> Windowed:
     for count in range(2, longest + 1):
         chain = _every([edges] * count)
         chain = chain[linked[chain[:, :-1], chain[:, 1:]].all(axis=1)]
-        whole = [(APEX,)] * (count - 2) if count > IN_WINDOWS else [PARTS] * (count - 2)
-        part = _every([PARTS, *whole, PARTS])
+        between = [(APEX,)] * (count - 2) if count > IN_WINDOWS else [PARTS] * (count - 2)
+        part = _every([PARTS, *between, PARTS])
         chain, part = np.repeat(chain, len(part), axis=0), np.tile(part, (len(chain), 1))
         rows, pad = there[chain, part].all(axis=1), ((0, 0), (0, longest - count))
         met.append(np.pad(chain[rows], pad, constant_values=-1))
@@ -75,7 +75,6 @@ def _every(choices: list) -> Ints:
 def paths_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: Ints) -> ChainPaths:
     """The paths through the corners, and the points of the middles that make them shortest; one a row of the table."""
     chain, width = np.where(table.edge >= 0, panel[table.edge], -1), table.edge.shape[1]
-    none = np.full(len(pose), -1)
     points = np.repeat(tracing.mics_m[pose, mic][:, None], width + 2, axis=1)
     points[:, 0] = tracing.source_m[pose]
     slots = [np.flatnonzero(table.count > slot) for slot in range(width)]
@@ -88,7 +87,7 @@ def paths_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: In
             free = np.flatnonzero(table.part[rows, slot] == APEX)
             some = rows[free]
             points[some, slot + 1] = _shortest(edge[free], points[some, slot], points[some, slot + 2])
-    return ChainPaths(pose, mic, Chains(chain, table.count, none, np.full(len(pose), APEX)), points)
+    return ChainPaths(pose, mic, chain, points)
 
 
 def _shortest(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> Floats:

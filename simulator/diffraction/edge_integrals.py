@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplexes
 from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
@@ -77,12 +78,35 @@ def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
     return out
 
 
-def half_way(face: Face, point_m: Floats) -> SingleComplexes:
-    """(N, E, W, K, T) what a point (3,) sends to each node over edges and windows before it, by Fourier terms."""
-    shape = len(face.nodes), len(face.linked), WINDOWS, len(face.wavenumber), 2 * TERMS - 1
-    real, imaginary = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-    _half(*_arrays(face), face.swing, face.step, *_end(face, point_m), real, imaginary)  # type: ignore[call-arg]
-    return real + np.complex64(1j) * imaginary
+def half_way(face: Face, points_m: Floats) -> list[SingleComplexes]:
+    """P times (N, E, W, K, T): what points (P, 3) send to each node over edges and windows, by Fourier terms."""
+    edges, terms = len(face.linked), 2 * TERMS - 1
+    shape = len(face.nodes), edges, WINDOWS, len(face.wavenumber), terms
+    out = [np.zeros(shape, dtype=np.complex64) for _ in points_m]
+    ends = [_end(face, point) for point in points_m]
+    for a, b in np.argwhere(face.linked):
+        here, there = (slice(face.nodes.first[edge], face.nodes.first[edge + 1]) for edge in (a, b))
+        waves = _fourier(face.step[there, here])
+        for end, half in zip(ends, out, strict=True):
+            sent = np.empty((there.stop - there.start, 2 * len(face.wavenumber), here.stop - here.start), np.float32)
+            _send(here.start, there.start, face.nodes.weight_m, face.turn, face.swing, *end, sent)  # type: ignore[call-arg]
+            for window, share in enumerate(face.nodes.share[here].T.astype(np.float32)):
+                some = slice(*(np.flatnonzero(share)[[0, -1]] + [0, 1]))
+                arrived = (sent[:, :, some] * share[some]) @ waves[:, :, some].transpose(0, 2, 1)
+                half[there, a, window] = arrived[:, 0::2] + np.complex64(1j) * arrived[:, 1::2]
+    return out
+
+
+def _fourier(step: Floats) -> NDArray[np.float32]:
+    """(J, T, I) cosines, then sines, of multiples of steps given by theirs (J, I, 2)."""
+    first = step.astype(np.float32).view(np.complex64)[:, :, 0]
+    out = np.empty((len(first), 2 * TERMS - 1, first.shape[1]), dtype=np.float32)
+    power = np.ones_like(first)
+    out[:, 0] = 1.0
+    for t in range(1, TERMS):
+        power = power * first
+        out[:, t], out[:, TERMS - 1 + t] = power.real, power.imag
+    return out
 
 
 def over_three(face: Face, before: SingleComplexes, after: SingleComplexes) -> Complexes:
@@ -203,12 +227,12 @@ def _waves(step, wave):
         wave[t], wave[half + t] = x, y
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def _two(
     weight, share, first, linked, turn, swing, swing_s, sin_s, cos_s, sent, swing_r, sin_r, cos_r, heard, out
 ):  # fmt: skip
     windows, nodes = share.shape[1], turn.shape[2]
-    passed = np.empty((windows, nodes), np.complex128)
+    passed, arrived = np.empty((windows, nodes), np.complex128), np.empty(nodes, np.complex128)
     for a in range(len(linked)):
         for b in range(len(linked)):
             if not linked[a, b]:
@@ -218,11 +242,12 @@ def _two(
                 for j in range(first[b], first[b + 1]):
                     scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[j]
                     scale *= _beta(swing_r[j] * swing[j, i], sin_r[j], cos_r[j])
+                    for n in range(nodes):
+                        arrived[n] = scale * (turn[i, j, n] * heard[j, n])
                     for w in range(windows):
-                        part = scale * share[j, w]
-                        if part != 0.0:
+                        if share[j, w] != 0.0:
                             for n in range(nodes):
-                                passed[w, n] += part * (turn[i, j, n] * heard[j, n])
+                                passed[w, n] += share[j, w] * arrived[n]
                 for v in range(windows):
                     part = weight[i] * share[i, v]
                     if part != 0.0:
@@ -231,32 +256,19 @@ def _two(
                                 out[a, v, b, w, n] += part * sent[i, n] * passed[w, n]
 
 
-@numba.njit(cache=True, fastmath=True)
-def _half(weight, share, first, linked, turn, swing, step, swing_s, sin_s, cos_s, sent, real, imaginary):
-    nodes, terms = real.shape[3:]
-    wave = np.empty(terms, dtype=np.float32)
-    for b in range(len(linked)):
-        for j in range(first[b], first[b + 1]):
-            for a in range(len(linked)):
-                if not linked[a, b]:
-                    continue
-                for i in range(first[a], first[a + 1]):
-                    _waves(step[j, i], wave)
-                    scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[i]
-                    for v in range(share.shape[1]):
-                        part = scale * share[i, v]
-                        if part == 0.0:
-                            continue
-                        for n in range(nodes):
-                            value = part * (sent[i, n] * turn[i, j, n])
-                            p, q = np.float32(value.real), np.float32(value.imag)
-                            for t in range(terms):
-                                real[j, a, v, n, t] += wave[t] * p
-                            for t in range(terms):
-                                imaginary[j, a, v, n, t] += wave[t] * q
+@numba.njit(cache=True)
+def _send(here, there, weight, turn, swing, swing_s, sin_s, cos_s, sent, out):
+    """What a point sends over nodes from `here` on to nodes from `there` on, (J, 2 K, I): real and imaginary parts."""
+    for j in range(out.shape[0]):
+        for i in range(out.shape[2]):
+            x, y = here + i, there + j
+            scale = _beta(swing_s[x] * swing[x, y], sin_s[x], cos_s[x]) * weight[x]
+            for n in range(turn.shape[2]):
+                value = scale * (sent[x, n] * turn[x, y, n])
+                out[j, 2 * n, i], out[j, 2 * n + 1, i] = value.real, value.imag
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def _pass(here, there, turn, step, leaving, arriving):
     """Add what nodes from `here` on, (N, T, X), send to nodes from `there` on; X holds parts, real and imaginary, K."""
     terms, size = leaving.shape[1:]

@@ -8,7 +8,7 @@ First order only. Against full-wave plates of 0.2-0.45 m at 1.5-3 m, peak of the
 samples (192 kHz) where the echo is above -20 dB re wall, 0.4 dB and 2.1 samples to -30 dB, 0.94 dB and 2.4 samples
 below (30-60 degrees off the normal). Within some 10 degrees of edge-on a thin plate falls silent in truth, as nothing
 moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are in
-`apex_chains`.
+`chain_integrals`.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def _has_partner(wedges: Wedges, before: EdgeImages, after: EdgeImages, part: in
     return ~neither | (before.order + after.order + 3 <= max_order)
 
 
-def bent_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
+def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
     """(K,) what some rigid edges (E,) bend alone at one pose, with its travel phase, whatever stands in the way."""
     every = np.full(len(wedge), pose)
     wedges = at_poses(tracing, wedge, every)

@@ -21,7 +21,7 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     },
     "reference": {
         "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 12, "edge_floor_db": -80.0,
-        "edge_share_db": -60.0, "edge_order": 5, "edge_chains": "integrals", "facet_m": 0.012,
+        "edge_share_db": -60.0, "edge_order": 5, "facet_m": 0.012,
         "tolerance_db": 0.05,
     },
     "auto": {"mechanisms": MECHANISMS, "tolerance_db": 0.5},
@@ -56,14 +56,9 @@ class Fidelity:
             noise of a quiet street after the matched filter, for a beep of 55 dB at 1 m. -inf keeps all. Two curved
             reflections in one path must exceed it and be within 40 dB of the strongest.
         edge_share_db: see `edge_floor_db`.
-        edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 5; stationary points
-            are followed over 3 at most, and below 3 `max_order` holds as well. First order is right to 0.1 dB until a
-            panel is yawed by 10 degrees, to 1 dB by 45, and 5 dB off at 75; three orders until 10 degrees before
-            edge-on.
-        edge_chains: how chains of edges are added up: "integrals" over all of them, corners included (0.2 dB off at
-            most on plates of 0.2-0.9 m at any yaw where the echo is above -50 dB re a wall; 0.3 s a pose for a panel
-            of 0.3 m, 3 s for one of 0.9 m, and up to 1 and 7 s where four or five edges are heard), or "apexes",
-            their stationary points and single ends alone (2.1 dB, 0.03 s).
+        edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 5; below 3
+            `max_order` holds as well. First order is right to 0.1 dB until a panel is yawed by 10 degrees, to 1 dB by
+            45, and 5 dB off at 75; three orders until 10 degrees before edge-on.
         facet_m: longest edge of the facets of Kirchhoff's integral. 12 mm move the echoes of people by 0.1 dB, 25 mm by
             0.3 dB, 40 mm by 0.7 dB.
 
@@ -88,7 +83,6 @@ class Fidelity:
     edge_floor_db: float = _FROM_LEVEL
     edge_share_db: float = _FROM_LEVEL
     edge_order: int = _FROM_LEVEL
-    edge_chains: str = _FROM_LEVEL
     facet_m: float = _FROM_LEVEL
 
     def __post_init__(self) -> None:
@@ -112,8 +106,6 @@ class Fidelity:
         unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
         if unknown:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
-        if self.edge_chains not in ("integrals", "apexes"):
-            raise ValueError(f"edge_chains must be 'integrals' or 'apexes', got {self.edge_chains!r}")
         whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}
         for name, (low, high) in whole.items():
             object.__setattr__(self, name, _whole(name, getattr(self, name), low, high))
@@ -129,8 +121,7 @@ class Fidelity:
 def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
     """Every setting that a level implies."""
     common: dict[str, Any] = {
-        "edge_floor_db": -60.0, "edge_share_db": -50.0, "edge_order": 1, "edge_chains": "apexes",
-        "facet_m": 0.015,
+        "edge_floor_db": -60.0, "edge_share_db": -50.0, "edge_order": 1, "facet_m": 0.015,
     }  # fmt: skip
     chosen = common | dict(LEVELS[level])
     if level == "auto":

@@ -30,6 +30,7 @@ class Reason(StrEnum):
     FAINT_CELL = "faint cell"
     DROWNED_BY_MIRROR = "drowned by a mirror image"
     DROWNED_BY_FEWER_EDGES = "drowned by fewer edges"
+    LARGE_PANEL = "edges of a panel too large"
     LEFT_TO_INTEGRAL = "left to Kirchhoff's integral"
 
 

@@ -26,7 +26,7 @@ POINTS: dict[str, dict[str, Any]] = {
     "no edges": {"level": "reference", "mechanisms": ("specular", "curved", "kirchhoff")},
     "no integrals": {"level": "reference", "mechanisms": ("specular", "curved", "edges")},
     "loud edges": {"level": "reference", "edge_floor_db": -60.0, "edge_share_db": -50.0},
-    "chains at their apexes": {"level": "reference", "edge_chains": "apexes"},
+    "one edge a path": {"level": "reference", "edge_order": 1},
     "facets of 2 cm": {"level": "reference", "facet_m": 0.02},
     "facets of 3 cm": {"level": "reference", "facet_m": 0.03},
     "3 frequencies": {"level": "reference", "band_points": 3},

@@ -19,12 +19,14 @@ from simulator import (
     trace_paths,
     trace_rejected,
 )
+from simulator.diffraction.chain_bounds import chain_bounds
 from simulator.diffraction.edge_integrals import face_of, half_way, over_three, over_two
 from simulator.diffraction.edge_nodes import nodes_of
 from simulator.diffraction.longer_chains import longer_chains
-from simulator.diffraction.single import bent_once
+from simulator.diffraction.single import diffracted_once
 from simulator.diffraction.thin_panels import linked_edges, panels_of
 from simulator.render import trace_walk
+from simulator.scene.fidelity import LEVELS
 from simulator.trace import still_tracing
 from simulator.waves.band import nodes_hz
 from tests.references.panels import SPEED_M_S as C
@@ -95,7 +97,7 @@ def test_sums_are_those_of_all_pairs_triples_and_more():
     two, three, four, five = _plain(nodes, wavenumber, source, receiver)
     face = face_of(nodes, linked_edges(wedges), np.array([wavenumber]))
     assert over_two(face, source, receiver).sum() == pytest.approx(two, rel=1e-5)
-    before, after = half_way(face, source), half_way(face, receiver)
+    before, after = half_way(face, np.stack([source, receiver]))
     third = over_three(face, before, after)
     assert third.sum() == pytest.approx(three, rel=4e-3)  # what is left out of the secant's transform
     ((fourth, fifth),) = longer_chains(
@@ -135,18 +137,23 @@ def test_turned_and_shifted_panel_sends_the_same():
     mesh = _panel().mesh.copy()
     mesh.vertices = turn.apply(mesh.vertices) + shift
     moved = Obstacle(mesh, Material.rigid(), "panel")
-    here = _chains([_panel()], *ends).transfer_function(FREQUENCY)[0]
-    there = _chains([moved], *(turn.apply(ends) + shift)).transfer_function(FREQUENCY)[0]
+    here = _chains([_panel()], *ends, edge_order=3).transfer_function(FREQUENCY)[0]
+    there = _chains([moved], *(turn.apply(ends) + shift), edge_order=3).transfer_function(FREQUENCY)[0]
     assert np.abs(here).max() > 1e-4
     np.testing.assert_allclose(there, here, atol=1e-6 * np.abs(here).max())
 
 
-def test_gains_are_smooth_over_the_band():
-    # each way has the delay of its windows: eight and sixteen nodes of the band give the same echo
-    ends = towards(72.0, distance_m=0.8), towards(65.0, distance_m=0.8, height_m=0.1)
-    few, many = (_chains([_panel(0.3, 0.3)], *ends, band_points=n).transfer_function(FREQUENCY)[0] for n in (8, 16))
+def test_gains_are_smooth_over_the_band(monkeypatch):
+    """Each path has the delay of its windows, so that six frequencies tell what twelve do."""
+    args = traced([_panel(0.3, 0.3)], towards(72.0, 0.8), towards(65.0, 0.8, 0.1), edge_order=3)
+    few = trace_paths(*args)
+    monkeypatch.setattr("simulator.diffraction.chain_integrals.FREQUENCIES", 12)
+    few, many = (
+        paths[(paths.kind == "mixed") & (paths.mic == 0)].transfer_function(FREQUENCY)[0]
+        for paths in (few, trace_paths(*args))
+    )
     assert np.abs(many).max() > 1e-4
-    assert np.abs(few - many).max() < 3e-3 * np.abs(many).max()
+    assert 0.0 < np.abs(few - many).max() < 3e-3 * np.abs(many).max()
 
 
 def test_absorbing_faces_pass_less_on():
@@ -161,9 +168,9 @@ def test_absorbing_faces_pass_less_on():
 def test_hidden_and_faint_chains_are_booked(box):
     ends = towards(70.0), towards(72.0)
     screen = box((0.1, 0.1, 2.0), tuple(towards(70.0, 0.8)), "screen")
-    assert not (_chains([_panel(), screen], *ends).obstacle == "panel > panel").any()
-    turned = trace_rejected(*traced([_panel(), screen], *ends), limit=9000)
-    assert ((turned.mask == "hidden") & (turned.obstacle == "panel > panel")).sum() > 2
+    assert not (_chains([_panel(), screen], *ends, edge_order=3).obstacle == "panel > panel").any()
+    rejected = trace_rejected(*traced([_panel(), screen], *ends, edge_order=3), limit=9000)
+    assert ((rejected.mask == "hidden") & (rejected.obstacle == "panel > panel")).sum() > 2
     faint = trace_rejected(*traced([_panel()], *ends, edge_floor_db=-40.0, edge_share_db=-20.0), limit=9000)
     assert (faint.mask == "faint chain of edges").sum() > 20
 
@@ -176,17 +183,51 @@ def test_what_the_floor_leaves_out_is_faint():
     assert np.abs(kept - whole).max() < 0.02 * np.abs(whole).max()
 
 
-def test_panels_too_large_for_integrals_keep_their_apexes():
-    paths = _chains([_panel(1.5, 1.5)], towards(70.0), towards(72.0))
-    assert 0 < len(paths) < 200
+def test_chains_of_panels_too_large_for_integrals_are_booked():
+    args = traced([_panel(1.5, 1.5)], towards(70.0), towards(72.0), edge_order=3)
+    paths = trace_paths(*args)
+    assert not (paths.kind == "mixed").any()
+    assert "5.5 m of rim" in paths.explain()
+    booked = trace_rejected(*args, limit=100)
+    assert booked.counts["edges of a panel too large"] == paths.rejected["edges of a panel too large"] > 2000
+    assert np.isfinite(booked.level_db).all()
 
 
-def test_chains_are_left_out_where_a_mirror_image_drowns_them():
+def test_no_chain_is_louder_than_the_bound_below_which_none_is_integrated():
+    """Panels of streets are mostly too faint for chains, and each pose that is integrated takes up to a second."""
+    rng = np.random.default_rng(7)
+    for _ in range(8):
+        width, height = rng.uniform(0.08, 0.25, 2)
+        ends = [towards(rng.uniform(20.0, 88.0), rng.uniform(0.4, 4.0), rng.uniform(-0.3, 0.8)) for _ in range(2)]
+        wedges, origin = _wedges(_panel(width, height))
+        at_rest = ((end - origin)[None] for end in ends)
+        bound = chain_bounds(wedges, linked_edges(wedges), *at_rest, 2.0 * np.pi * 20_000.0 / C)
+        chains = _chains([_panel(width, height)], *ends, edge_order=3, band_points=4)
+        assert 0.02 * bound[0] < np.abs(chains.gain).max() < bound[0]
+
+
+def test_faint_panels_are_not_integrated(monkeypatch, box):
+    monkeypatch.setattr("simulator.diffraction.chain_integrals.face_of", None)
+    source = towards(40.0, 4.0)
+    wall = box((0.1, 2.0, 2.0), tuple(source + [1.5, 0.0, 0.0]), "wall")
+    ends = source, towards(41.0, 4.0)
+    paths = trace_paths(*traced([_panel(), wall], *ends, edge_floor_db=-60.0, edge_share_db=-40.0))
+    assert paths.rejected["faint chain of edges"] > 2000
+
+
+def test_nothing_is_integrated_where_kirchhoff_s_integral_takes_care(monkeypatch):
+    monkeypatch.setattr("simulator.diffraction.chain_integrals.face_of", None)
+    paths = trace_paths(*traced([_panel()], towards(60.0), towards(63.0), mechanisms=("edges", "kirchhoff")))
+    assert paths.rejected["left to Kirchhoff's integral"] > 2000
+
+
+def test_chains_are_left_out_where_a_mirror_image_drowns_them(monkeypatch):
     ends = towards(2.0), towards(3.0)
     paths = trace_paths(*traced([_panel(0.45, 0.45)], *ends))
     assert (paths.kind == "specular").any()
     assert not (paths.kind == "mixed").any()
-    with_chains = trace_paths(*traced([_panel(0.45, 0.45)], *ends, edge_chains="apexes"))
+    monkeypatch.setattr("simulator.search._mirrored", lambda tracing, *_: np.zeros((len(tracing.pose), 2), dtype=bool))
+    with_chains = trace_paths(*traced([_panel(0.45, 0.45)], *ends, edge_order=3))
     assert (with_chains.kind == "mixed").any()
     few, all_of_them = (p[(p.mic == 0) & (p.order > 0)].transfer_function(FREQUENCY)[0] for p in (paths, with_chains))
     np.testing.assert_allclose(few, all_of_them, atol=5e-3 * np.abs(few).max())  # 0.04 dB at one frequency
@@ -195,13 +236,13 @@ def test_chains_are_left_out_where_a_mirror_image_drowns_them():
 def test_chains_beside_a_mirror_image_are_booked_at_their_level():
     ends = towards(1.0), towards(1.5)
     args = traced([_panel(0.1, 0.1)], *ends)
-    turned = trace_rejected(*args, limit=20_000)
-    drowned = turned[(turned.mask == "drowned by a mirror image") & (turned.mic == 0)]
-    assert turned.counts["drowned by a mirror image"] == len(drowned) > 2000  # the lower one sees none
+    rejected = trace_rejected(*args, limit=20_000)
+    drowned = rejected[(rejected.mask == "drowned by a mirror image") & (rejected.mic == 0)]
+    assert rejected.counts["drowned by a mirror image"] == len(drowned) > 2000  # the lower one sees none
     assert set(drowned.order) == {2, 3, 4, 5}
     assert (drowned.obstacle[drowned.order == 5] == " > ".join(5 * ["panel"])).all()
     wedges, origin = _wedges(_panel(0.1, 0.1))
-    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * nodes_hz(12) / C)
+    face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * nodes_hz(6) / C)
     two = np.abs(over_two(face, *(end - origin for end in ends))).max()
     assert drowned.level_db[drowned.order == 2].max() == pytest.approx(20.0 * np.log10(two), abs=1e-6)
     weaker = [drowned.level_db[drowned.order == n].max() for n in (2, 3, 4, 5)]
@@ -243,7 +284,7 @@ def test_what_is_not_followed_is_fainter_than_its_bound():
     wedges, origin = _wedges(_panel(0.1, 0.1))
     face = face_of(nodes_of(wedges, C), linked_edges(wedges), 2.0 * np.pi * np.array([20_000.0]) / C)
     source, receiver = towards(86.0) - origin, towards(80.0, height_m=0.1) - origin
-    before, after = half_way(face, source), half_way(face, receiver)
+    before, after = half_way(face, np.stack([source, receiver]))
     args = face, before, [after], [over_three(face, before, after)], [np.zeros((3, 1))]
     (every,) = longer_chains(*args, [lambda bound: bound >= 0.0], 5)
     (loud,) = longer_chains(*args, [lambda bound: bound >= 0.5 * every[0].bound.max()], 5)
@@ -269,10 +310,10 @@ def test_orders_that_fewer_edges_drown_are_left_out(monkeypatch, yaw_deg, longes
 
 
 def test_chains_that_fewer_edges_drown_are_booked():
-    turned = trace_rejected(*traced([_panel(0.1, 0.1)], towards(4.0), towards(5.0)), limit=20_000)
-    drowned = turned[turned.mask == "drowned by fewer edges"]
+    rejected = trace_rejected(*traced([_panel(0.1, 0.1)], towards(4.0), towards(5.0)), limit=20_000)
+    drowned = rejected[rejected.mask == "drowned by fewer edges"]
     assert set(drowned.order) == {4, 5}
-    assert turned.counts["drowned by fewer edges"] == len(drowned)
+    assert rejected.counts["drowned by fewer edges"] == len(drowned)
     assert np.isfinite(drowned.level_db).all()
 
 
@@ -284,7 +325,7 @@ def test_single_edges_bend_what_their_paths_carry():
     for mic in range(2):
         bent = paths[(paths.kind == "edge") & (paths.mic == mic)]
         assert len(bent) > 6
-        ours = bent_once(tracing, edges, 0, mic, 2.0 * np.pi * nodes_hz(6) / C)
+        ours = diffracted_once(tracing, edges, 0, mic, 2.0 * np.pi * nodes_hz(6) / C)
         np.testing.assert_allclose(ours, bent.transfer_function(nodes_hz(6))[mic], atol=1e-6 * np.abs(ours).max())
 
 
@@ -318,3 +359,26 @@ def test_chains_are_followed_through_a_beep():
         still = _chains([panel], source, receiver, edge_order=3)
         same = (still.sequence == paths.sequence[row]).all(axis=1)
         assert np.abs(still.delay_s[same] - delay).min() < 4e-9  # 5e-4 rad of phase at 20 kHz
+
+
+def test_round_panels_have_no_chains():
+    """32 short pieces of a rim would make tens of thousands of them."""
+    disc = trimesh.creation.cylinder(radius=0.3, height=0.002, sections=32)
+    disc.apply_transform(trimesh.transformations.rotation_matrix(0.5 * np.pi, (0.0, 1.0, 0.0)))
+    paths = trace_paths(*traced([Obstacle(disc, Material.rigid(), "disc")], towards(70.0), towards(72.0)))
+    assert (paths.kind == "edge").sum() > 20
+    assert not (paths.kind == "mixed").any()
+
+
+def test_levels_choose_the_order():
+    assert Fidelity().edge_order == 1
+    assert Fidelity(level="auto").edge_order == 3
+    assert Fidelity(level="reference").edge_order == LEVELS["reference"]["edge_order"] == 5
+    ends = towards(40.0, 4.0), towards(42.0, 4.0)
+    explained = [
+        trace_paths(*traced([_panel()], *ends, level=level, edge_floor_db=-60.0)).explain()
+        for level in ("standard", "auto")
+    ]
+    assert ["several edges of a thin panel" in each for each in explained] == [True, False]
+    with pytest.raises(ValueError, match="edge_order must be a whole number from 1 to 5, got 6"):
+        Fidelity(edge_order=6)

@@ -12,7 +12,7 @@ from tests.references import edge_equation, fullwave, make_wide_plate_values, th
 from tests.references.make_plate_values import FREQUENCY_HZ, SPEED_M_S, STORED
 
 REACH_S = 1.8e-3  # of a plate's far corners behind its centre
-HEARD_DB = -40.0  # re a wall in the plate's place: fainter echoes are the rest of what nearly cancels
+AUDIBLE_DB = -40.0  # re a wall in the plate's place: fainter echoes are the rest of what nearly cancels
 
 
 @pytest.fixture(scope="module")
@@ -71,46 +71,23 @@ def test_stored_values_are_those_of_the_solver(stored):
     np.testing.assert_allclose(again, stored["transfer"][row, :, n], rtol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "yaws_deg",
-    [(0, 10, 30, 50, 60, 70, 75, 80), pytest.param(tuple(range(0, 91, 5)), marks=pytest.mark.slow)],
-)
-def test_apexes_at_any_yaw(stored, yaws_deg):
-    # microphones 16 cm aside, at the speaker, 16 cm above
-    rows = [row for row in _rows(stored, 0.2, 0.03) if stored["yaw_deg"][row] in yaws_deg]
-    assert len(rows) == len(yaws_deg)
-    compared = [_compared(stored, row, receiver, edge_chains="apexes") for row in rows for receiver in range(3)]
-    heard = [each for each in compared if each[0] > HEARD_DB]
-    assert len(heard) > 0.8 * len(compared)
-    for below_wall_db, level_db, samples in heard:
-        step = np.searchsorted([-30.0, -20.0], below_wall_db)
-        allowed_db, allowed_samples = ((3.0, 4.0), (0.5, 1.1), (0.1, 0.3))[step]
-        assert abs(level_db) <= allowed_db
-        assert abs(samples) <= allowed_samples
+def test_first_order_alone_is_far_off_near_edge_on(stored):
+    (row,) = (row for row in _rows(stored, 0.2, 0.03) if stored["yaw_deg"][row] == 85)
+    assert _compared(stored, row, 1, edge_order=1)[1] > 24.0
+    assert abs(_compared(stored, row, 1, edge_order=5)[1]) < 0.1
 
 
-def test_first_order_alone_is_far_off_beyond_60_degrees(stored):
-    worst = [
-        max(
-            abs(_compared(stored, row, 1, edge_order=order, edge_chains="apexes")[1])
-            for row in _rows(stored, 0.2, 0.03)[:7]
-        )
-        for order in (1, 3)
-    ]
-    assert worst[0] > 24.0  # 25 dB too loud at 88 degrees
-    assert worst[1] < 4.0  # down to -57 dB re a wall
-
-
-def test_apexes_of_a_wider_plate(stored):
-    # its far corners are 0.22 m above and below the phone, and what edges that share a corner pass on is left out
-    rows = _rows(stored, 0.45, 0.03)
-    assert len(rows) >= 2
-    for row in rows:
-        for receiver in range(3):
-            kinds = {"edge_order": 1}, {"edge_chains": "apexes"}
-            first, chains = (abs(_compared(stored, row, receiver, **kind)[1]) for kind in kinds)
-            assert chains < 2.1
-            assert chains < max(0.5, 0.5 * first)
+@pytest.mark.parametrize("width", [0.2, 0.45])
+def test_three_orders_hold_the_targets_where_the_echo_is_above_40_db_below_a_wall(stored, width):
+    """What `auto` follows: 0.5 dB in the table of docs/physics.md, on microphones aside, at the speaker and above."""
+    rows = [row for row in _rows(stored, width, 0.03) if stored["yaw_deg"][row] in (60, 75, 80)]
+    assert rows
+    compared = [_compared(stored, row, receiver, edge_order=3) for row in rows for receiver in range(3)]
+    audible = [each for each in compared if each[0] > AUDIBLE_DB]
+    assert len(audible) > 0.6 * len(compared)
+    for below_wall_db, level_db, samples in audible:
+        assert abs(level_db) <= 0.5
+        assert abs(samples) <= (4.0 if below_wall_db < -30.0 else 1.1)
 
 
 SEVERAL = ((0.2, 0.03, (65, 90)), (0.2, 0.5, (85,)))
@@ -164,8 +141,8 @@ def test_plate_of_90_cm_against_all_orders_of_edge_diffraction():
         for receiver in range(3):
             below_wall_db, level_db, samples = _compared(wide, row, receiver, 2.5e-3)
             assert below_wall_db < -20.0
-            assert abs(level_db) <= (0.05 if below_wall_db > HEARD_DB else 0.3)
-            assert abs(samples) <= (0.3 if below_wall_db > HEARD_DB else 1.0)
+            assert abs(level_db) <= (0.05 if below_wall_db > AUDIBLE_DB else 0.3)
+            assert abs(samples) <= (0.3 if below_wall_db > AUDIBLE_DB else 1.0)
 
 
 @pytest.mark.slow

@@ -115,8 +115,9 @@ def test_edges_that_touch_the_ground_are_none(box, phone):
 def test_edge_that_rests_on_a_block_keeps_what_sticks_out(box, phone):
     plank, block = box((2.0, 0.4, 0.1), (0.0, 0.0, 1.05), "plank"), box((1.0, 1.0, 1.0), (0.0, 0.0, 0.5), "block")
     pose = Pose([3.0, 0.0, 1.2], held_rotation(0.0))
-    wedges = still_tracing(Scene([plank, block]), phone, pose, np.zeros(1), Fidelity()).world.wedges
-    lower = (wedges.obstacle == 0) & (np.abs(wedges.start_m[:, 2] + 0.2) < 1e-6)  # z = 1 about the phone at 1.2
+    world = still_tracing(Scene([plank, block]), phone, pose, np.zeros(1), Fidelity()).world
+    wedges = world.wedges
+    lower = (wedges.obstacle == 0) & (np.abs(wedges.start_m[:, 2] + world.origin_m[2] - 1.0) < 1e-6)
     along = lower & (np.abs((wedges.end_m - wedges.start_m)[:, 0]) > 0.01)
     np.testing.assert_allclose(wedges.length_m[along], [0.5] * 4, atol=1e-9)
     assert (wedges.radiates[along].sum(axis=1) == 1).all()  # the free end, not the one on the block
