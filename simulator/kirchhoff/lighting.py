@@ -139,8 +139,9 @@ class _Views:
     @classmethod
     def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
         """The views from points (V, 3) at poses."""
-        mirrors, steps = tracing.mirrors, [(k, order > k) for k in range(sequence.shape[1])]
-        planes = mirrors.normal[pose[:, None], sequence], mirrors.offset_m[pose[:, None], sequence]
+        met = sequence[:, : int(order.max(initial=0))]  # no column where there is no mirror in the scene to pad with
+        mirrors, steps = tracing.mirrors, [(k, order > k) for k in range(met.shape[1])]
+        planes = mirrors.normal[pose[:, None], met], mirrors.offset_m[pose[:, None], met]
         return cls(start_m, last_image(start_m, *planes, steps), pose, order, sequence)
 
     def __len__(self) -> int:
