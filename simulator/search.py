@@ -102,6 +102,8 @@ def _mirrored(tracing: Tracing, mirrors: Candidates, panel: Ints) -> Flags:
 
 def _not_heard_whole(search: Search, found: Candidates, whole: list[Pairs]) -> Candidates:
     """What runs over no way that Kirchhoff's integral takes care of."""
+    if not whole:
+        return found
     taken = run_over(search.tracing, found, whole)
     rows = np.flatnonzero(taken)
     search.reject(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import check_types
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Strings
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
@@ -100,23 +100,24 @@ def traced(search: Search) -> tuple[Paths, Candidates]:
     """The paths that pass every mask, and their geometry about the world's origin; the log books what does not."""
     found, sums = searched(search)
     for reason, mask in MASKS.items():
-        kept = mask(search, found)
-        _reject(search, reason, found[~kept], sums)
-        found = found[kept]
+        found = _passed(search, reason, found, mask(search, found), sums)
     gain = path_gain(search, found, sums, search.band_hz)
     kept = _over_noise(search.phone, found, gain) | (found.order == 0)
-    _reject(search, Reason.UNDER_NOISE, found[~kept], sums)
-    return _paths(search, found[kept], gain[kept]), found[kept]
+    found = _passed(search, Reason.UNDER_NOISE, found, kept, sums)
+    return _paths(search, found, gain[kept]), found
 
 
-def _reject(search: Search, reason: Reason, found: Candidates, sums: Complexes) -> None:
-    """Book candidates under a mask, at the level they would have; at a focus no more than a focus is trusted with."""
+def _passed(search: Search, reason: Reason, found: Candidates, kept: Flags, sums: Complexes) -> Candidates:
+    """What a mask keeps. The rest is booked at the level it would have, at a focus at most `FOCUS_GAIN`."""
 
     def described() -> Rejected:
-        gain = path_gain(search, found, sums, np.array([REFERENCE_HZ]))
-        return Rejected(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / found.length_m), found.__getitem__)
+        rejected = found[~kept]
+        gain = path_gain(search, rejected, sums, np.array([REFERENCE_HZ]))
+        return Rejected(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / rejected.length_m), rejected.__getitem__)
 
-    search.reject(reason, len(found), described)
+    count = len(found) - int(kept.sum())
+    search.reject(reason, count, described)
+    return found[kept] if count else found
 
 
 def _short_enough(search: Search, found: Candidates) -> Flags:
@@ -126,7 +127,9 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 
 def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
-    return (found.cell >= 0) | segments_free(search.tracing, found)
+    free, rows = np.ones(len(found), dtype=bool), np.flatnonzero(found.cell < 0)
+    free[rows] = segments_free(search.tracing, found[rows])
+    return free
 
 
 def _uncovered(search: Search, found: Candidates) -> Flags:
@@ -142,8 +145,7 @@ def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
     floor_db = phone.noise_spl_db - phone.level_spl_db - NOISE_MARGIN_DB
     level = np.abs(gain).max(axis=1)
     cells = np.flatnonzero(found.cell >= 0)
-    way = np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]])
-    group = np.unique(way, axis=0, return_inverse=True)[1].ravel()
+    group = _equal_rows(np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]]))[1]
     loudest = np.zeros(group.max(initial=-1) + 1)
     np.maximum.at(loudest, group, level[cells])
     level[cells] = loudest[group]
@@ -163,10 +165,20 @@ def _first_of_twins(_search: Search, found: Candidates) -> Flags:
     columns = np.column_stack(
         [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell]
     )
-    _, first = np.unique(columns, axis=0, return_index=True)
     mask = np.zeros(len(found), dtype=bool)
-    mask[first] = True
+    mask[_equal_rows(columns)[0]] = True
     return mask
+
+
+def _equal_rows(columns: Ints) -> tuple[Ints, Ints]:
+    """First row of each group of equal ones among (R, K), and (R,) the group of each row."""
+    order = np.lexsort(columns.T[::-1])
+    ordered = columns[order]
+    new = np.ones(len(columns), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.empty(len(columns), dtype=np.int64)
+    group[order] = np.cumsum(new) - 1
+    return order[new], group
 
 
 def _unfolded_source(found: Candidates) -> Floats:
@@ -226,9 +238,10 @@ def names_of(world: World, found: Candidates) -> Strings:
     """(C,) obstacles met, joined by " > "."""
     if not len(found):
         return np.zeros(0, dtype="<U1")
-    unique, which = np.unique(world.obstacle_of(found.sequence), axis=0, return_inverse=True)
-    labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in unique]
-    return np.array(labels, dtype=np.str_)[which.ravel()]
+    met = world.obstacle_of(found.sequence)
+    first, which = _equal_rows(met)
+    labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in met[first]]
+    return np.array(labels, dtype=np.str_)[which]
 
 
 def through_case(paths: Paths, sound: StructureBorne) -> Paths:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.surfaces.facet_groups import may_mirror
 from simulator.surfaces.quadratic_triangles import dot, surface_at, surface_moves, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
@@ -84,26 +84,6 @@ def follow(surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: I
     source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
     new_face, new_uv = _march(*_arrays(surface), surface.neighbor, source, receiver, face, uv)
     return _complete(surface, source, receiver, np.arange(len(source)), new_face, new_uv)
-
-
-def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
-    """(C, K) phase factors that rays lack: the echo of a convex surface leads by O(1 / ka).
-
-    exp(j c / k) with c = 3 (k1 + k2) / 4 - (k1 - k2)^2 / (16 (k1 + k2)) in the principal curvatures k1, k2: the next
-    term of the exact series at normal incidence on a sphere, 3 / (2a), and on a cylinder, 11 / (16a), and the only
-    symmetric form of that shape between the two. Concave and saddle-shaped points are left as they are.
-
-    Args:
-        curvature: (C, N, 3, 3) tensors along each path, 0 for planes.
-        wavenumber_rad_m: (K,).
-    """
-    total = np.trace(curvature, axis1=2, axis2=3)
-    square = np.einsum("cnij,cnij->cn", curvature, curvature)
-    gauss = 0.5 * (total**2 - square)
-    convex = (total > 0.0) & (gauss >= -1e-9 * total**2)
-    safe = np.where(convex, total, 1.0)
-    lead_1_m = np.where(convex, 0.75 * total - (2.0 * square - total**2) / (16.0 * safe), 0.0).sum(axis=1)
-    return np.exp(1j * lead_1_m[:, None] / wavenumber_rad_m)
 
 
 def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:

@@ -16,11 +16,8 @@ def segments_free(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether nothing stands between any two points of a path in turn."""
     start, end = _lifted_segments(tracing, found)
     free = np.ones(len(found), dtype=bool)
-    for k in range(start.shape[1]):
-        rows = np.flatnonzero(free & (found.order >= k))
-        if len(rows) == 0:
-            continue
-        free[rows] = free_between(tracing, start[rows, k], end[rows, k], found.pose[rows])
+    row, k = np.nonzero(np.arange(start.shape[1]) <= found.order[:, None])
+    free[row[~free_between(tracing, start[row, k], end[row, k], found.pose[row])]] = False
     return free
 
 
@@ -33,6 +30,8 @@ def _lifted_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Float
     lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
     start, end = lifted[:, :-1].copy(), lifted[:, 1:]
     over = np.flatnonzero(found.edge >= 0)
+    if not len(over):
+        return start, end
     at, (arriving, leaving) = point_slot(found[over]), lifts(tracing, found[over])
     end[over, at] += OFFSET * extent * arriving
     start[over, at + 1] += OFFSET * extent * leaving

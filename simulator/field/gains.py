@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.curved.stationary import bending_phase
 from simulator.diffraction.btm import FACE_0, FACE_N, edge_terms
 from simulator.diffraction.edge_view import APEX, END, EdgeView
 from simulator.diffraction.single import views_of
@@ -27,16 +26,38 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, whole = found.edge >= 0, found.cell >= 0
     ray = ~(over | whole)
-    mirrors = found[ray]
+    mirrors = found if ray.all() else found[ray]
     amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
     amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
-    amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
-    amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
+    if over.any():
+        amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
+    if whole.any():
+        amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * 10.0 ** (-absorption_db / 20.0)
     return (
         gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, tracing.pose, found)[:, None]
     )
+
+
+def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
+    """(C, K) phase factors that rays lack: the echo of a convex surface leads by O(1 / ka).
+
+    exp(j c / k) with c = 3 (k1 + k2) / 4 - (k1 - k2)^2 / (16 (k1 + k2)) in the principal curvatures k1, k2: the next
+    term of the exact series at normal incidence on a sphere, 3 / (2a), and on a cylinder, 11 / (16a), and the only
+    symmetric form of that shape between the two. Concave and saddle-shaped points are left as they are.
+
+    Args:
+        curvature: (C, N, 3, 3) tensors along each path, 0 for planes.
+        wavenumber_rad_m: (K,).
+    """
+    total = np.trace(curvature, axis1=2, axis2=3)
+    square = np.einsum("cnij,cnij->cn", curvature, curvature)
+    gauss = 0.5 * (total**2 - square)
+    convex = (total > 0.0) & (gauss >= -1e-9 * total**2)
+    safe = np.where(convex, total, 1.0)
+    lead_1_m = np.where(convex, 0.75 * total - (2.0 * square - total**2) / (16.0 * safe), 0.0).sum(axis=1)
+    return np.exp(1j * lead_1_m[:, None] / wavenumber_rad_m)
 
 
 def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
@@ -77,10 +98,11 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
     met = np.where(mirrors, world.obstacle_of(found.sequence), -1)
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     cosines = _cosines(world, found)
-    for k in range(found.sequence.shape[1]):
-        for index in np.unique(met[mirrors[:, k], k]):
-            rows = np.flatnonzero(met[:, k] == index)
-            product[rows] *= world.obstacles[index].material.reflection(frequency_hz, cosines[rows, k, None])
+    for index in np.unique(met[mirrors]):
+        row, slot = np.nonzero(met == index)
+        factor = world.obstacles[index].material.reflection(frequency_hz, cosines[row, slot, None])
+        for k in range(slot.max() + 1):
+            product[row[slot == k]] *= factor[slot == k]
     return product
 
 
@@ -92,6 +114,8 @@ def _cosines(world: World, found: Candidates) -> Floats:
     segments counts.
     """
     length, ray = rays(found.points_m, found.normal)
+    if (found.edge < 0).all():
+        return np.abs(np.einsum("cnx,cnx->cn", found.normal, ray[:, :-1]))
     slot = np.arange(found.sequence.shape[1])
     every = np.abs(np.einsum("cnx,cmx->cnm", found.normal, ray))
     cosine = every[:, slot, slot]

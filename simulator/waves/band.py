@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
@@ -28,9 +30,13 @@ def to_hz(unit: ArrayLike) -> Floats:
 
 def coefficients(values: Complexes) -> Complexes:
     """(P, K) values at the nodes to (P, K) Chebyshev coefficients, exact at the nodes."""
-    count = values.shape[-1]
-    vandermonde = chebyshev.chebvander(to_unit(nodes_hz(count)), count - 1)
-    return values @ np.linalg.inv(vandermonde).T
+    return values @ _fit(values.shape[-1])
+
+
+@lru_cache
+def _fit(count: int) -> Floats:
+    """(count, count) matrix from values at the nodes to coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(to_unit(nodes_hz(count)), count - 1)).T, dtype=np.float64)
 
 
 def evaluate(coefficient: Complexes, frequency_hz: ArrayLike) -> Complexes:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from simulator.curved.stationary import bending_phase
+from simulator.field.gains import bending_phase
 from tests.references import chirp, meshes, rigid_cylinder, traced
 
 C = traced.SPEED_M_S

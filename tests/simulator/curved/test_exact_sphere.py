@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from simulator.curved.stationary import bending_phase
+from simulator.field.gains import bending_phase
 from tests.references import chirp, meshes, rigid_sphere, traced
 
 C = traced.SPEED_M_S
