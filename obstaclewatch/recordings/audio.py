@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.recording import Recording
+from obstaclewatch.recordings.wav_header import check_wav_header
 from obstaclewatch.support.arrays import Singles
 
 FORMATS = {".wav": "WAV", ".flac": "FLAC"}
@@ -22,7 +23,6 @@ BITS = 24
 _STEPS = 1 << (BITS - 1)
 _MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
 _MAX_RATE_HZ = (1 << 31) - 1  # libsndfile's
-_UNKNOWN_LENGTHS = (0, 0xFFFFFFFF)  # what a recorder writes that cannot go back to its header
 
 
 def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -131,7 +131,9 @@ def _opened(path: Path) -> Any:
     """An open soundfile.SoundFile of two channels and at least one sample."""
     if not path.is_file():
         raise FileNotFoundError(f"no recording at '{path}'")
-    _check_whole(path)
+    if path.stat().st_size == 0:
+        raise ValueError(f"'{path}' must hold audio, got an empty file")
+    check_wav_header(path)
     soundfile = _soundfile()
     try:
         sound = soundfile.SoundFile(path)
@@ -143,18 +145,6 @@ def _opened(path: Path) -> Any:
         sound.close()
         raise
     return sound
-
-
-def _check_whole(path: Path) -> None:
-    """Refuse an empty file, and a WAV shorter than its header says: libsndfile reads what is left without a word."""
-    size = path.stat().st_size
-    if size == 0:
-        raise ValueError(f"'{path}' must hold audio, got an empty file")
-    with path.open("rb") as stream:
-        head = stream.read(12)
-    length = int.from_bytes(head[4:8], "little")
-    if head[:4] == b"RIFF" and length not in _UNKNOWN_LENGTHS and length + 8 > size:
-        raise ValueError(f"'{path}' is cut short: its header says {length + 8} bytes, the file has {size}")
 
 
 def _check_contents(sound: Any, path: Path) -> None:

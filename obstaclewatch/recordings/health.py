@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -11,7 +10,9 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
 from obstaclewatch.recordings.beep_identification import DetectedBeep, detected_beep
-from obstaclewatch.recordings.calibration import Calibration, calibrate
+from obstaclewatch.recordings.calibration import AIR_M_S, Calibration, calibrate
+from obstaclewatch.recordings.channel_faults import absurd_level, coarse_steps, constant_offset, inverted_channel
+from obstaclewatch.recordings.faults import Fault, Finding
 from obstaclewatch.recordings.sample_faults import (
     ZERO_RUN_S,
     clipped_share,
@@ -42,6 +43,8 @@ DEAF_DB, DEAF_S = -60.0, 0.2e-3
 not received: phones have -8 to -35 dB and 0.01 ms, noise alone 0.6 ms, since it is highest anywhere."""
 SWAPPED_S = 5e-6
 SWAPPED_DB = 2.0
+LATE_S = 40e-6
+"""Beyond the path through air: an echo beside the phone that runs into the direct sound shifts it by less."""
 OTHER_RATE = 0.15
 """Share by which the sweep may be faster or slower than designed; phones that swallow an edge read 0.03 off."""
 OUTSIDE_SHARE = 0.08
@@ -50,51 +53,6 @@ response swallows of the band is no sign of another beep; energy where none was 
 OTHER_PERIOD = 0.01
 MID_BEEP_ENERGY = 0.05
 """Share of a beep's energy before the first complete beep that shows that the recording began in one."""
-
-
-class Fault(Enum):
-    """What can be wrong, and what follows: True for what no detector can use, False for what it lives with.
-
-    >>> Fault.CLIPPED.label, Fault.CLIPPED.fatal
-    ('clipped', False)
-    """
-
-    NO_BEEP = "no beep", True
-    OTHER_BEEP = "other beep", True
-    DEAF_MICROPHONE = "deaf microphone", False
-    IDENTICAL_CHANNELS = "identical channels", False
-    SWAPPED_CHANNELS = "swapped channels", True
-    CLIPPED = "clipped", False
-    LIMITED = "limiter", False
-    DROPPED_SAMPLES = "dropped samples", False
-    CLOCK_DRIFT = "clock drift", False
-    MID_BEEP_START = "start in mid-beep", False
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return self.value[0]
-
-    @property
-    def fatal(self) -> bool:
-        """No detector can use such a recording."""
-        return self.value[1]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong.
-
-    Attributes:
-        fault: which.
-        message: the measured value and what follows from it.
-    """
-
-    fault: Fault
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.fault.label}: {self.message}"
 
 
 @dataclass(frozen=True)
@@ -160,6 +118,9 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     >>> inspect_recording(Recording(samples, beep.sample_rate_hz), beep, phone).usable
     True
     """
+    absurd = absurd_level(recording)
+    if absurd is not None:
+        return RecordingHealth((absurd,), None, None)
     detected = detected_beep(recording.samples[0], recording.sample_rate_hz)
     try:
         calibration = calibrate(recording, beep, phone)
@@ -175,6 +136,8 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
         _dropped(recording, calibration, beep),
         _clock_drift(calibration, beep),
         _mid_beep_start(recording, calibration, beep),
+        constant_offset(recording),
+        coarse_steps(recording),
     ]
     return RecordingHealth(tuple(f for f in findings if f is not None), detected, calibration)
 
@@ -216,7 +179,7 @@ def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeomet
         return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded zeros: no bearing, range only")]
     if _is_deaf(calibration):
         return [Finding(Fault.DEAF_MICROPHONE, _no_difference(calibration))]
-    return [_swapped(calibration, phone)]
+    return [_swapped(calibration, phone) or _late(calibration, phone), inverted_channel(recording)]
 
 
 def _no_difference(calibration: Calibration) -> str:
@@ -242,6 +205,19 @@ def _swapped(calibration: Calibration, phone: PhoneGeometry) -> Finding | None:
         Fault.SWAPPED_CHANNELS,
         f"microphone 1 receives the speaker {-calibration.mic_delay_s * 1e6:.0f} us before microphone 0 and "
         f"{calibration.mic_gain_db:.1f} dB louder, though {own[1] - own[0]:.3f} m farther from it",
+    )
+
+
+def _late(calibration: Calibration, phone: PhoneGeometry) -> Finding | None:
+    """No sound takes longer between the microphones than through cold air."""
+    own = phone.speaker_to_mic_m
+    longest_s = abs(float(own[1] - own[0])) / AIR_M_S[0] + LATE_S
+    if abs(calibration.mic_delay_s) <= longest_s:
+        return None
+    return Finding(
+        Fault.LATE_CHANNEL,
+        f"microphone 1 receives the speaker {calibration.mic_delay_s * 1e6:+.0f} us after microphone 0, where the air "
+        f"takes {longest_s * 1e6:.0f} us at most: no bearing, range only",
     )
 
 
@@ -294,7 +270,16 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
                 Fault.DROPPED_SAMPLES,
                 f"microphone {mic} holds {length} zeros in a row at {(begin + start) / rate:.2f} s",
             )
-    return None
+    return _missing(calibration, beep)
+
+
+def _missing(calibration: Calibration, beep: BeepDesign) -> Finding | None:
+    """Beeps that are not there between others that are at their places."""
+    lost = np.round(np.diff(calibration.emission_s) / beep.period_s).astype(int) - 1
+    if not (lost > 0).any() or _clock_ratio(calibration, beep) != 0.0:  # beeps that leave their place are passed by
+        return None
+    first = calibration.emission_s[int(np.argmax(lost > 0))] + beep.period_s
+    return Finding(Fault.MISSING_BEEPS, f"{int(lost.sum())} beeps are missing, the first at {max(first, 0.0):.2f} s")
 
 
 def _clock_ratio(calibration: Calibration, beep: BeepDesign) -> float:

@@ -93,7 +93,8 @@ def gain_dip_db(periods: Singles, beep: BeepDesign) -> tuple[float, float]:
     level = np.median(steps, axis=0)
     middle = (np.arange(count) + 0.5) * GAIN_STEP_S
     sounding = (middle > 0.2 * beep.duration_s) & (middle < beep.duration_s)
-    after = middle > beep.duration_s
+    # Below the band, noise is stronger and jumps from a period's end to its start: the last step shows that.
+    after = (middle > beep.duration_s) & (middle < (count - 1) * GAIN_STEP_S)
     if not (sounding.any() and after.any()) or level.min() <= 0.0:
         return np.nan, np.nan
     low, high = _band(beep)

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from obstaclewatch import BeepDesign, Fault, Recording, inspect_recording
@@ -229,3 +230,47 @@ def test_a_response_is_read_from_the_direct_sound():
 def test_too_short_for_a_period_is_no_beep():
     assert inspect(walk("galaxy-s5")[:, :12_000]).faults == {Fault.NO_BEEP}
     assert detected_beep(np.zeros(100), RATE) is None
+
+
+def surroundings(samples, level=1e-3):
+    """The same recording with traffic at 100 to 400 Hz, which reaches both microphones alike."""
+    shape = signal.butter(2, (100.0, 400.0), "bandpass", fs=RATE, output="sos")
+    rumble = signal.sosfilt(shape, noise(samples.shape[1] + 20_000, 1.0, seed=5).astype(np.float64))[20_000:]
+    return samples + (level / rumble.std() * rumble).astype(np.float32)
+
+
+def without_beeps(samples, first, count, share=1.0):
+    """`count` beep periods, or their first part, set to zero."""
+    kept = samples.copy()
+    for k in range(first, first + count):
+        kept[:, k * BEEP.period_samples : round((k + share) * BEEP.period_samples)] = 0.0
+    return kept
+
+
+@pytest.mark.parametrize("name", NOISY_PHONES)
+@pytest.mark.parametrize(
+    ("fault", "damage"),
+    [
+        (Fault.MISSING_BEEPS, lambda x: without_beeps(x, 4, 2)),
+        (Fault.LATE_CHANNEL, lambda x: np.stack([x[0], np.roll(x[1], 120)])),
+        (Fault.LATE_CHANNEL, lambda x: np.stack([x[0], np.roll(x[1], 200)])),
+        (Fault.LATE_CHANNEL, lambda x: np.stack([x[0], np.roll(x[1], -150)])),
+        (Fault.INVERTED_CHANNEL, lambda x: surroundings(x) * np.array([[1.0], [-1.0]])),
+        (Fault.OFFSET, lambda x: x + np.float32(0.5)),
+        (Fault.OFFSET, lambda x: x + np.array([[0.0], [-0.01]], dtype=np.float32)),
+        (Fault.COARSE_STEPS, lambda x: np.round(x / np.abs(x).max() * 7.0) / 8.0),
+        (Fault.ABSURD_LEVEL, lambda x: 1e30 * x),
+        (Fault.ABSURD_LEVEL, lambda x: np.where(np.arange(x.shape[1]) == 999, np.float32(1e6), x)),
+    ],
+)
+def test_damage_that_passed_for_nothing_wrong_is_found_by_name(name, fault, damage):
+    """Cause: none of these moves the beat of the beeps, so that each read "nothing wrong found"."""
+    health = inspect(damage(walk(name)), name)
+    assert fault in health.faults
+    assert health.faults <= {fault, Fault.DROPPED_SAMPLES, Fault.SWAPPED_CHANNELS}
+    assert health.usable is not any(found.fault.fatal for found in health.findings)
+
+
+@pytest.mark.parametrize("name", list_phones())
+def test_surroundings_that_reach_both_microphones_raise_no_alarm(name):
+    assert inspect(surroundings(walk(name)), name).findings == ()
