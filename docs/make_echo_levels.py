@@ -1,4 +1,4 @@
-"""Draw docs/echo_levels.png and print its table: `python docs/make_echo_levels.py`, from the root of the project."""
+"""Draw docs/echo_levels.png and print its table: `python -m docs.make_echo_levels`, from the root of the project."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenes.checks.echo_levels import EchoLevels, echo_levels
 from simulator import Phone
+from studies.echo_levels import EchoLevels, echo_levels
 
 CATEGORIES = ("wall", "sign", "car", "dustbin", "pedestrian", "clutter")
 DISTANCES_M = (1.5, 3.0, 5.0)

@@ -1,6 +1,6 @@
 """Draws docs/supermarket.png, docs/campus.png and docs/approach_statistics.png; the first two need Chromium.
 
-python docs/make_scene_pictures.py
+python -m docs.make_scene_pictures
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from scenes import GaitWalk, load_scene, walker_body
-from scenes.checks.approach_statistics import approach_statistics, plot_statistics, statistics_table
 from scenes.preview.page import preview_html
 from simulator import Phone
+from studies.approach_statistics import approach_statistics, plot_statistics, statistics_table
 
 DOCS = Path(__file__).parent
 CAMERAS = {

@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks.plan.suite import load_suite
 from benchmarks.runs.results import RunData
-from benchmarks.studies.errata_table import HEADER, errata_rows, markdown
 from obstaclewatch import Errata
+from studies.errata_table import HEADER, errata_rows, markdown
 
 
 def cell(kind, outcome, error_m, candidates):

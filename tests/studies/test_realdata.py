@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.studies.real_traces import (
+from obstaclewatch import BeepDesign, Fault, Flag, PaperSettings, PaperStandingDetector, Recording, inspect_recording
+from simulator import Phone
+from studies.real_traces import (
     Trace,
     false_detections,
     learn,
@@ -19,7 +21,7 @@ from benchmarks.studies.real_traces import (
     track_from_hold,
     voted,
 )
-from benchmarks.studies.real_vs_simulated import (
+from studies.real_vs_simulated import (
     CASES,
     excitation,
     line_db,
@@ -28,10 +30,8 @@ from benchmarks.studies.real_vs_simulated import (
     to_db,
     to_magnitude,
 )
-from obstaclewatch import BeepDesign, Fault, Flag, PaperSettings, PaperStandingDetector, Recording, inspect_recording
-from simulator import Phone
 
-SHARED = Path(os.environ.get("OBSTACLEWATCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+SHARED = Path(os.environ.get("OBSTACLEWATCH_SHARED", Path(__file__).resolve().parents[3] / "shared"))
 DATA = SHARED / "realdata" / "open"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings of real phones at {DATA}")
 

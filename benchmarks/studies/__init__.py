@@ -1,1 +1,0 @@
-"""Measurements beside the suites: cost of a beep, real traces, errata."""

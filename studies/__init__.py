@@ -1,0 +1,1 @@
+"""Measurements beside the suites, and what made the stored data: scripts that nothing installed imports."""
