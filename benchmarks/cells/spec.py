@@ -57,16 +57,12 @@ class Scoring(BaseModel, extra="forbid", frozen=True):
     """The rules by which alerts and estimates are judged.
 
     Attributes:
-        alert_margin_m: a true alert comes at least this far before contact, along the walk.
-        alert_within_m: the paper's danger distance; under its rule a true alert comes within it, before contact.
         half_width_m: half the width of the walker's swept body.
         gate_m: a candidate belongs to the target if its range is within this of the true one; wide enough to keep
             the range-Doppler reading of a walking phone (-20 to -33 cm at 1.0-1.6 m/s).
         max_range_m: beeps with the target farther than this are left out of the error statistics.
     """
 
-    alert_margin_m: Annotated[float, Field(ge=0.0)] = 1.0
-    alert_within_m: Positive = 3.0
     half_width_m: Annotated[float, Field(ge=0.0)] = 0.25
     gate_m: Positive = 0.5
     max_range_m: Positive = 7.0
@@ -77,6 +73,7 @@ class SceneChange(BaseModel, extra="forbid", frozen=True):
 
     Attributes:
         target_material, ground_material: names of `simulator.Material.named`; None leaves what was drawn.
+        person_level_db: added to what people reflect, at most all of it.
         surroundings: whether things, walls and people besides the target and the ground stay.
         ground_echo: whether the ground's own echo is rendered; an oracle leaves it out, and what the ground
             adds to the echoes of other things stays.
@@ -84,6 +81,7 @@ class SceneChange(BaseModel, extra="forbid", frozen=True):
 
     target_material: str | None = None
     ground_material: str | None = None
+    person_level_db: Finite = 0.0
     surroundings: bool = True
     ground_echo: bool = True
 

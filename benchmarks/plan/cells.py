@@ -17,6 +17,7 @@ from benchmarks.cells.situations.own_scene import scene_digest
 from benchmarks.cells.spec import Cell, Conditions
 from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.plan.sweep import at_point
+from benchmarks.plan.unknowns import with_unknowns
 from scenes import load_encounter
 
 MOST_CELLS = 200_000
@@ -37,7 +38,8 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     """
     chosen = suite.tier(tier)
     _check_size(suite, chosen.size)
-    cells = [cell for group in suite.groups for cell in _walks(suite, group, chosen.size)]
+    walks = [walk for group in suite.groups for walk in _walks(suite, group, chosen.size)]
+    cells = [cell for walk in walks for cell in _drawn(suite, walk)]
     cells += [cell for own in suite.scenes for cell in _own_walks(suite, own, chosen.size)]
     if suite.standing is not None:
         cells += _standing(suite, suite.standing, chosen.size)
@@ -97,6 +99,11 @@ def _walks(suite: Suite, group: Group, size: Callable[[int], int]) -> Iterator[C
                 detectors=suite.detectors,
                 **_shared(suite),
             )
+
+
+def _drawn(suite: Suite, walk: Cell) -> list[Cell]:
+    """The walk, and once more with the unknowns drawn if the suite asks for it."""
+    return [walk, with_unknowns(walk)] if suite.unknowns == "drawn" else [walk]
 
 
 def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Iterator[Cell]:

@@ -99,6 +99,8 @@ class Suite(Conditions, frozen=True):
         collision_fraction: share of the walks that are on a collision course.
         groups, scenes, standing, probes: what is planned.
         sweep: the points at which all of it is planned.
+        unknowns: "drawn" plans every walk of `groups` once more with what nobody has measured drawn from its
+            uncertainty, see `benchmarks.plan.unknowns`, so that rates stand beside those of the assumed values.
         tiers: how much of it.
         detectors: classes of obstaclewatch or `package.module:Class`, with constants in brackets if wanted.
         figures: names of the figures that a run draws; none draws all that have data.
@@ -116,6 +118,7 @@ class Suite(Conditions, frozen=True):
     standing: Standing | None = None
     probes: tuple[Probe, ...] = ()
     sweep: Sweep | None = None
+    unknowns: Literal["assumed", "drawn"] = "assumed"
     tiers: dict[str, Tier]
     detectors: Annotated[tuple[str, ...], Field(min_length=1)]
     figures: Annotated[tuple[str, ...], AfterValidator(known_figures)] = ()
@@ -139,6 +142,8 @@ class Suite(Conditions, frozen=True):
     def _something_to_do(self) -> Suite:
         if not (self.groups or self.scenes or self.standing or self.probes):
             raise ValueError("a suite must have groups, scenes, standing measurements or probes")
+        if self.unknowns == "drawn" and self.sweep is not None:
+            raise ValueError("unknowns must be 'assumed' in a suite with a sweep, got 'drawn'")
         return self
 
     def tier(self, name: str) -> Tier:

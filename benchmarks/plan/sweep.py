@@ -44,7 +44,7 @@ _WHOLE = {
     "phone.name": "phone",
     "detector.name": "detectors",
 }
-_SCENE_CHANGES = ("target_material", "ground_material", "surroundings", "ground_echo")
+_SCENE_CHANGES = ("target_material", "ground_material", "person_level_db", "surroundings", "ground_echo")
 _RENAMED = {"noise.level_spl_db": ("phone_change", "noise_spl_db")} | {
     f"scene.{name}": ("scene_change", name) for name in _SCENE_CHANGES
 }

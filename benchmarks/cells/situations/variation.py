@@ -6,6 +6,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from benchmarks.cells.situations.situation import Situation, until_contact
 from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
 from scenes import GaitWalk, RouteWalk
@@ -91,7 +93,16 @@ def _stays(obstacle: Obstacle, targets: tuple[str, ...]) -> bool:
 def _of_material(obstacle: Obstacle, change: SceneChange, targets: tuple[str, ...]) -> Obstacle:
     name = change.target_material if obstacle.name in targets else None
     name = change.ground_material if obstacle.category == "ground" else name
-    return obstacle if name is None else replace(obstacle, material=Material.named(name))
+    material = obstacle.material if name is None else Material.named(name)
+    if obstacle.category == "pedestrian" and change.person_level_db != 0.0:
+        material = _louder_material(material, change.person_level_db)
+    return obstacle if material is obstacle.material else replace(obstacle, material=material)
+
+
+def _louder_material(material: Material, level_db: float) -> Material:
+    """A material that reflects so much more, but never more than all."""
+    wanted = np.array(material.normal_reflection) * 10.0 ** (level_db / 20.0)
+    return replace(material, normal_reflection=tuple(wanted / np.maximum(np.abs(wanted), 1.0)))
 
 
 def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:

@@ -1,0 +1,52 @@
+"""What nobody has measured of phones and people, drawn for every walk from its stated uncertainty: one table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.cells.spec import Cell, PhoneChange
+from simulator import Phone
+
+DRAWN = "unknowns drawn"
+"""Name of the point of a run at which they are."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A level that is assumed: what it may be more than assumed, evenly between two ends, dB, and by which source."""
+
+    name: str
+    low_db: float
+    high_db: float
+    source: str
+
+
+UNKNOWNS = (
+    Unknown("level of the beep", -5.0, 5.0, "assumed; echoes of four other phones lie within +5 / -6 dB"),
+    Unknown("noise", -5.0, 5.0, "assumed; 17-26 dB below the beep at 1 m in four recordings"),
+    Unknown("reflection of people", -4.0, 4.0, "-5 +- 4 dB, inferred: see the material clothed-person"),
+    Unknown("rear microphone", -9.0, 1.0, "by recordings the presets are about 4 dB optimistic, +- 5 dB"),
+)
+
+
+def with_unknowns(cell: Cell) -> Cell:
+    """The walk with every unknown drawn, by its own seed: the same walk, phone and people, at other levels."""
+    rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(len(UNKNOWNS),)))
+    beep_db, noise_db, person_db, rear_db = (round(float(rng.uniform(u.low_db, u.high_db)), 3) for u in UNKNOWNS)
+    preset, asked = Phone.named(cell.phone), cell.phone_change
+    level_db = preset.level_spl_db if asked.level_spl_db is None else asked.level_spl_db
+    floor_db = preset.noise_spl_db if asked.noise_spl_db is None else asked.noise_spl_db
+    changes = {
+        "level_spl_db": level_db + beep_db,
+        "noise_spl_db": floor_db + noise_db,
+        "mic_level_db": (asked.mic_level_db[0], asked.mic_level_db[1] + rear_db),
+    }
+    return cell.model_copy(
+        update={
+            "phone_change": PhoneChange.model_validate(asked.model_dump() | changes),
+            "scene_change": cell.scene_change.model_copy(update={"person_level_db": person_db}),
+            "variant": {"name": DRAWN},
+        }
+    )
