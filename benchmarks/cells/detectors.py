@@ -2,9 +2,11 @@
 
     PaperDetector
     PaperDetector(walker_half_width_m=0.35, votes_needed=3)
+    PaperDetector(reading='calibrated')
     mine.detectors:CautiousDetector(reach_m=2.5)
 
-A constant in brackets goes to `PaperSettings` or `Errata` where these know its name, else to the class itself.
+A constant in brackets goes to `PaperSettings` or `Errata` where these know its name, else to the class itself. A
+`reading` is a named group of settings, on top of which the others come.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from typing import Any
 
 import obstaclewatch
 from obstaclewatch import BeepDesign, Errata, PaperSettings, PhoneGeometry
+from obstaclewatch.paper.settings import READINGS
 
 _NAME = re.compile(r"^(?:(?P<module>[A-Za-z_][\w.]*):)?(?P<cls>[A-Za-z_]\w*)(?:\((?P<arguments>.*)\))?$", re.DOTALL)
 SETTINGS = frozenset(field.name for field in fields(PaperSettings)) - {"errata"}
@@ -146,7 +149,11 @@ def check_detector(text: str, settings: PaperSettings) -> None:
 def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, PaperSettings, dict[str, Any]]:
     """The class, the settings with its constants in brackets, and those constants that are its own."""
     name = parse_detector(text)
-    own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA}
+    reading = name.arguments.get("reading", "")
+    if reading and reading not in READINGS:
+        raise ValueError(f"reading must be one of {sorted(READINGS)}, got {reading!r} for detector '{text}'")
+    settings = replace(settings, **READINGS.get(reading, {}))
+    own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA | {"reading"}}
     errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
     changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
     return detector_class(name), replace(settings, errata=replace(settings.errata, **errata), **changed), own

@@ -15,7 +15,7 @@ from obstaclewatch.paper.body_path import nearest_body_path
 from obstaclewatch.paper.clutter import Motion, PeakHistory, judge_motion
 from obstaclewatch.paper.measurement import Measurement, nothing_measured
 from obstaclewatch.paper.settings import PaperSettings
-from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest
+from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest, size_from_radius
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.streaming import check_arguments, reach_s
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
@@ -288,6 +288,9 @@ class EchoPipeline:
             first = profile.position(start_s + 2.0 * self.settings.near_m / self.sound_speed_m_s)
             average = mean_threshold(profile.magnitude[0, first:], 1.0)
             extra_m = printed_rim_excess(profile, echoes, average, self.sound_speed_m_s)
+            if self.settings.crest_radius is not None:
+                least_m, per_crest = self.settings.crest_radius
+                return size_from_radius(range_m, np.maximum(least_m + per_crest * extra_m, 0.0))
             merged = np.zeros(len(echoes), dtype=bool)
         return size_from_crest(range_m, extra_m, merged, errata.rim_angle)
 

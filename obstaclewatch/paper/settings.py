@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,9 @@ class PaperSettings:
         votes_needed, votes_of: five collision decisions out of nine detections (section 3.6).
         walker_half_width_m: half the width of the walker's body, for Eq. 4.
         crest_level: level, relative to the peak, at which a crest's trailing width is read.
+        crest_radius: radius of a crest without width, m, and how much it grows per metre of half a crest's width: a
+            line fitted to things of known size, as in Fig. 11, which replaces Eq. 3. It needs the crest as printed
+            (`Errata.pulse_width_removed` false). None takes Eq. 3.
         body_distance_m: (least, greatest) distance from microphone 1 to the walker's body.
         gate_margin_m: how far path 2 - path 1 may lie outside +-L before it is another echo; 3 cm is three standard
             deviations at 20 dB.
@@ -78,6 +82,7 @@ class PaperSettings:
     votes_of: int = 9
     walker_half_width_m: float = 0.25
     crest_level: float = 0.5
+    crest_radius: tuple[float, float] | None = None
     body_distance_m: tuple[float, float] = (0.1, 0.8)
     gate_margin_m: float = 0.03
     second_mic_snr_db: float = 12.0
@@ -94,6 +99,9 @@ class PaperSettings:
             raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:
             raise ValueError(f"crest_level must lie between 0 and 1, got {self.crest_level}")
+        line = self.crest_radius
+        if line is not None and (self.errata.pulse_width_removed or not np.isfinite(line).all()):
+            raise ValueError(f"crest_radius must be two numbers, with the crest as printed, got {line}")
         if not 0.0 < self.static_age_s < self.history_s < np.inf:
             raise ValueError(
                 f"static_age_s must be positive and below history_s, got {self.static_age_s} and {self.history_s}"
@@ -103,6 +111,21 @@ class PaperSettings:
             low, high = getattr(self, name)
             if not 0.0 < low < high:
                 raise ValueError(f"{name} must be (low, high) with 0 < low < high, got {(low, high)}")
+
+    @classmethod
+    def as_printed(cls, **others: Any) -> PaperSettings:
+        """Every formula as it stands in the paper; further settings by name."""
+        return cls(**READINGS["as_printed"] | others)
+
+    @classmethod
+    def calibrated(cls, **others: Any) -> PaperSettings:
+        """The paper at its best fair reading: radius calibrated as in its Fig. 11, lambda chosen; further settings by
+        name.
+
+        >>> PaperSettings.calibrated().errata.local_threshold
+        False
+        """
+        return cls(**READINGS["calibrated"] | others)
 
     def _check_numbers(self) -> None:
         """Refuse what would stop all detections without an error: NaN is below, above and within nothing."""
@@ -115,3 +138,16 @@ class PaperSettings:
         for name in ("floor_db", "second_mic_snr_db", "second_mic_level_db"):
             if not getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must be a level in dB, got {getattr(self, name)}")
+
+
+READINGS: dict[str, dict[str, Any]] = {
+    "as_printed": {"errata": Errata.as_printed()},
+    "calibrated": {
+        "threshold_factor": 2.0,
+        "crest_radius": (0.32, 0.0),
+        "errata": Errata(pulse_width_removed=False, local_threshold=False),
+    },
+}
+"""Named settings of the paper's detector; by default its formulas are corrected. Of "calibrated", lambda is the one of
+1.5, 2, 2.5 and 3 with the largest TP + TN on development walks, and the line is the least-squares fit to their narrow
+targets (`studies.crest_calibration`)."""

@@ -47,6 +47,11 @@ def size_from_crest(range_m: Floats, extra_m: Floats, merged: Flags, rim_angle: 
     return Size(angle, range_m * np.tan(angle), merged)
 
 
+def size_from_radius(range_m: Floats, radius_m: Floats) -> Size:
+    """Collision angle of crests whose radius is read off a calibration, as in Fig. 11."""
+    return Size(np.arctan2(radius_m, range_m), radius_m, np.zeros(len(range_m), dtype=bool))
+
+
 def rim_excess(
     profile: EchoProfile,
     echoes: Echoes,

@@ -11,6 +11,7 @@ import pytest
 from benchmarks.plan.suite import load_suite
 from benchmarks.runs.results import RunData
 from obstaclewatch import Errata
+from studies.crest_calibration import calibration_line, crest_m
 from studies.errata_table import HEADER, errata_rows, markdown
 
 
@@ -51,4 +52,13 @@ def test_the_suite_flips_every_switch_once(part):
     suite = load_suite("errata")
     assert suite.standing is not None
     named = suite.detectors if part == "walks" else suite.standing.detectors
-    assert sorted(named) == sorted(["PaperDetector", *(f"PaperDetector({f.name}=False)" for f in fields(Errata))])
+    switches = [f"PaperDetector({f.name}=False)" for f in fields(Errata)]
+    assert sorted(named) == sorted(["PaperDetector", "PaperDetector(reading='calibrated')", *switches])
+
+
+def test_a_calibration_finds_the_line_that_the_crests_were_made_of():
+    """Eq. 3 read backwards, and a line of 5 cm + 2 x crest."""
+    crest, range_m = np.array([0.02, 0.05, 0.10, 0.04]), np.array([1.0, 2.0, 3.0, 1.5])
+    read = np.sqrt((range_m + crest) ** 2 - range_m**2)
+    assert crest_m(range_m, read) == pytest.approx(crest, abs=1e-12)
+    assert calibration_line(crest, 0.05 + 2.0 * crest) == pytest.approx((0.05, 2.0, 1.0), abs=1e-9)
