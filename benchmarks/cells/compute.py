@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from time import perf_counter, process_time
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from benchmarks.cells.association import Estimates, associate
 from benchmarks.cells.channel import through_channel
+from benchmarks.cells.detection_index import detection_index_db
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.interference import with_interferer
 from benchmarks.cells.loud_echoes import loud_echo_ranges
-from benchmarks.cells.outcome import distance_before, outcomes
 from benchmarks.cells.probes.extremes import numerics_result
 from benchmarks.cells.probes.fidelities import fidelity_result
 from benchmarks.cells.probes.motions import motion_result
@@ -30,6 +31,7 @@ from benchmarks.cells.situations.variation import varied
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Floats
 from scenes import ground_truth
 from scenes.truth.truth import GroundTruth, target_range_m
 from simulator import Fidelity
@@ -51,6 +53,8 @@ PROGRESS_STEP_S = 0.02
 def compute(cell: Cell) -> dict[str, Any]:
     """All numbers of one cell, ready for JSON: "truth", "detectors" (one entry each) and "cost" (times, s).
 
+    Of a detector: its first alert and how far and long before contact it comes; "decisions", the probability of a
+    collision that it stated at each beep, if it does, beside the distance left; and its estimates of every target.
     Standing measurements add "loud_echoes_m", of each microphone; see `benchmarks.cells.loud_echoes`.
 
     Raises:
@@ -74,7 +78,7 @@ def compute(cell: Cell) -> dict[str, Any]:
         "total_s": perf_counter() - begin,
     }
     echoes = {"loud_echoes_m": loud_echo_ranges(setting, Fidelity(**cell.fidelity))} if cell.kind == "standing" else {}
-    return {"truth": _truth_entry(setting, truths), "detectors": found, "cost": cost} | echoes
+    return {"truth": _truth_entry(cell, setting, beep, truths), "detectors": found, "cost": cost} | echoes
 
 
 def recording_of(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
@@ -116,13 +120,16 @@ def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording:
 def _judged(
     cell: Cell, name: str, setting: Situation, beep: BeepDesign, recording: Recording, truths: Sequence[GroundTruth]
 ) -> dict[str, Any]:
-    """One detector on the recording: its first alert, the outcome, and its estimates of every target."""
+    """One detector on the recording: its first alert, what it decided by, and its estimates of every target."""
     detector = detector_for(cell, name, setting, beep)
     begin, begin_cpu = perf_counter(), process_time()
     detections, no_beep = detections_of(detector, recording)
     cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
-    alert = first_alert(detections)
-    entry = {**alert, **_alert_scores(cell, alert, setting.walk, truths[0]), **cost, "no_beep": no_beep}
+    alert, contact_s = first_alert(detections), truths[0].contact_time_s
+    entry = {**alert, **cost, "no_beep": no_beep, "decisions": _decisions(detections, setting.walk, contact_s)}
+    entry["alert_distance_m"] = float(_left_m(setting.walk, alert["alert_time_s"], contact_s))
+    entry["alert_lead_s"] = float(np.subtract(contact_s, alert["alert_time_s"]))
+    entry["outcome"] = outcome(alert["alert"], entry["alert_distance_m"], truths[0].collides)
     entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
     return entry
 
@@ -144,22 +151,30 @@ def first_alert(detections: Sequence[Any]) -> dict[str, Any]:
     return {"alert": False, "alert_time_s": math.nan, "alert_range_m": math.nan}
 
 
-def _alert_scores(cell: Cell, alert: Mapping[str, Any], walk: Walk, truth: GroundTruth) -> dict[str, Any]:
-    distance = distance_before(_progress_m(walk, alert["alert_time_s"]), _progress_m(walk, truth.contact_time_s))
-    judged = outcomes(alert["alert"], distance, truth.collides, truth.line_collides, cell.scoring)
-    lead_s = float(np.subtract(truth.contact_time_s, alert["alert_time_s"]))
-    return {"alert_distance_m": distance, "alert_lead_s": lead_s, **judged}
+def outcome(alert: bool, alert_distance_m: float, collides: bool) -> Literal["TP", "FN", "TN", "FP"]:
+    """By the paper's rule: a true alert comes before contact; any alert on a walk without a collision is false."""
+    if not collides:
+        return "FP" if alert else "TN"
+    return "TP" if alert and alert_distance_m > 0.0 else "FN"
 
 
-def _progress_m(walk: Walk, time_s: float) -> float:
-    """How far the phone has come along its heading, which may turn; NaN at NaN."""
-    if math.isnan(time_s):
-        return math.nan
-    pose = walk.pose(np.linspace(0.0, time_s, 2 + math.ceil(abs(time_s) / PROGRESS_STEP_S)))
+def _decisions(detections: Sequence[Any], walk: Walk, contact_s: float) -> dict[str, list[float]]:
+    """By beep, the probability of a collision that the detector states, and the distance left; none without any."""
+    stated = [d.decision for d in detections if math.isfinite(getattr(d.decision, "collision_probability", math.nan))]
+    left_m = _left_m(walk, [decision.time_s for decision in stated], contact_s)
+    return {"left_m": left_m.tolist(), "probability": [float(each.collision_probability) for each in stated]}
+
+
+def _left_m(walk: Walk, time_s: ArrayLike, contact_s: float) -> Floats:
+    """Distance walked along the heading, which may change, from instants to contact; NaN without either."""
+    grid_s = np.linspace(0.0, walk.duration_s, 2 + math.ceil(walk.duration_s / PROGRESS_STEP_S))
+    pose = walk.pose(grid_s)
     heading = pose.body_heading_rad()
     ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     step = np.diff(pose.position_m[:, :2], axis=0)
-    return float(np.sum(step * 0.5 * (ahead[1:] + ahead[:-1])))
+    walked_m = np.cumsum(np.append(0.0, np.sum(step * 0.5 * (ahead[1:] + ahead[:-1]), axis=1)))
+    left: Floats = np.interp(contact_s, grid_s, walked_m) - np.interp(np.asarray(time_s, np.float64), grid_s, walked_m)
+    return left
 
 
 def echo_range_m(truth: GroundTruth) -> np.ndarray:
@@ -193,8 +208,10 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     return {name: column[inside].tolist() for name, column in columns.items()}
 
 
-def _truth_entry(setting: Situation, truths: Sequence[GroundTruth]) -> dict[str, Any]:
-    truth = truths[0]
+def _truth_entry(cell: Cell, setting: Situation, beep: BeepDesign, truths: Sequence[GroundTruth]) -> dict[str, Any]:
+    truth, target = truths[0], setting.scene.obstacle(setting.targets[0])
+    walked = cell.kind != "standing"
+    index = detection_index_db(setting, truth, beep, Fidelity(**cell.fidelity)) if walked else math.nan
     return {
         "targets": list(setting.targets),
         "collides": bool(truth.collides),
@@ -202,6 +219,9 @@ def _truth_entry(setting: Situation, truths: Sequence[GroundTruth]) -> dict[str,
         "contact_time_s": float(truth.contact_time_s),
         "miss_distance_m": float(truth.miss_distance_m),
         "clearance_m": float(truth.clearance_m),
+        "overlap_m": max(0.0, cell.scoring.half_width_m - truth.miss_distance_m) if truth.collides else math.nan,
+        "detection_index_db": index,
+        "moving": bool(target.moves),
         "radius_m": float(truth.radius_m[0]),
         "duration_s": float(setting.walk.duration_s),
     }

@@ -6,12 +6,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss, det, roc
+from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss
 from benchmarks.figures.bench.bins import errors_by_bin, missing_by_bin
 from benchmarks.figures.bench.budget import calibration, losses, range_budget
 from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
+from benchmarks.figures.bench.det import det
 from benchmarks.figures.bench.extremes import extremes_axes, extremes_map, extremes_table
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
+from benchmarks.figures.bench.hardness import rates_by_point, rates_by_stratum
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
 from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves
 from benchmarks.figures.bench.variants import of_one_variant
@@ -83,8 +85,9 @@ _BUILDERS: dict[str, Builder] = {
     "miss_distance": alert_rate_by_miss,
     "alert_distance": alert_distances,
     "losses": losses,
-    "roc": roc,
     "det": det,
+    "strata": rates_by_stratum,
+    "points": rates_by_point,
     "error_budget": range_budget,
     "error_bins": errors_by_bin,
     "missing_bins": missing_by_bin,

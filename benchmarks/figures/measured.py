@@ -14,10 +14,12 @@ from benchmarks.figures.plots import Line
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paper_values import SHOWN, PaperValue, RatePair
 from benchmarks.scoring.scores import (
+    PAPER_RECIPE,
     Table,
     absolute_errors,
     quantile_with_interval,
     rate,
+    recipe_of,
     true_negative_rate,
     true_positive_rate,
 )
@@ -26,9 +28,9 @@ from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
 NO_DATA = "no data"
-TP = "TP: collisions with an alert in time"
+TP = "TP: collisions with an alert before contact"
 TN = "TN: other walks without an alert"
-INTERVALS = "Whiskers: 95 % Wilson intervals; counts below the bars."
+INTERVALS = "Whiskers: exact 95 % intervals; counts below the bars."
 TOP = 112.0
 """Upper end of an axis of percentages, with room for numbers on the bars."""
 
@@ -57,13 +59,11 @@ def strata(run: RunData, column: str, kind: str = "approach") -> list[str]:
 
 
 def rules_text(run: RunData) -> str:
-    """By which rules an alert is in time, from the run's own settings; empty without walks."""
-    rules = [c["cell"]["scoring"] for c in run.cells if counts_as(c["cell"], "approach")][:1]
-    return " ".join(
-        f"In time: at least {rule['alert_margin_m']:g} m before contact; "
-        f"by the paper's rule: before contact, within {rule['alert_within_m']:g} m."
-        for rule in rules
-    )
+    """Which walks these are, and what can be held against the paper; empty without walks."""
+    recipe = recipe_of(run)
+    if recipe in ("", PAPER_RECIPE):
+        return recipe and "Recipe paper: clear-cut walks, as in the paper's field test."
+    return f"Recipe {recipe}: not the paper's field test, so its rates are not compared."
 
 
 def sentences(said: Sequence[str], end: str = ".") -> str:
@@ -100,7 +100,7 @@ def binned_line(
 
 
 def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flags, aside: float = 0.0) -> Line:
-    """Shares of (n,) hits by bin, in percent with Wilson's intervals; see `binned_line`."""
+    """Shares of (n,) hits by bin, in percent with exact intervals; see `binned_line`."""
     return binned_line(detector, edges, place, lambda mask: percents(rate(hit[mask])), aside)
 
 
@@ -111,7 +111,7 @@ def part(table: Table, column: str, value: object) -> Table:
 
 
 def rate_bar(group: str, series: str, found: Rate, paper: PaperValue | None = None) -> Bar:
-    """A rate in percent with its Wilson interval."""
+    """A rate in percent with its exact interval."""
     return Bar(group, series, *percents(found), f"{found.k}/{found.n}", found.n, paper)
 
 
@@ -166,7 +166,7 @@ def quantile_text(errors: Floats, quantile: float, unit: str, walks: Strings) ->
     """
     value, low, high, count = quantile_over_walks(errors, quantile, walks)
     if count == 0:
-        return NO_DATA
+        return "no estimate" if len(errors) else NO_DATA
     ends = f" ({significant(low)}–{significant(high)})" if np.isfinite(low) else ""
     return f"{significant(value)}{unit}{ends}"
 
@@ -188,22 +188,20 @@ def rate_text(found: Rate) -> str:
 
 
 def against_paper(value: float, low: float, high: float, paper: PaperValue, higher_is_better: bool) -> str:
-    """How a measured value with its interval stands to the paper's: "not significantly different from", "better than"
-    or "worse than".
-
-    Values in the paper's unit. Without a value or an interval it "cannot be compared with" the paper's.
-    """
+    """How a measured value with its interval stands to the paper's, in its unit: "better", "worse" or "inconclusive",
+    where the interval holds the paper's value and so decides nothing; empty without a value or an interval."""
     if not np.isfinite([value, low, high]).all():
-        return "cannot be compared with"
+        return ""
     if low <= paper.value <= high:
-        return "not significantly different from"
-    return "better than" if (value > paper.value) == higher_is_better else "worse than"
+        return "inconclusive"
+    return "better" if (value > paper.value) == higher_is_better else "worse"
 
 
 def rate_against(found: Rate, paper: PaperValue, higher_is_better: bool = True) -> str:
     """A clause for a sentence: "worse than the paper (94.6 %)"."""
     word = against_paper(found.value, found.low, found.high, paper, higher_is_better)
-    return f"{word} the paper ({paper.text})"
+    joined = {"better": "better than", "worse": "worse than", "inconclusive": "inconclusive against"}
+    return f"{joined.get(word, 'not comparable with')} the paper ({paper.text})"
 
 
 def extreme(groups: dict[str, Rate], pick: Callable[..., str] = min) -> str:

@@ -8,8 +8,17 @@ from benchmarks.gates.config import Gates, MedianClaim, RateClaim
 from benchmarks.gates.quantities import QUANTITIES, per_walk_of, rows_where, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import approach_table
-from benchmarks.scoring.statistics import lower_bound, needed_of, upper_quantile_bound
+from benchmarks.scoring.scores import (
+    Table,
+    approach_table,
+    chosen,
+    recipe_of,
+    swept,
+    true_negative_rate,
+    true_positive_rate,
+)
+from benchmarks.scoring.statistics import Rate, lower_bound, needed_of, upper_quantile_bound
+from benchmarks.scoring.strata import clear_cut
 
 GROUP = "claim"
 
@@ -30,14 +39,12 @@ def _judge(run: RunData, claim: RateClaim | MedianClaim, split: str) -> Verdict:
 
 
 def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
-    walks = approach_table(run, claim.detector)
-    walks = rows_where(walks, scene=claim.scene, category=claim.category, phone=claim.phone)
-    asked = walks["collides"] if claim.rate == "TP" else ~walks["collides"]
-    n = int(asked.sum())
-    if n == 0:
-        return Verdict.unmeasured(GROUP, name, f"{name}: no such walk in the run")
-    right = walks["true_alert"] if claim.rate == "TP" else ~walks["alert"]
-    k = int(right[asked].sum())
+    if claim.recipe not in (None, recipe_of(run)):
+        return Verdict.unmeasured(GROUP, name, f"{name} is claimed on recipe {claim.recipe}, not on these walks")
+    found = _measured(_asked_of(approach_table(run, claim.detector), claim), claim)
+    if found is None or found.n == 0:
+        return Verdict.unmeasured(GROUP, name, f"{name}: no such walk in the run, or no probability stated")
+    k, n = found.k, found.n
     bound, needed = lower_bound(k, n, claim.confidence), needed_of(n, claim.at_least, claim.confidence)
     ask = f"{needed} of {n} needed" if needed is not None else f"no count of {n} walks is enough, run more"
     text = (
@@ -45,6 +52,24 @@ def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
         f"confidence; claimed {100 * claim.at_least:g} %, {ask}"
     )
     return Verdict.of(GROUP, name, bound >= claim.at_least, text, n)
+
+
+def _asked_of(walks: Table, claim: RateClaim) -> Table:
+    """The walks that a claim is about."""
+    walks = rows_where(walks, scene=claim.scene, category=claim.category, phone=claim.phone)
+    walks = chosen(walks, clear_cut(walks)) if claim.clear_cut else walks
+    least_db = claim.least_index_db
+    return walks if least_db is None else chosen(walks, walks["detection_index_db"] >= least_db)
+
+
+def _measured(walks: Table, claim: RateClaim) -> Rate | None:
+    """None if a threshold is to be swept and no probability is stated."""
+    if claim.rate == "TN":
+        return true_negative_rate(walks)
+    if claim.at_tnr is None:
+        return true_positive_rate(walks, claim.left_m)
+    point = swept(walks, claim.left_m, claim.at_tnr)
+    return None if point is None else point.true_positive
 
 
 def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
@@ -69,8 +94,17 @@ def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
 
 
 def _name(claim: RateClaim | MedianClaim) -> str:
-    what = claim.rate if isinstance(claim, RateClaim) else f"{claim.quantity}, {claim.kind}"
+    what = _rate_name(claim) if isinstance(claim, RateClaim) else f"{claim.quantity}, {claim.kind}"
     where = [part for part in (claim.scene, claim.category, getattr(claim, "phone", None)) if part]
     distance = getattr(claim, "standing_range_m", None)
     places = ", ".join([*where, *([f"{distance:g} m"] if distance else [])])
     return f"{claim.detector} {what}" + (f" ({places})" if places else "")
+
+
+def _rate_name(claim: RateClaim) -> str:
+    """ "TP at TN 95 %, 0.5 m left, clear-cut, index >= 15 dB"."""
+    swept_to = "" if claim.at_tnr is None else f" at TN {100 * claim.at_tnr:g} %"
+    parts = [f"{claim.left_m:g} m left"] if claim.left_m else []
+    parts += ["clear-cut"] if claim.clear_cut else []
+    parts += [] if claim.least_index_db is None else [f"index >= {claim.least_index_db:g} dB"]
+    return ", ".join([claim.rate + swept_to, *parts])

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field, ValidationError, field_validator, model_v
 
 from benchmarks.cells.spec import first_error
 from benchmarks.gates.quantities import QUANTITIES
+from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -22,16 +23,32 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
 
     Attributes:
         detector: whose; the file's `claimed` by default.
+        left_m: distance that must be left to contact at an alert; 0 is before contact, the paper's rule.
+        at_tnr: of TP, with the threshold at which so many other walks stay quiet; as the detector decides by default.
+        recipe: the claim is about walks of that recipe: of others nothing is measured.
         scene, category, phone: only those walks; all of them by default.
+        clear_cut, least_index_db: only walks that hit or miss clearly, or with a detection index of at least so much.
     """
 
     detector: str = ""
     rate: Literal["TP", "TN"]
     at_least: Share
+    left_m: float = 0.0
+    at_tnr: Share | None = None
+    recipe: Literal["paper", "mixed"] | None = None
     scene: str | None = None
     category: str | None = None
     phone: str | None = None
+    clear_cut: bool = False
+    least_index_db: float | None = None
     confidence: Share = 0.95
+
+    @field_validator("left_m")
+    @classmethod
+    def _told(cls, left_m: float) -> float:
+        if left_m not in LEFT_M:
+            raise ValueError(f"left_m must be one of {LEFT_M}")
+        return left_m
 
 
 class MedianClaim(BaseModel, extra="forbid", frozen=True):

@@ -15,7 +15,8 @@ QUANTITIES = (
 
 
 def verdict_lines(summary: dict[str, Any]) -> list[str]:
-    """TP, TN, false alerts, and median errors walking and standing, each with n and its 95 % interval.
+    """TP by the distance left, TN, false alerts, TP where 95 % of the other walks stay quiet, and median errors walking
+    and standing, each with n and its 95 % interval.
 
     Of what the run has cells for; of a sweep, the first four alone.
     """
@@ -23,16 +24,21 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
     for point, detectors in summary.get("points", {}).items():
         lines.append(f"[{point}]")
         for name, found in detectors.items():
-            lines += [f"  {name}", *(f"    {label:<40}{text}" for label, text in list(_told(found))[:_OF_A_POINT])]
+            lines += [f"  {name}", *(f"    {label:<44}{text}" for label, text in list(_told(found))[:_OF_A_POINT])]
     for name, found in summary.get("detectors", {}).items():
-        lines += [name, *(f"  {label:<40}{text}" for label, text in _told(found))]
+        lines += [name, *(f"  {label:<44}{text}" for label, text in _told(found))]
     return lines
 
 
 def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """What is measured and how much; nothing of walks, standing phones or their loud echoes where there are none."""
     if found["false_alerts_over_all"]["n"]:
+        for left_m, rate in found["tp"].items():
+            yield f"TP, {left_in_words(float(left_m))}", _share(rate)
         yield from ((label, _share(found[key])) for key, label in _RATES)
+        for left_m, rates in found["swept"].items():
+            if TOLD_TNR in rates:
+                yield f"TP at TN {TOLD_TNR} %, {left_in_words(float(left_m))}", _share(rates[TOLD_TNR])
     for state in ("walking", "standing"):
         for key, label, unit, scale in QUANTITIES:
             if found[state][key]["of"]:
@@ -44,10 +50,18 @@ def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 _OF_A_POINT = 4
-"""Rates and the first error: a sweep has many points, and `summary.json` and the figures tell the rest."""
+"""TP and TN: a sweep has many points, and `summary.json` and the figures tell the rest."""
+TOLD_TNR = "95"
+_RATES = (
+    ("tn", "TN"),
+    ("false_alerts_over_negatives", "false alerts, of walks without a collision"),
+    ("false_alerts_over_all", "false alerts, of all walks"),
+)
 
 
-_RATES = (("tp", "TP"), ("tn", "TN"), ("false_alerts_over_all", "false alerts over all"))
+def left_in_words(left_m: float) -> str:
+    """What an alert must leave: "before contact", "1 m left"."""
+    return f"{left_m:g} m left" if left_m else "before contact"
 
 
 def _share(rate: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.figures.paper.energies import cpu_per_beep_s
 from benchmarks.report.cases import UNKNOWN
 from benchmarks.runs.results import RunData
 
@@ -29,8 +30,9 @@ def cost_lines(run: RunData) -> Lines:
         ("simulation", f"{_per_cell([cost['simulate_s'] for _, cost in known])}"),
     ]
     for name in sorted({name for _, cost in known for name in cost["detect_s"]}):
-        spent = sum(cost["detect_s"].get(name, 0.0) for _, cost in known)
-        lines.append((f"detection, {name}", f"{1e3 * spent / beeps:.2f} ms a beep"))
+        spent = 1e3 * cpu_per_beep_s(run, name)
+        text = f"{np.median(spent):.2f} ms a beep, median over walks" if len(spent) else UNKNOWN
+        lines.append((f"processor time of detection, {name}", text))
     memory = [cost["peak_rss_mb"] for _, cost in known if "peak_rss_mb" in cost]
     return [*lines, ("memory of a process, at most", f"{max(memory):.0f} MB" if memory else UNKNOWN)]
 

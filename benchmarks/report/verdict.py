@@ -21,30 +21,29 @@ from benchmarks.figures.measured import (
     quantile_over_walks,
     significant,
 )
-from benchmarks.figures.paper.errors import NARROW_M
+from benchmarks.report.lines import left_in_words
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
+from benchmarks.scoring.operating_points import TRUE_NEGATIVE_RATES
 from benchmarks.scoring.paper_values import SHOWN, PaperValue
 from benchmarks.scoring.scores import (
+    LEFT_M,
+    NARROW_M,
+    PAPER_RECIPE,
     Table,
     approach_table,
     beep_table,
     chosen,
     false_alerts_over_all,
-    rate,
+    false_alerts_over_negatives,
+    narrow_alone,
+    recipe_of,
+    swept,
     true_negative_rate,
     true_positive_rate,
 )
 from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Floats
-
-WORDS = {
-    "better than": "better",
-    "worse than": "worse",
-    "not significantly different from": "inconclusive",
-    "cannot be compared with": "",
-}
-"""Tags beside the paper's values, by the words of `against_paper`."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,9 @@ def verdict_rows(run: RunData) -> list[Row]:
     names = detectors_of(run)
     judged = judged_detectors(run)
     tables = {name: _tables(run, name) for name in names}
-    rows = [_rate_row(tables, names, *spec) for spec in _RATES]
+    comparable = recipe_of(run) == PAPER_RECIPE
+    rows = [_rate_row(tables, names, comparable, *spec) for spec in _RATES]
+    rows += [_swept_row(tables, names, left_m, tnr) for left_m in LEFT_M for tnr in TRUE_NEGATIVE_RATES]
     for group, label, quantity, paper in _quantities(_standing_ranges(run)):
         asked = names if group == "Alerts" else judged
         cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
@@ -110,7 +111,7 @@ def _groups(run: RunData) -> set[str]:
     """Groups of rows that the run's cells can fill, whether or not a detector found anything."""
     walked = any(counts_as(cell["cell"], "approach") for cell in run.cells)
     stood = any(counts_as(cell["cell"], "standing") for cell in run.cells)
-    return ({"Alerts", "Walking"} if walked else set()) | ({"Standing"} if stood else set())
+    return ({"Alerts", "Thresholds", "Walking"} if walked else set()) | ({"Standing"} if stood else set())
 
 
 def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
@@ -122,8 +123,11 @@ def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
     return []
 
 
-def _alert_sentence(name: str, tp: str, tn: str, false: str) -> str:
-    return f"{name}: TP {tp} of the collisions, TN {tn} of the other walks; false alerts on {false} of all walks."
+def _alert_sentence(name: str, tp: str, at_1m: str, at_half_m: str, tn: str, false: str) -> str:
+    return (
+        f"{name}: TP {tp} before contact, {at_half_m} with 0.5 m left, {at_1m} with 1 m left; TN {tn}; "
+        f"false alerts on {false} of all walks."
+    )
 
 
 def _standing_sentence(name: str, first: str, second: str) -> str:
@@ -134,26 +138,25 @@ def rate_measured(found: Rate, paper: PaperValue | None = None, higher_is_better
     """A rate in percent."""
     if found.n == 0:
         return Measured(NO_DATA)
-    word = "" if paper is None else WORDS[against_paper(found.value, found.low, found.high, paper, higher_is_better)]
+    word = "" if paper is None else against_paper(found.value, found.low, found.high, paper, higher_is_better)
     interval = f"{100.0 * found.low:.1f}–{100.0 * found.high:.1f} %"
     return Measured(f"{100.0 * found.value:.1f} %", interval, f"{found.k} of {found.n}", word)
 
 
-def true_positives_by_the_paper(table: Table) -> Rate:
-    """Collisions with an alert before contact and within the paper's danger distance (its section 3.2)."""
-    return rate(table["within_alert"][table["collides"]])
-
-
 _OVERALL, _FALSE = paper_values.OVERALL, paper_values.FALSE_ALERTS
-_RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue, PaperValue | None, bool], ...] = (
-    ("TP: collisions with an alert in time", true_positive_rate, _OVERALL.true_positive, None, True),
+_RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue | None, PaperValue | None, bool], ...] = (
+    ("TP: collisions with an alert before contact", true_positive_rate, _OVERALL.true_positive, None, True),
+    *(
+        (f"TP, {left_in_words(left_m)}", partial(true_positive_rate, left_m=left_m), None, None, True)
+        for left_m in LEFT_M if left_m
+    ),
     ("TN: other walks without an alert", true_negative_rate, _OVERALL.true_negative, None, True),
     ("false alerts over all walks", false_alerts_over_all, _FALSE["PaperDetector"], _FALSE[BASELINE], False),
-    ("TP by the paper's rule", true_positives_by_the_paper, _OVERALL.true_positive, None, True),
-)
+    ("false alerts over walks without a collision", false_alerts_over_negatives, None, None, False),
+)  # fmt: skip
 """Label, score, the paper's value for its detector and for its baseline, whether more is better."""
 
-ALERTS = tuple(label for label, *_ in _RATES[:3])
+ALERTS = tuple(label for label, *_ in _RATES[:-1])
 STANDING = ("Distance1, P90", "Distance2, P90")
 """Rows that a headline is made of."""
 
@@ -161,17 +164,27 @@ STANDING = ("Distance1, P90", "Distance2, P90")
 def _rate_row(
     tables: dict[str, Tables],
     names: Sequence[str],
+    comparable: bool,
     label: str,
     score: Callable[[Table], Rate],
-    paper: PaperValue,
+    paper: PaperValue | None,
     baseline: PaperValue | None,
     higher_is_better: bool,
 ) -> Row:
+    if not comparable:
+        paper = baseline = None
     known = {name: baseline if name == BASELINE else paper for name in names}
     cells = tuple(rate_measured(score(tables[name].walks), known[name], higher_is_better) for name in names)
     printed, source = _printed(paper)
     both = f"{printed}; distance only {baseline.text}" if baseline is not None and BASELINE in names else printed
     return Row("Alerts", label, both, source, cells)
+
+
+def _swept_row(tables: dict[str, Tables], names: Sequence[str], left_m: float, tnr: float) -> Row:
+    """TP with each detector's threshold where so many other walks stay quiet; none where it states no probability."""
+    points = [swept(tables[name].walks, left_m, tnr) for name in names]
+    cells = tuple(None if point is None else rate_measured(point.true_positive) for point in points)
+    return Row("Thresholds", f"TP at TN {100 * tnr:g} %, {left_in_words(left_m)}", "–", "", cells)
 
 
 def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, PaperValue | None]]:
@@ -243,8 +256,8 @@ def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quant
 
 
 def _narrow_radius(tables: Tables, paper: PaperValue | None, quantile: float) -> Measured:
-    walking = chosen(tables.walking, tables.walking["true_radius_m"] <= NARROW_M)
-    return _error("walking", "radius_m", "m", quantile, Tables(tables.walks, walking, tables.standing), paper)
+    narrow = Tables(tables.walks, narrow_alone(tables.walking), tables.standing)
+    return _error("walking", "radius_m", "m", quantile, narrow, paper)
 
 
 def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, unit: str) -> Measured:
@@ -258,8 +271,8 @@ def _quantile(
     value, low, high, count = quantile_over_walks(values, quantile, walks)
     of = f"{count} of {len(values)}"
     if count == 0:
-        return Measured(NO_DATA, "", of)
-    word = "" if paper is None else WORDS[against_paper(value, low, high, paper, higher_is_better=False)]
+        return Measured("no estimate" if len(values) else NO_DATA, "", of)
+    word = "" if paper is None else against_paper(value, low, high, paper, higher_is_better=False)
     interval = f"{significant(scale * low)} to {significant(scale * high)}{unit}" if np.isfinite(low) else ""
     return Measured(f"{significant(scale * value)}{unit}", interval, of, word)
 

@@ -63,9 +63,8 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 COLUMNS = (
     "label", "kind", "scene", "category", "index", "phone", "seed", "range_m", "status", "detector", "collides",
-    "line_collides", "contact_time_s", "miss_distance_m", "clearance_m", "radius_m", "duration_s", "alert",
-    "alert_time_s", "alert_range_m", "alert_distance_m", "alert_lead_s", "outcome", "outcome_paper_alert",
-    "outcome_line",
+    "line_collides", "contact_time_s", "miss_distance_m", "overlap_m", "clearance_m", "detection_index_db", "moving",
+    "radius_m", "duration_s", "alert", "alert_time_s", "alert_range_m", "alert_distance_m", "alert_lead_s", "outcome",
 )  # fmt: skip
 
 

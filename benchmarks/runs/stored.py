@@ -43,6 +43,8 @@ class StoredCost(_Stored):
     recording_s: float = 0.0
     peak_rss_mb: float = 0.0
     detect_s: dict[str, float] = {}
+    detect_cpu_s: dict[str, float] = {}
+    beeps: int = 0
 
 
 class _Entry(_Stored):
@@ -54,12 +56,12 @@ class _Entry(_Stored):
     alert_distance_m: Number
     alert_lead_s: Number
     outcome: Literal["TP", "FN", "TN", "FP"]
-    outcome_paper_alert: Literal["TP", "FN", "TN", "FP"]
+    decisions: dict[str, list[Number]]
     beeps: list[dict[str, list[Number | bool]]]
 
     @model_validator(mode="after")
     def _even(self) -> _Entry:
-        for columns in self.beeps:
+        for columns in (self.decisions, *self.beeps):
             lengths = {len(column) for column in columns.values()}
             if len(lengths) > 1:
                 raise ValueError(f"columns over beeps must be equally long, got {sorted(lengths)}")

@@ -11,24 +11,38 @@ from numpy.typing import ArrayLike, NDArray
 from benchmarks.cells.association import ESTIMATES
 from benchmarks.cells.spec import counts_as
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.statistics import Rate, quantile_with_interval, wilson
+from benchmarks.scoring.operating_points import TRUE_NEGATIVE_RATES, OperatingPoint, operating_point
+from benchmarks.scoring.statistics import Rate, exact_rate, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats
 
 Table = dict[str, NDArray[Any]]
 
 _CELL = ("scene", "category", "phone", "index", "seed")
-_TRUTH = ("collides", "line_collides", "miss_distance_m", "duration_s", "contact_time_s")
+_TRUTH = (
+    "collides", "line_collides", "miss_distance_m", "duration_s", "contact_time_s", "overlap_m", "clearance_m",
+    "detection_index_db", "moving",
+)  # fmt: skip
 _ALERT = ("alert", "alert_distance_m", "alert_range_m", "alert_lead_s", "alert_time_s")
 _WORDS = ("label", *_CELL[:3])
-_FLAGS = ("collides", "line_collides", "alert", "true_alert", "within_alert", "low")
+_FLAGS = ("collides", "line_collides", "alert", "true_alert", "low", "moving")
+
+LEFT_M = (1.0, 0.5, 0.0)
+"""Distances, as walked, that must be left to contact at the first alert; 0 is before contact, which is all that the
+paper asks (section 3.6). An alert that comes earlier than its danger distance of 3 m lasts until then."""
+PAPER_RECIPE = "paper"
+"""The recipe of the walks that the paper's rates are about."""
+NARROW_M = 0.5
+"""Radius up to which targets are like those of the paper's Figure 11: people, signs, dustbins."""
 
 
 def approach_table(run: RunData, detector: str) -> Table:
     """One row per walk that did not fail.
 
     Columns: label, scene, category, phone, index, seed, collides, line_collides, miss_distance_m, duration_s,
-    contact_time_s, alert, alert_distance_m (walked from alert to contact), alert_range_m, alert_lead_s,
-    true_alert (at least the margin before contact) and within_alert (the paper's rule: within 3 m of contact).
+    contact_time_s, overlap_m (NaN without a collision), clearance_m, detection_index_db, moving, alert,
+    alert_distance_m (walked from alert to contact), alert_range_m, alert_lead_s, true_alert (a collision's, before
+    contact), and "score_1m", "score_0.5m", "score_0m": the greatest probability of a collision that the detector stated
+    with so much left, of walks without a collision at any time; NaN if it states none.
     """
     rows = []
     for record in run.ok:
@@ -40,9 +54,10 @@ def approach_table(run: RunData, detector: str) -> Table:
             | {name: record["cell"][name] for name in _CELL}
             | {name: truth[name] for name in _TRUTH}
             | {name: entry[name] for name in _ALERT}
-            | {"true_alert": entry["outcome"] == "TP", "within_alert": entry["outcome_paper_alert"] == "TP"}
+            | {"true_alert": entry["outcome"] == "TP"}
+            | {score_column(left_m): _score(entry["decisions"], truth["collides"], left_m) for left_m in LEFT_M}
         )
-    names = ("label", *_CELL, *_TRUTH, *_ALERT, "true_alert", "within_alert")
+    names = ("label", *_CELL, *_TRUTH, *_ALERT, "true_alert", *map(score_column, LEFT_M))
     return {name: _column(name, [row[name] for row in rows]) for name in names}
 
 
@@ -90,14 +105,25 @@ def nearest_echo(estimate_m: ArrayLike, echoes_m: ArrayLike) -> Floats:
 
 
 def rate(successes: ArrayLike) -> Rate:
-    """Share of true entries with its Wilson 95 % interval."""
+    """Share of true entries with its exact 95 % interval."""
     outcome = np.asarray(successes, dtype=bool)
-    return wilson(int(outcome.sum()), len(outcome))
+    return exact_rate(int(outcome.sum()), len(outcome))
 
 
-def true_positive_rate(table: Table) -> Rate:
-    """Collisions that raise an alert in time, over all collisions (paper section 4.1)."""
-    return rate(table["true_alert"][table["collides"]])
+def recipe_of(run: RunData) -> str:
+    """The recipe of the run's walks; "own scenes", or "several" joined by a plus; empty without walks."""
+    cells = [c["cell"] for c in run.cells if counts_as(c["cell"], "approach")]
+    return " + ".join(sorted({cell["approach"].get("recipe", "own scenes") for cell in cells}))
+
+
+def in_time(table: Table, left_m: float = 0.0) -> Flags:
+    """(n,) whether the first alert came before contact, with at least so much left."""
+    return table["true_alert"] & (table["alert_distance_m"] >= left_m)
+
+
+def true_positive_rate(table: Table, left_m: float = 0.0) -> Rate:
+    """Collisions with an alert before contact, with at least so much left, over all collisions (paper section 4.1)."""
+    return rate(in_time(table, left_m)[table["collides"]])
 
 
 def true_negative_rate(table: Table) -> Rate:
@@ -105,9 +131,34 @@ def true_negative_rate(table: Table) -> Rate:
     return rate(~table["alert"][~table["collides"]])
 
 
+def false_alerts_over_negatives(table: Table) -> Rate:
+    """Alerts among the walks without a collision: 1 - TN."""
+    return rate(table["alert"][~table["collides"]])
+
+
 def false_alerts_over_all(table: Table) -> Rate:
     """Alerts on walks without a collision, over all walks: the paper's Figure 26 counts so."""
     return rate(table["alert"] & ~table["collides"])
+
+
+def swept(table: Table, left_m: float, true_negative_rate: float) -> OperatingPoint | None:
+    """TP and TN with the threshold on the stated probability at which TN is so high; None if none is stated."""
+    score, collides = table[score_column(left_m)], table["collides"]
+    if np.isfinite(score).any():
+        score = np.nan_to_num(score)  # of a walk in which no beep was found
+    return operating_point(score[collides], score[~collides], true_negative_rate)
+
+
+def score_column(left_m: float) -> str:
+    """Name of the column of scores with so much left."""
+    return f"score_{left_m:g}m"
+
+
+def _score(decisions: Mapping[str, Any], collides: bool, left_m: float) -> float:
+    if not decisions["probability"]:
+        return np.nan
+    stated = zip(decisions["probability"], decisions["left_m"], strict=True)
+    return max((p for p, left in stated if not collides or left >= left_m), default=0.0)
 
 
 def by(table: Table, column: str) -> dict[Any, Table]:
@@ -151,9 +202,11 @@ def _verdict(run: RunData, detector: str) -> dict[str, Any]:
     walks, beeps = approach_table(run, detector), beep_table(run, detector, "approach")
     still = beep_table(run, detector, "standing")
     return {
-        "tp": _rate_entry(true_positive_rate(walks)),
+        "tp": {f"{left_m:g}": _rate_entry(true_positive_rate(walks, left_m)) for left_m in LEFT_M},
         "tn": _rate_entry(true_negative_rate(walks)),
+        "false_alerts_over_negatives": _rate_entry(false_alerts_over_negatives(walks)),
         "false_alerts_over_all": _rate_entry(false_alerts_over_all(walks)),
+        "swept": {f"{left_m:g}": _swept_entries(walks, left_m) for left_m in LEFT_M},
         "walking": _errors(beeps),
         "standing": _errors(still),
         "standing_against_echoes": _errors(still, {name: (name, echo) for echo, name in ECHOES.items()}),
@@ -167,9 +220,15 @@ def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = _TRUE) -> dict[
     """Median absolute errors by name, of pairs of estimate and what it is held against."""
     entries = {}
     for name, (estimate, truth) in pairs.items():
+        table = narrow_alone(table) if name == "radius_m" else table
         value, low, high, count = quantile_with_interval(absolute_errors(table, estimate, truth), 0.5, table["label"])
         entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(table[truth])}
     return entries
+
+
+def narrow_alone(table: Table) -> Table:
+    """The beeps whose targets are narrow: radii are judged of these."""
+    return chosen(table, table["true_radius_m"] <= NARROW_M)
 
 
 def _nearest_echoes(result: Mapping[str, Any], beeps: Mapping[str, Any], kind: str) -> dict[str, list[float]]:
@@ -181,6 +240,11 @@ def _nearest_echoes(result: Mapping[str, Any], beeps: Mapping[str, Any], kind: s
         name: nearest_echo(beeps[estimate], echoes).tolist()
         for (name, estimate), echoes in zip(ECHOES.items(), told, strict=True)
     }
+
+
+def _swept_entries(walks: Table, left_m: float) -> dict[str, Any]:
+    found = {f"{100 * tnr:g}": swept(walks, left_m, tnr) for tnr in TRUE_NEGATIVE_RATES}
+    return {tnr: _rate_entry(point.true_positive) for tnr, point in found.items() if point is not None}
 
 
 def _rate_entry(found: Rate) -> dict[str, Any]:

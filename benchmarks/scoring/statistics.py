@@ -35,8 +35,8 @@ class Rate:
         )
 
 
-def wilson(k: int, n: int, confidence: float = 0.95) -> Rate:
-    """Wilson's score interval, for display (Wilson 1927).
+def exact_rate(k: int, n: int, confidence: float = 0.95) -> Rate:
+    """k of n with its exact interval (Clopper and Pearson 1934).
 
     Raises:
         ValueError: k outside 0..n.
@@ -45,7 +45,7 @@ def wilson(k: int, n: int, confidence: float = 0.95) -> Rate:
         raise ValueError(f"k must lie within 0..n, got {k} of {n}")
     if n == 0:
         return Rate(0, 0, float("nan"), float("nan"))
-    interval = stats.binomtest(k, n).proportion_ci(confidence, method="wilson")
+    interval = stats.binomtest(k, n).proportion_ci(confidence, method="exact")
     return Rate(k, n, float(interval.low), float(interval.high))
 
 

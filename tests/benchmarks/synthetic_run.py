@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.compute import outcome
 from benchmarks.cells.spec import Cell
 from benchmarks.runs.results import RunData
 
+LEFT_M = [1.5, 0.7, 0.3]
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector")
 RANGE_ERROR_M, RANGE2_ERROR_M = 0.004, 0.012
 BEARING_ERROR_RAD, RADIUS_ERROR_M = math.radians(5.0), 0.02
 MANIFEST = {
-    "argv": ["run", "paper", "--tier", "smoke", "--set", "scoring.alert_margin_m=0.5"],
+    "argv": ["run", "paper", "--tier", "smoke", "--set", "scoring.gate_m=0.4"],
     "suite": "paper", "title": "Made up & counted", "tier": "smoke", "split": "test", "seed": 2018,
     "git_revision": "0123abc", "git_dirty": False, "platform": "nowhere", "versions": {"numpy": "2.0"},
 }  # fmt: skip
@@ -32,11 +34,17 @@ def walk(
     detectors: Sequence[str] = DETECTORS,
     radius_m: float = 0.3,
     bearing_rad: float = 0.1,
+    probability: Sequence[float] = (),
+    recipe: str = "paper",
+    **truths: Any,
 ) -> dict[str, Any]:
-    """One walk of four beeps; every detector alerts first `alert_distance_m` before contact (None: not at all)."""
+    """One walk of four beeps; every detector alerts first `alert_distance_m` before contact (None: not at all).
+
+    `probability` is stated at 1.5, 0.7, 0.3 ... m left; further keywords are of the truth.
+    """
     cell = Cell(
         kind="approach", scene=scene, category=category, index=index, phone=phone, seed=index, collision=collides,
-        detectors=tuple(detectors),
+        detectors=tuple(detectors), approach={"recipe": recipe},
     )  # fmt: skip
     alert = alert_distance_m is not None
     entry = {
@@ -45,16 +53,16 @@ def walk(
         "alert_range_m": 2.5 if alert else None,
         "alert_distance_m": alert_distance_m if collides else None,
         "alert_lead_s": alert_distance_m / 1.3 if alert and collides else None,
-        "outcome": _outcome(alert, alert_distance_m, collides),
-        "outcome_paper_alert": _outcome(alert, alert_distance_m, collides),
-        "outcome_line": _outcome(alert, alert_distance_m, collides),
+        "outcome": outcome(alert, alert_distance_m or 0.0, collides),
+        "decisions": {"left_m": LEFT_M[: len(probability)], "probability": list(probability)},
         "beeps": [beeps([4.0, 3.5, 3.0, 2.5], bearing_rad, radius_m)],
     }
     truth = {
         "targets": ["target"], "collides": collides, "line_collides": collides,
         "contact_time_s": 3.0 if collides else None, "miss_distance_m": 0.0 if collides else 0.4 + 0.1 * index,
-        "clearance_m": 0.0, "radius_m": radius_m, "duration_s": 4.0,
-    }  # fmt: skip
+        "clearance_m": 0.0 if collides else 0.6, "overlap_m": 0.25 if collides else None, "moving": False,
+        "detection_index_db": 18.0, "radius_m": radius_m, "duration_s": 4.0,
+    } | truths  # fmt: skip
     return record(cell, truth, dict.fromkeys(detectors, entry))
 
 
@@ -66,11 +74,13 @@ def standing(range_m: float, index: int = 0, detectors: Sequence[str] = DETECTOR
     )  # fmt: skip
     truth = {
         "targets": ["target"], "collides": False, "line_collides": False, "contact_time_s": None,
-        "miss_distance_m": 0.0, "clearance_m": range_m, "radius_m": 0.3, "duration_s": 0.9,
+        "miss_distance_m": 0.0, "overlap_m": None, "moving": False, "detection_index_db": None,
+        "clearance_m": range_m, "radius_m": 0.3, "duration_s": 0.9,
     }  # fmt: skip
     entry = {
         "alert": False, "alert_time_s": None, "alert_range_m": None, "alert_distance_m": None, "alert_lead_s": None,
-        "outcome": "TN", "outcome_paper_alert": "TN", "outcome_line": "TN", "beeps": [beeps([range_m] * 4, 0.1, 0.3)],
+        "outcome": "TN",
+        "decisions": {"left_m": [], "probability": []}, "beeps": [beeps([range_m] * 4, 0.1, 0.3)],
     }  # fmt: skip
     return record(cell, truth, dict.fromkeys(detectors, entry))
 
@@ -121,19 +131,20 @@ def failed(stored: dict[str, Any], error: str = "Traceback\nValueError: no <mesh
 def made_up_run(folder: Path, cells: Sequence[dict[str, Any]] | None = None, **manifest: Any) -> RunData:
     """A run of these cells, or of `default_cells`, with a cost for each."""
     chosen = tuple(default_cells() if cells is None else cells)
-    cost = {"simulate_s": 0.2, "detect_s": dict.fromkeys(DETECTORS, 0.01), "recording_s": 0.9, "total_s": 0.3}
+    cost = {
+        "simulate_s": 0.2,
+        "detect_s": dict.fromkeys(DETECTORS, 0.01),
+        "beeps": 10,
+        "detect_cpu_s": dict.fromkeys(DETECTORS, 0.01),
+        "recording_s": 0.9,
+        "total_s": 0.3,
+    }
     return RunData(folder, MANIFEST | manifest, chosen, tuple(cost if c["status"] == "ok" else {} for c in chosen))
 
 
 def default_cells() -> list[dict[str, Any]]:
-    """Walls: 3 of 4 collisions alerted, 1 of 2 others alerted; campus pedestrians all failed; six standing ones."""
-    walls = [walk(index=k, alert_distance_m=distance) for k, distance in enumerate((2.0, 1.5, 3.0, 0.2))]
+    """Walls: 3 of 4 collisions alerted in time, 1 of 2 others alerted; campus pedestrians all failed; six standing."""
+    walls = [walk(index=k, alert_distance_m=distance) for k, distance in enumerate((2.0, 1.5, 3.0, -0.2))]
     others = [walk(index=4, collides=False, alert_distance_m=None), walk(index=5, collides=False)]
     people = [failed(walk("campus", "pedestrian", "galaxy-note5", index=k)) for k in range(2)]
     return [*walls, *others, *people, *(standing(range_m, k) for range_m in (1.5, 3.0, 5.0) for k in range(2))]
-
-
-def _outcome(alert: bool, distance_m: float | None, collides: bool) -> str:
-    if not collides:
-        return "FP" if alert else "TN"
-    return "TP" if alert and distance_m is not None and distance_m >= 1.0 else "FN"

@@ -17,9 +17,7 @@ from obstaclewatch.support.arrays import Floats, Strings
 RANGE_M = (0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 7.0)
 SPEED_M_S = (0.0, 0.5, 0.8, 1.1, 1.4, 1.7, 3.0)
 BEARING_DEG = (0.0, 5.0, 10.0, 20.0, 30.0, 45.0, 90.0)
-INTERVALS = (
-    "Whiskers: 95 % intervals, bootstrap over walks for errors, Wilson's (beeps taken as independent) for shares."
-)
+INTERVALS = "Whiskers: 95 % intervals, bootstrap over walks for errors, exact (beeps taken as independent) for shares."
 
 
 def errors_by_bin(run: RunData) -> PlotFigure:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.alerts import plain_detectors
-from benchmarks.figures.measured import finite_quantile, judged_detectors, sentences
+from benchmarks.figures.measured import binned_rates, finite_quantile, judged_detectors, sentences
 from benchmarks.figures.plots import Line, Panel, PlotFigure, Style
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
+from benchmarks.scoring.scores import LEFT_M, Table, approach_table, beep_table, chosen, in_time
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.support.arrays import Flags, Floats
@@ -19,7 +20,8 @@ DETECTED_BEEPS = 5
 """Beeps with an estimate of the target, between 5 and 1 m, without which a collision counts as not detected."""
 CORRECT_RANGE_DOPPLER = ("TrackingDetector",)
 """Detectors that correct the range-Doppler bias themselves."""
-LOSSES = ("in time", "too late", "detected, not judged\na collision", "not detected")
+STATED_PERCENT = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 100.1)
+LOSSES = ("1 m left or more", "later", "detected, not judged\na collision", "not detected")
 
 
 def range_budget(run: RunData) -> PlotFigure:
@@ -47,7 +49,7 @@ def range_budget(run: RunData) -> PlotFigure:
 
 
 def losses(run: RunData) -> PlotFigure:
-    """What becomes of collisions: alerted in time, too late, detected but not judged one, or not detected at all."""
+    """What becomes of collisions: alerted with 1 m left, later, detected but not judged one, or not detected at all."""
     detectors = plain_detectors(run)
     lines = []
     shares = np.array([_fates(run, detector) for detector in detectors]).reshape(len(detectors), 4)
@@ -65,14 +67,14 @@ def losses(run: RunData) -> PlotFigure:
         width_in=4.6,
     )
     said = [
-        f"{name}: {row[0]:.0f} % in time, {row[1]:.0f} % too late, {row[2]:.0f} % detected but not judged a collision, "
-        f"{row[3]:.0f} % not detected"
+        f"{name}: {row[0]:.0f} % alerted with 1 m left, {row[1]:.0f} % later, {row[2]:.0f} % detected "
+        f"but not judged a collision, {row[3]:.0f} % not detected"
         for name, row in zip(detectors, shares, strict=True)
         if np.isfinite(row).all()
     ]
     return PlotFigure(
         "losses",
-        "Collisions by outcome: in time, too late, detected only, not detected",
+        "Collisions by outcome: alerted with 1 m left, later, detected only, not detected",
         (panel,),
         sentences(said),
         f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m.",
@@ -81,7 +83,8 @@ def losses(run: RunData) -> PlotFigure:
 
 
 def calibration(run: RunData) -> PlotFigure:
-    """Claimed deviations against errors: the share of errors within k deviations, beside a normal distribution's."""
+    """Claimed deviations against errors: the share of errors within k deviations, beside a normal distribution's; and
+    stated probabilities against the share of collisions."""
     panels, said = [], []
     k = np.linspace(0.0, 4.0, 81)
     for title, column, truth, claim in (
@@ -111,14 +114,33 @@ def calibration(run: RunData) -> PlotFigure:
                 y_range=(0.0, 103.0),
             )
         )
+    stated = [_stated(run, name) for name in judged_detectors(run)]
+    span, ends = (-3.0, 103.0), np.array([0.0, 100.0])
+    lines = [*stated, Line("as stated", "muted", ends, ends, "dotted")] if any(len(line.x) for line in stated) else []
+    words = "stated probability, %", "walks with a collision, %"
+    panels.append(Panel("collision", *words, tuple(lines), x_range=span, y_range=span))
     return PlotFigure(
         "calibration",
-        "Calibration of the claimed standard deviations",
+        "Calibration of the claimed deviations and of the stated probabilities",
         tuple(panels),
         sentences(said, " (normal errors: 68 %)."),
         "Below the dotted line the claimed deviations are too small. PaperDetector's claim is the bound from noise, "
-        "without range-Doppler bias and body.",
+        "without range-Doppler bias and body. Probabilities: of every beep at which one above 0 is stated; whiskers "
+        "take beeps as independent.",
     )
+
+
+def _stated(run: RunData, detector: str) -> Line:
+    """Share of collisions by the probability that was stated."""
+    pairs = [
+        (100.0 * probability, record["result"]["truth"]["collides"])
+        for record in run.ok
+        if counts_as(record["cell"], "approach") and detector in record["result"]["detectors"]
+        for probability in record["result"]["detectors"][detector]["decisions"]["probability"]
+        if probability > 0.0
+    ]
+    place, collides = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
+    return binned_rates(detector, STATED_PERCENT, place, collides > 0.0)
 
 
 def detected_enough(walks: Table, beeps: Table) -> Flags:
@@ -158,6 +180,6 @@ def _fates(run: RunData, detector: str) -> list[float]:
     if len(walks["label"]) == 0:
         return [np.nan] * 4
     detected = detected_enough(walks, beeps)
-    alert, in_time = walks["alert"], walks["true_alert"]
-    parts = (in_time, alert & ~in_time, ~alert & detected, ~alert & ~detected)
+    alert, right = walks["alert"], in_time(walks, LEFT_M[0])
+    parts = (right, alert & ~right, ~alert & detected, ~alert & ~detected)
     return [100.0 * float(part.mean()) for part in parts]

@@ -32,7 +32,7 @@ from benchmarks.runs.results import RunData
 
 UPPER = 0.8
 RATES: tuple[tuple[str, Count], ...] = (
-    ("TP: collisions with an alert, %", in_time),
+    ("TP: alert with 1 m left, %", in_time),
     ("TN: other walks without an alert, %", no_alert),
     ("collisions detected, %", detected),
 )
@@ -44,7 +44,7 @@ LATE, HIGH = "alert before contact, however late", f"{100 * UPPER:.0f} % of the 
 PAIRED = (
     "The same walks at every point. Dashed: as it is. Whiskers of rates: the paired 95 % interval of the change "
     "(exact, by the walks that differ), set on the rate as it is: one that crosses the dashed line is not "
-    "significant. Those of the first row are Wilson's, those of medians a bootstrap over walks."
+    "significant. Those of the first row are exact, those of medians a bootstrap over walks."
 )
 DETECTED = f"Detected: an estimate in at least {DETECTED_BEEPS} beeps between 5 and 1 m."
 SHOWN = (-3.0, 103.0)

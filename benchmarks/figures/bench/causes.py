@@ -13,8 +13,9 @@ from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.measured import finite_quantile, quantile_over_walks, strata
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import change_of
-from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
-from benchmarks.scoring.statistics import paired_interval, wilson
+from benchmarks.scoring.scores import LEFT_M, Table, approach_table, beep_table, chosen
+from benchmarks.scoring.scores import in_time as alerts_in_time
+from benchmarks.scoring.statistics import exact_rate, paired_interval
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 Outcomes = dict[str, bool]
@@ -45,7 +46,7 @@ class Effect:
 
     Attributes:
         before, value: the rate as it is and now; NaN without walks.
-        low, high: the rate as it is and the paired 95 % interval of the change; of the first point Wilson's own.
+        low, high: the rate as it is and the paired 95 % interval of the change; of the first point the exact own.
         gained, lost, n: walks that are counted now and were not, the other way round, and all that both have.
         p: exact two-sided McNemar.
     """
@@ -87,13 +88,13 @@ def groups(run: RunData) -> list[tuple[str, str, str]]:
 
 
 def in_time(point: Point) -> Outcomes:
-    """Whether a collision is alerted with the margin that the run asks for."""
-    return _outcomes(point.walks, point.walks["true_alert"], point.walks["collides"])
+    """Whether a collision is alerted with a metre left."""
+    return _outcomes(point.walks, alerts_in_time(point.walks, LEFT_M[0]), point.walks["collides"])
 
 
 def before_contact(point: Point) -> Outcomes:
-    """Whether a collision is alerted before contact, however late: what no margin would leave."""
-    return _outcomes(point.walks, point.walks["alert_distance_m"] >= 0.0, point.walks["collides"])
+    """Whether a collision is alerted before contact, however late."""
+    return _outcomes(point.walks, point.walks["true_alert"], point.walks["collides"])
 
 
 def no_alert(point: Point) -> Outcomes:
@@ -117,7 +118,7 @@ def effect(count: Count, first: Point, now: Point) -> Effect:
     before, after = count(first), count(now)
     shared = before.keys() & after.keys()
     change = change_of(before, after)
-    base = wilson(sum(before[walk] for walk in shared), len(shared))
+    base = exact_rate(sum(before[walk] for walk in shared), len(shared))
     value = 100.0 * base.value
     if first is now:
         return Effect(value, value, 100.0 * base.low, 100.0 * base.high, 0, 0, base.n, 1.0)

@@ -11,7 +11,7 @@ from benchmarks.cells.probes.motions import DEGREES, degree_named
 from benchmarks.cells.probes.tessellations import SEGMENTS, segments_named
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.statistics import wilson
+from benchmarks.scoring.statistics import exact_rate
 from obstaclewatch.support.arrays import Floats
 
 LEVELS = ("standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
@@ -164,4 +164,4 @@ def _kept(name: str, price: Price, worst_db: Floats) -> tuple[str, ...]:
         return name, cost, "-", "-", "-"
     spread = (f"{np.quantile(worst_db, q):.2g}" for q in (0.5, 0.95))
     tolerance_db = POINTS[name].get("tolerance_db", 0.5)
-    return name, cost, *spread, str(wilson(int((worst_db <= tolerance_db).sum()), len(worst_db)))
+    return name, cost, *spread, str(exact_rate(int((worst_db <= tolerance_db).sum()), len(worst_db)))

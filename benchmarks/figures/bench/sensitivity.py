@@ -93,7 +93,7 @@ def sides(run: RunData) -> PlotFigure:
         sentences(said),
         "The side is called by which half of the phone the bearing lies in: an estimate below 90° is "
         "towards microphone 1, to the left if held horizontally. Held vertically it says nothing of sides, and the "
-        "share is that of targets on the left. Whiskers: Wilson, beeps taken as independent.",
+        "share is that of targets on the left. Whiskers: exact, beeps taken as independent.",
     )
 
 

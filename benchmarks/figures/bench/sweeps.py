@@ -21,6 +21,7 @@ from benchmarks.figures.measured import (
     rate_pair,
     rate_text,
 )
+from benchmarks.figures.paper.rates import held_against
 from benchmarks.figures.plots import Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
@@ -45,7 +46,8 @@ def rates_by_band(run: RunData) -> BarFigure:
     """Figure 18: the band of the beep; the paper's values where the bands are the paper's."""
     note = f"{INTERVALS} The same walks with both beeps. The paper's two figures for one place, 17 and 18, differ by "
     note += "1.5 points: noise."
-    return _rates_figure(run, "fig18", "Fig. 18 · TP and TN by band of the beep", paper_values.BY_BAND, note, band_name)
+    known = held_against(run, paper_values.BY_BAND)
+    return _rates_figure(run, "fig18", "Fig. 18 · TP and TN by band of the beep", known, note, band_name)
 
 
 def rates_by_holding(run: RunData) -> BarFigure:
@@ -88,7 +90,7 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
         title,
         tuple(panels),
         " ".join(f"{name}: {', '.join(words)}." for name, words in said.items() if words) or "No data.",
-        f"Whiskers: 95 % intervals, Wilson's for rates, bootstrap over walks for medians. {note}",
+        f"Whiskers: 95 % intervals, exact for rates, bootstrap over walks for medians. {note}",
         height_in=2.7 if axis else max(2.4, 0.32 * len(points) + 0.4),
     )
 

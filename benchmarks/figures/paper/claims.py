@@ -17,14 +17,14 @@ def claims_table(run: RunData) -> TableFigure:
     cells = tuple((r.claim, r.source, r.paper, r.ours, r.interval, r.count, r.verdict) for r in rows)
     point = first_point(run)[1].removesuffix(".")
     remark = f" {point}, unless a claim compares points." if point else ""
-    counts = [sum(row.verdict == word for row in rows) for word in ("reached", "open", "not reached")]
+    counts = [sum(row.verdict == word for row in rows) for word in ("reached", "inconclusive", "not reached")]
     return TableFigure(
         "claims",
         "The paper's claims on this bench: PaperDetector",
         COLUMNS,
         cells,
         WIDTHS,
-        f"{counts[0]} claims reached, {counts[1]} open, {counts[2]} not reached.",
+        f"{counts[0]} claims reached, {counts[1]} inconclusive, {counts[2]} not reached.",
         "Reached: all of the 95 % interval is at least as good as the paper says. Rates: Clopper-Pearson; "
         "medians and percentiles: bootstrap over walks; orders: Fisher's exact test." + remark,
     )

@@ -12,13 +12,14 @@ from benchmarks.figures.bench.sensitivity import side_calls
 from benchmarks.figures.bench.variants import band_name, variants
 from benchmarks.figures.measured import quantile_over_walks, significant
 from benchmarks.figures.paper.energies import PERIOD_S, cpu_per_beep_s
-from benchmarks.figures.paper.errors import NARROW_M
 from benchmarks.figures.paper.signals import signals_of
 from benchmarks.figures.paper.sizes import radius_medians
 from benchmarks.runs.results import RunData
+from benchmarks.scoring import scores
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 from benchmarks.scoring.paper_values import SHOWN
-from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
+from benchmarks.scoring.scores import PAPER_RECIPE, Table, approach_table, beep_table, chosen, narrow_alone, recipe_of
+from benchmarks.scoring.statistics import Rate
 from obstaclewatch.support.arrays import Flags, Floats
 
 
@@ -56,20 +57,18 @@ NO_MEASUREMENT = Measurement(np.nan, np.nan, np.nan, 0, "0", "1")
 
 
 def tp(run: RunData, detector: str) -> Measurement:
-    """Collisions alerted in time."""
-    table = _walks(run, detector)
-    return exact_rate(table["true_alert"][table["collides"]])
+    """Collisions alerted before contact."""
+    return measured_rate(scores.true_positive_rate(_walks(run, detector)))
 
 
 def tn(run: RunData, detector: str) -> Measurement:
     """Other walks without an alert."""
-    table = _walks(run, detector)
-    return exact_rate(~table["alert"][~table["collides"]])
+    return measured_rate(scores.true_negative_rate(_walks(run, detector)))
 
 
 def accuracy(run: RunData, detector: str) -> Measurement:
     """Walks judged rightly, of all."""
-    return exact_rate(_right(_walks(run, detector)))
+    return measured_rate(scores.rate(_right(_walks(run, detector))))
 
 
 def accuracy_in(range_m: float) -> Measure:
@@ -78,7 +77,7 @@ def accuracy_in(range_m: float) -> Measure:
     def measure(run: RunData, detector: str) -> Measurement:
         table, beeps = _walks(run, detector), beep_table(_first(run), detector, "approach")
         near = np.unique(beeps["label"][beeps["true_range_m"] <= range_m])
-        return exact_rate(_right(chosen(table, np.isin(table["label"], near))))
+        return measured_rate(scores.rate(_right(chosen(table, np.isin(table["label"], near)))))
 
     return measure
 
@@ -104,31 +103,24 @@ def in_band(measure: Measure, band: str) -> Measure:
 
 def false_alerts(run: RunData, detector: str) -> Measurement:
     """Alerts on walks without a collision, over all walks."""
-    table = _walks(run, detector)
-    return exact_rate(table["alert"] & ~table["collides"])
+    return measured_rate(scores.false_alerts_over_all(_walks(run, detector)))
 
 
 def error_of(column: str, quantile: float, standing_m: float | None = None) -> Measure:
-    """Quantile of an absolute error: standing at a distance, or over walking and standing beeps.
+    """Quantile of an absolute error: standing at a distance, or walking.
 
     Radii are those of targets up to a metre wide, as in the paper's Figure 11.
     """
     unit = {"range_m": "m", "range2_m": "m", "radius_m": "m", "bearing_rad": "rad"}[column]
 
     def measure(run: RunData, detector: str) -> Measurement:
-        kinds = ("standing",) if standing_m is not None else ("approach", "standing")
-        errors, labels, total = [], [], 0
-        for kind in kinds:
-            table = beep_table(_first(run), detector, kind)
-            if standing_m is not None:
-                table = chosen(table, table["standing_range_m"] == standing_m)
-            if column == "radius_m":
-                table = chosen(table, table["true_radius_m"] <= NARROW_M)
-            errors.append(np.abs(table[column] - table[f"true_{column}"]))
-            labels.append(table["label"])
-            total += len(table["label"])
-        value, low, high, count = quantile_over_walks(np.concatenate(errors), quantile, np.concatenate(labels))
-        return Measurement(value, low, high, count, f"{count} of {total} beeps", unit)
+        table = beep_table(_first(run), detector, "approach" if standing_m is None else "standing")
+        if standing_m is not None:
+            table = chosen(table, table["standing_range_m"] == standing_m)
+        table = narrow_alone(table) if column == "radius_m" else table
+        errors = scores.absolute_errors(table, column, f"true_{column}")
+        value, low, high, count = quantile_over_walks(errors, quantile, table["label"])
+        return Measurement(value, low, high, count, f"{count} of {len(errors)} beeps", unit)
 
     return measure
 
@@ -206,7 +198,7 @@ def side_known(run: RunData, detector: str) -> Measurement:
     if not parts:
         return NO_MEASUREMENT
     bearing, right = side_calls(parts[0], detector)
-    found = exact_rate(right[bearing >= 5.0])
+    found = measured_rate(scores.rate(right[bearing >= 5.0]))
     if found.n == 0:
         return NO_MEASUREMENT
     test = stats.binomtest(int(right[bearing >= 5.0].sum()), found.n, 0.5)
@@ -223,13 +215,9 @@ def other_band(run: RunData, detector: str) -> Measurement:
     return more_often(*(_right(approach_table(parts[name], detector)) for name in names))
 
 
-def exact_rate(outcome: Flags) -> Measurement:
-    """Share of true entries with Clopper and Pearson's interval."""
-    k, n = int(np.sum(outcome)), len(outcome)
-    if n == 0:
-        return NO_MEASUREMENT
-    ends = stats.binomtest(k, n).proportion_ci(0.95, method="exact")
-    return Measurement(k / n, float(ends.low), float(ends.high), n, f"{k}/{n}", "1")
+def measured_rate(found: Rate) -> Measurement:
+    """A rate as all others show it."""
+    return Measurement(found.value, found.low, found.high, found.n, f"{found.k}/{found.n}", "1")
 
 
 def more_often(first: Flags, second: Flags) -> Measurement:
@@ -274,7 +262,9 @@ def _right(table: Table) -> Flags:
 
 
 def _walks(run: RunData, detector: str) -> Table:
-    return approach_table(_first(run), detector)
+    """The walks of the recipe that the paper's rates are about; none of another."""
+    first = _first(run)
+    return approach_table(first if recipe_of(first) == PAPER_RECIPE else replace(first, cells=()), detector)
 
 
 def _first(run: RunData) -> RunData:

@@ -20,11 +20,7 @@ from benchmarks.figures.measured import (
 )
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
-from benchmarks.scoring.scores import Table, absolute_errors, beep_table, chosen
-from obstaclewatch.support.arrays import Flags
-
-NARROW_M = 0.5
-"""Greatest true radius of what the paper's Figure 11 measures: people, signs, dustbins."""
+from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, narrow_alone
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
 INTERVALS = "In brackets: 95 % bootstrap intervals over walks."
@@ -95,7 +91,7 @@ def _standing_bearings(run: RunData) -> list[str]:
 
 def radius_errors(run: RunData) -> CurveFigure:
     """Figure 25, over targets up to `NARROW_M` in radius, as in the paper's Figure 11: people, signs, dustbins."""
-    curves = _state_curves(run, "radius_m", "m", lambda table: table["true_radius_m"] <= NARROW_M)
+    curves = _state_curves(run, "radius_m", "m", narrow_alone)
     return _radius_figure("fig25", f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide", curves)
 
 
@@ -158,14 +154,14 @@ def _distance_marks(range_m: float) -> tuple[Mark, ...]:
 
 
 def _state_curves(
-    run: RunData, column: str, unit: str, keep: Callable[[Table], Flags] | None = None
+    run: RunData, column: str, unit: str, keep: Callable[[Table], Table] | None = None
 ) -> tuple[Curve, ...]:
     """One curve a detector and state, walking solid and standing dashed; `keep` chooses rows."""
     curves = []
     for detector in judged_detectors(run):
         for kind, state in (("approach", "walking"), ("standing", "standing")):
             table = beep_table(run, detector, kind)
-            table = table if keep is None else chosen(table, keep(table))
+            table = table if keep is None else keep(table)
             label = f"{detector}, {state}"
             curves.append(error_curve(table, column, f"true_{column}", unit, label, detector, 0.8, kind == "standing"))
     return tuple(curves)

@@ -1,10 +1,11 @@
 """Every claim of the paper that the bench can test, beside what was measured, with exact intervals and a verdict.
 
-Rates carry the exact interval of Clopper and Pearson (1934), medians and percentiles a bootstrap over walks. A
-claim is "reached" where all of the 95 % interval is at least as good as the paper says, "not reached" where all of it
-is worse, and "open" in between; the paper's "about" and "around" are taken as the number they precede. Claims of an
-order ("larger is better") are decided at 5 %, by Fisher's exact test or by rank correlation; tests over beeps take them
-as independent, which flatters them.
+Rates are those of walks of the recipe `paper` alone, which is the paper's protocol, with the exact interval of Clopper
+and Pearson (1934); medians and percentiles have a bootstrap over walks. A claim is "reached" where all of the 95 %
+interval is at least as good as the paper says, "not reached" where all of it is worse, and "inconclusive" in between;
+the paper's "about" and "around" are taken as the number they precede. Claims of an order ("larger is better") are
+decided at 5 %, by Fisher's exact test or by rank correlation; tests over beeps take them as independent, which flatters
+them.
 """
 
 from __future__ import annotations
@@ -144,24 +145,24 @@ def claims_markdown(rows: Sequence[ClaimRow], detector: str = "PaperDetector") -
     for row in rows:
         cells = (row.claim, row.source, row.paper, row.ours, row.interval, row.count, row.verdict)
         lines.append(f"| {' | '.join(cells)} |")
-    counts = {word: sum(row.verdict == word for row in rows) for word in ("reached", "open", "not reached")}
+    counts = {word: sum(row.verdict == word for row in rows) for word in ("reached", "inconclusive", "not reached")}
     said = ", ".join(f"{count} {word}" for word, count in counts.items())
     return "\n".join([*lines, "", f"{said}, {len(rows) - sum(counts.values())} not measured here.", ""])
 
 
 def verdict(claim: Claim, found: Measurement) -> str:
-    """ "reached", "not reached", "open" or "not measured"; see the top of the file."""
+    """ "reached", "not reached", "inconclusive" or "not measured"; see the top of the file."""
     if found.n == 0:
         return "not measured"
     if found.p_value is not None:
         if found.p_value >= 0.05:
-            return "open"
+            return "inconclusive"
         return "reached" if found.value > 0.0 else "not reached"
     if claim.value is None or not np.isfinite([found.low, found.high]).all():
-        return "open"
+        return "inconclusive"
     least, most = (found.low, found.high) if claim.more else (-found.high, -found.low)
     asked = claim.value if claim.more else -claim.value
-    return "reached" if least >= asked else "not reached" if most < asked else "open"
+    return "reached" if least >= asked else "not reached" if most < asked else "inconclusive"
 
 
 def _of(text: str, paper: PaperValue, measure: Measure, more: bool, suite: str = "paper") -> Claim:

@@ -113,9 +113,9 @@ def test_strata_have_their_own_walks(tmp_path):
     panels = {panel.title: panel for panel in figure.panels}
     assert list(panels) == ["wall", "car", "campus", "supermarket"]
     assert panels["campus"].x_label == "% of 2 and 4 walks"
-    assert line_of(panels["campus"], "TP: collisions with an alert, %").x.tolist() == [100.0, 50.0]
-    assert line_of(panels["supermarket"], "TP: collisions with an alert, %").x.tolist() == [0.0, 50.0]
-    assert np.isnan(line_of(panels["car"], "TP: collisions with an alert, %").x).all()
+    assert line_of(panels["campus"], "TP: alert with 1 m left, %").x.tolist() == [100.0, 50.0]
+    assert line_of(panels["supermarket"], "TP: alert with 1 m left, %").x.tolist() == [0.0, 50.0]
+    assert np.isnan(line_of(panels["car"], "TP: alert with 1 m left, %").x).all()
     assert line_of(panels["car"], "TN: other walks without an alert, %").x.tolist() == [75.0, 50.0]
 
 

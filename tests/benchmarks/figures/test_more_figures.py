@@ -15,7 +15,7 @@ from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.plots import DrawingFigure, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
-from tests.benchmarks.synthetic_run import DETECTORS, made_up_run, record, standing, walk
+from tests.benchmarks.synthetic_run import DETECTORS, default_cells, made_up_run, record, standing, walk
 
 
 def probe_record(kind: str, name: str, **parameters) -> dict:
@@ -76,22 +76,23 @@ def test_tornado_shows_the_change_from_the_suite_as_it_is(tmp_path):
 
 
 def test_alerts_by_miss_distance_and_before_contact(tmp_path):
-    run = made_up_run(tmp_path)  # 3 of 4 collisions in time, one 0.2 m before; misses of 0.8 and 0.9 m, one alerted
+    cells = [walk(index=k, alert_distance_m=distance) for k, distance in enumerate((2.0, 1.5, 3.0, 0.2))]
+    run = made_up_run(tmp_path, [*cells, *default_cells()[4:]])  # misses of 0.8 and 0.9 m, one alerted
     by_miss = line_of(FIGURES["miss_distance"](run), "PaperDetector")
     assert by_miss.y.tolist() == [100.0, 50.0]
     early = line_of(FIGURES["alert_distance"](run), "PaperDetector")
     at = {distance: early.y[np.argmin(np.abs(early.x - distance))] for distance in (0.0, 1.0, 1.6, 2.5)}
     assert at == {0.0: 100.0, 1.0: 75.0, 1.6: 50.0, 2.5: 25.0}
     told = next(line for line in FIGURES["alert_distance"](run).panels[0].lines if line.style == "points")
-    assert told.y.tolist() == [100.0, 75.0, 50.0, 25.0]  # with 0, 1, 2 and the paper's 3 m left
-    np.testing.assert_allclose([told.low[1], told.high[1]], [30.06, 95.44], atol=0.01)  # Wilson, 3 of 4
-    assert "25.0 % with 3 m or more left, of 4 collisions" in FIGURES["alert_distance"](run).reading
+    assert told.y.tolist() == [75.0, 75.0, 100.0]  # with 1, 0.5 and 0 m left
+    np.testing.assert_allclose([told.low[1], told.high[1]], [19.41, 99.37], atol=0.01)  # exact, 3 of 4
+    assert "75.0 % with 0.5 m, 100.0 % with 0 m or more left, of 4 collisions" in FIGURES["alert_distance"](run).reading
 
 
 def test_fates_of_collisions_add_up(tmp_path):
     figure = FIGURES["losses"](made_up_run(tmp_path))
     shares = {line.label: line.x[0] for line in figure.panels[0].lines}
-    assert shares == {"in time": 75.0, "too late": 25.0, "detected, not judged a collision": 0.0, "not detected": 0.0}
+    assert [shares[name] for name in ("1 m left or more", "later", "not detected")] == [75.0, 25.0, 0.0]
     undetected = FIGURES["losses"](made_up_run(tmp_path, [walk(alert_distance_m=None)]))  # three beeps of four are few
     assert {line.label: line.x[0] for line in undetected.panels[0].lines}["not detected"] == 100.0
 
@@ -135,16 +136,6 @@ def test_errors_and_gaps_by_bin(tmp_path):
     assert line_of(gaps, "PaperDetector").y.tolist() == [0.0, 50.0]  # 2.5 and 3.0 m; 3.5 and 4.0 m
     clamped = line_of(gaps, "PaperDetector", 1)
     assert clamped.y.tolist() == [pytest.approx(200.0 / 3.0)]
-
-
-def test_roc_joins_what_differs_in_constants(tmp_path):
-    names = ("PaperDetector", "PaperDetector(walker_half_width_m=1.0)", "TrackingDetector")
-    cells = [walk(index=k, collides=k < 2, detectors=names) for k in range(4)]
-    lines = FIGURES["roc"](made_up_run(tmp_path, cells)).panels[0].lines
-    assert [(line.label, len(line.x)) for line in lines if line.key != "muted"] == [
-        ("PaperDetector", 2), ("", 2), ("TrackingDetector", 1)
-    ]  # fmt: skip
-    assert lines[0].x.tolist() == lines[0].y.tolist() == [100.0, 100.0]
 
 
 def test_energy_is_the_stated_formula():
@@ -267,32 +258,53 @@ def test_words_stay_on_the_page(signals):
             assert text.get_window_extent().x1 <= edge + 1.0, (name, text.get_text())
 
 
-def test_det_shows_every_operating_point(tmp_path):
+def test_det_shows_every_operating_point_and_the_swept_threshold(tmp_path):
     """A detector with 1 false alert in 400 walks lay beyond the axis, which ended at 0.6 %."""
-    names = ("PaperDetector", "PaperDetector(votes_needed=3)", "PaperDetector(walker_width=False)")
-    cells = [walk(index=k, collides=k % 2 == 0, alert_distance_m=None, detectors=names) for k in range(400)]
+    stated = [(0.9, 0.95), (0.2, 0.3)]  # of collisions and of the other walks, but for one
+    cells = [walk(index=k, collides=k % 2 == 0, alert_distance_m=None, probability=stated[k % 2]) for k in range(399)]
+    cells += [walk(index=399, collides=False, probability=(0.5, 0.99))]
     figure = FIGURES["det"](made_up_run(tmp_path, cells))
-    (panel,) = figure.panels
-    points = [line for line in panel.lines if line.key != "muted"]
-    assert panel.x_range is not None
-    assert panel.y_range is not None
-    for line in points:
-        assert panel.x_range[0] < line.x.min() <= line.x.max() < panel.x_range[1]
-        assert panel.y_range[0] < line.y.min() <= line.y.max() < panel.y_range[1]
-    assert not [line for line in points if line.style == "line"], "two constants make no curve"
-    assert "PaperDetector's votes_needed: 3; PaperDetector's walker_width: False" in figure.note
+    assert [panel.title for panel in figure.panels] == ["1 m left", "0.5 m left", "before contact"]
+    for panel in figure.panels:
+        assert panel.x_range is not None
+        assert panel.y_range is not None
+        for line in [line for line in panel.lines if line.key != "muted"]:
+            assert panel.x_range[0] < line.x.min() <= line.x.max() < panel.x_range[1]
+            assert panel.y_range[0] < line.y.min() <= line.y.max() < panel.y_range[1]
+    assert "PaperDetector, 0.5 m left, at TN 97 %: TP 100.0 %" in figure.reading
 
 
-def test_guides_stand_where_the_run_s_own_rules_are(tmp_path):
-    """They stood at 0.25, 1 and 3 m whatever the suite's scoring."""
+def test_rates_by_stratum_count_the_walks_of_each(tmp_path):
+    cells = [walk(index=0, overlap_m=0.05), walk(index=1, overlap_m=0.15, alert_distance_m=0.6)]
+    cells += [walk(index=2, collides=False, clearance_m=0.2), walk(index=3, collides=False, alert_distance_m=None)]
+    cells[0]["result"]["truth"] |= {"moving": True, "detection_index_db": 9.0}
+    figure = FIGURES["strata"](made_up_run(tmp_path, cells))
+    rows = {row[0]: row[2:] for row in figure.cells if row[1] == "PaperDetector"}
+    counts = {name: [cell.rpartition(" ")[2] for cell in row] for name, row in rows.items()}
+    assert counts["all walks"] == ["1/2", "2/2", "2/2", "1/2"]
+    assert counts["close: overlap < 10 cm, clearance < 30 cm"] == ["1/1", "1/1", "1/1", "0/1"]
+    assert counts["between: overlap 10–20 cm, clearance 30–50 cm"] == ["0/1", "1/1", "1/1", "–"]
+    assert counts["clear-cut: overlap ≥ 20 cm, clearance ≥ 50 cm"] == ["–", "–", "–", "1/1"]
+    assert counts["index < 10 dB"] == ["1/1", "1/1", "1/1", "–"]
+    assert counts["target moves"] == ["1/1", "1/1", "1/1", "–"]
+
+
+def test_only_walks_of_the_paper_s_recipe_are_held_against_it(tmp_path):
+    """Close calls and people who cross were compared with the rates of a field test that had neither."""
+    for recipe, held in (("paper", True), ("mixed", False)):
+        run = made_up_run(tmp_path, [walk(index=k, collides=k < 4, recipe=recipe) for k in range(8)])
+        for name in ("fig16", "fig17", "fig26"):
+            assert any(bar.paper for panel in FIGURES[name](run).panels for bar in panel.bars) == held, name
+        assert any(row[0].startswith("TP") for row in FIGURES["claims"](run).cells) == held
+
+
+def test_the_guide_stands_at_the_run_s_own_half_width(tmp_path):
+    """It stood at 0.25 m whatever the suite's scoring."""
     cells = [walk(index=k) for k in range(4)]
-    rules = {"alert_margin_m": 0.5, "alert_within_m": 2.0, "half_width_m": 0.4}
     for cell in cells:
-        cell["cell"]["scoring"] |= rules
+        cell["cell"]["scoring"] |= {"half_width_m": 0.4}
     run = made_up_run(tmp_path, cells)
-    assert [guide.at for guide in FIGURES["alert_distance"](run).panels[0].guides] == [0.5, 2.0]
     assert [guide.at for guide in FIGURES["miss_distance"](run).panels[0].guides] == [0.4]
-    assert "0.5 m" in FIGURES["alert_distance"](run).note
 
 
 def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):

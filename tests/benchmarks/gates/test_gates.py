@@ -368,4 +368,4 @@ def test_status_counts_and_says_how_to_go_on(tmp_path):
     assert half.exit_code == 3
     assert json.loads(half.output)["missing"] == 46
     text = CliRunner().invoke(cli, ["status", str(part)], catch_exceptions=False).output
-    assert "run paper --tier smoke --set scoring.alert_margin_m=0.5" in text
+    assert "run paper --tier smoke --set scoring.gate_m=0.4" in text

@@ -74,7 +74,7 @@ def test_splits_and_seeds_do_not_share_walks() -> None:
 
 def test_what_is_measured_and_by_which_source_names_a_cell() -> None:
     cells = plan_cells(load_suite("paper"), "smoke")
-    changed = plan_cells(load_suite("paper", ["scoring.alert_margin_m=0.5"]), "smoke")
+    changed = plan_cells(load_suite("paper", ["scoring.gate_m=0.4"]), "smoke")
     assert plan_digest(cells, "v") == plan_digest(cells, "v")
     assert plan_digest(cells, "v") != plan_digest(cells, "w")
     assert plan_digest(cells, "v") != plan_digest(changed, "v")

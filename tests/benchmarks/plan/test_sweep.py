@@ -84,7 +84,7 @@ def test_a_log_range_has_even_ratios_and_random_points_stay_inside() -> None:
         ("knowledge.pitch", False, ("knowledge", "pitch")),
         ("detector.votes_needed", 3, ("settings", "votes_needed")),
         ("detector.errata.one_way_range", False, ("settings", "errata", "one_way_range")),
-        ("scoring.alert_margin_m", 0.5, ("scoring", "alert_margin_m")),
+        ("scoring.gate_m", 0.4, ("scoring", "gate_m")),
     ],
 )
 def test_a_point_changes_its_field_and_the_name_alone(name: str, value: Any, path: tuple[str, ...]) -> None:

@@ -30,19 +30,20 @@ def written(tmp_path_factory):
 
 def test_verdict_comes_first_with_counts_and_intervals(written):
     _, html = written
-    assert "PaperDetector: TP 75.0 % (30.1–95.4 %, 3 of 4) of the collisions".replace(" %", "\u00a0%") in html
+    assert "PaperDetector: TP 75.0 % (19.4–99.4 %, 3 of 4) before contact".replace(" %", "\u00a0%") in html
     sections = re.findall(r'<section id="(\w+)">', html)
     assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
-    assert "In time: at least 1 m before contact" in html
+    assert "Recipe paper: clear-cut walks" in html
     assert html.index("PaperDetector: TP") < html.index('<section id="verdict">')
 
 
 def test_numbers_are_those_made_up(tmp_path):
     rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path))}
-    tp = rows["Alerts: TP: collisions with an alert in time"]
+    tp = rows["Alerts: TP: collisions with an alert before contact"]
     assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
     assert tp.cells[0].against == "inconclusive"
-    assert rows["Alerts: TP by the paper's rule"].cells[0].count == "3 of 4"
+    assert rows["Alerts: TP, 1 m left"].cells[0].count == "3 of 4"
+    assert rows["Thresholds: TP at TN 95 %, 0.5 m left"].cells == (None, None)  # no probability is stated
     near = rows["Standing: Distance1, median at 1.5 m"]
     assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "6 of 8", "0.25 cm")
     assert near.cells[0].against == "worse"
@@ -62,7 +63,7 @@ def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
             cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
     run = made_up_run(tmp_path, cells)
     text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
-    assert "PaperDetector: TP 100.0 % (51.0–100.0 %, 4 of 4) of the collisions" in text
+    assert "PaperDetector: TP 100.0 % (39.8–100.0 %, 4 of 4) before contact" in text
     assert "Of the sweep, the point &#39;as it is&#39; alone." in text
     assert "[deaf]" not in text[text.index('<section id="cases">') : text.index('<section id="provenance">')]
 
@@ -125,7 +126,7 @@ def test_worst_cases_are_ordered_and_counted(tmp_path):
         walk(index=7, collides=False, alert_distance_m=None),
     ]
     missed, false = worst_cases(made_up_run(tmp_path, cells), most=3)
-    assert (missed.total, false.total) == (4, 2)
+    assert (missed.total, false.total) == (3, 2)
     assert [case.what for case in missed.cases] == ["no alert", "no alert", "alert 0.30 m after contact"]
     assert [case.label for case in false.cases] == ["supermarket/wall/6", "supermarket/wall/5"]
     assert "passes at 1.00 m" in false.cases[0].what
@@ -141,7 +142,7 @@ def test_the_command_repeats_the_same_walk(tmp_path):
     given = command.make_context("run", words[2:]).params
     assert (given["only"], given["tier"], given["seed"]) == (label, "smoke", 2018)
     suite = load_suite(given["suite"], given["settings"], given["seed"])
-    assert suite.scoring.alert_margin_m == 0.5
+    assert suite.scoring.gate_m == 0.4
     assert [cell.label for cell in plan_cells(suite, given["tier"])].count(label) == 1
 
 
@@ -180,7 +181,7 @@ def test_cost_is_summed_over_what_is_known(tmp_path):
     assert lines["cells with a known cost"] == "12 of 14"
     assert lines["sound simulated"] == "11 s, 120 beeps"
     assert lines["computing time"] == "4 s over all processes, 3.00 times real time"
-    assert lines["detection, PaperDetector"] == "1.00 ms a beep"
+    assert lines["processor time of detection, PaperDetector"] == "1.00 ms a beep, median over walks"
     assert cost_lines(made_up_run(tmp_path, [])) == [("cost", "unknown")]
 
 

@@ -6,25 +6,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import multinomial
+from scipy.stats import binom, multinomial
 
-from benchmarks.scoring.statistics import lower_bound, mcnemar, paired_interval, quantile_with_interval, wilson
+from benchmarks.scoring.statistics import exact_rate, lower_bound, mcnemar, paired_interval, quantile_with_interval
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0.0, 1.0))
 @settings(max_examples=60)
-def test_wilson_is_the_closed_form(n: int, share: float) -> None:
+def test_exact_ends_leave_two_and_a_half_percent_outside(n: int, share: float) -> None:
+    """Clopper and Pearson: at the low end k or more, at the high end k or fewer have a chance of 2.5 %."""
     k = round(share * n)
-    z, p = 1.959963984540054, k / n
-    middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    found = wilson(k, n)
-    assert found.value == p
-    np.testing.assert_allclose([found.low, found.high], [middle - half, middle + half], atol=1e-12)
+    found = exact_rate(k, n)
+    assert found.value == k / n
+    assert found.low == 0.0 if k == 0 else binom.sf(k - 1, n, found.low) == pytest.approx(0.025, rel=1e-6)
+    assert found.high == 1.0 if k == n else binom.cdf(k, n, found.high) == pytest.approx(0.025, rel=1e-6)
 
 
 def test_nothing_tried_is_no_data_not_zero() -> None:
-    nothing = wilson(0, 0)
+    nothing = exact_rate(0, 0)
     assert np.isnan([nothing.value, nothing.low, nothing.high]).all()
     assert str(nothing) == "no data"
     assert np.isnan(lower_bound(0, 0))
@@ -33,7 +32,7 @@ def test_nothing_tried_is_no_data_not_zero() -> None:
 @pytest.mark.parametrize(("k", "n"), [(-1, 3), (4, 3)])
 def test_impossible_counts_are_refused(k: int, n: int) -> None:
     with pytest.raises(ValueError, match=rf"k must lie within 0\.\.n, got {k} of {n}"):
-        wilson(k, n)
+        exact_rate(k, n)
 
 
 @pytest.mark.parametrize("n", [1, 20, 300])

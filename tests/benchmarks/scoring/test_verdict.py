@@ -31,7 +31,8 @@ def test_the_points_of_a_sweep_are_never_pooled(tmp_path):
     run = made_up_run(tmp_path, cells)
     found = summary(run, variants(run))
     assert "detectors" not in found
-    counts = [(part["PaperDetector"]["tp"]["k"], part["PaperDetector"]["tp"]["n"]) for part in found["points"].values()]
+    rates = [part["PaperDetector"]["tp"]["1"] for part in found["points"].values()]
+    counts = [(rate["k"], rate["n"]) for rate in rates]
     assert counts == [(4, 4), (4, 4), (0, 4)]
     lines = told(run)
     assert [line for line in lines if line.startswith("[")] == [f"[walk.gait_scale={k}]" for k in (0, 1, 2)]
