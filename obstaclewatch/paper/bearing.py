@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def bearing_std(bearing_rad: Floats, u_std_m: Floats, separation_m: float, cos_p
     return spread / np.sqrt(np.sin(bearing_rad) ** 2 + spread)
 
 
-@numba.njit(cache=True)
+@compiled
 def _strongest(
     path1_m: Floats,
     path2_m: Floats,

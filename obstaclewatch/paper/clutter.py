@@ -11,10 +11,10 @@ from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.compiled import compiled
 
 SPEED_STEP_M_S = 0.1
 """Between trial speeds: 7 cm after 0.7 s, just within the tolerance of an approach."""
@@ -93,7 +93,7 @@ def judge_motion(
     return Motion(*_judged(range_m, age_s, past_m, static_tolerance_m, static_age_s, speeds, closing_tolerance_m))
 
 
-@numba.njit(cache=True)
+@compiled
 def _judged(
     range_m: Floats,
     age_s: Floats,
@@ -132,7 +132,7 @@ def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> Floats:
     return speeds
 
 
-@numba.njit(cache=True)
+@compiled
 def _partners(
     range_m: float,
     age_s: Floats,
@@ -158,7 +158,7 @@ def _partners(
     return partners, apart_m
 
 
-@numba.njit(cache=True)
+@compiled
 def _best(partners: Floats, apart_m: Floats) -> int:
     """The approach with the most partners; of several, the one nearest to all beeps. The first speed is none."""
     best = 1
@@ -169,7 +169,7 @@ def _best(partners: Floats, apart_m: Floats) -> int:
     return best
 
 
-@numba.njit(cache=True)
+@compiled
 def _stays(range_m: float, age_s: Floats, past_m: Floats, tolerance_m: float, static_age_s: float) -> tuple[int, int]:
     """How many earlier beeps hold a peak at the same range, and how many of those are old enough to decide by."""
     stays = stays_long = 0
@@ -180,7 +180,7 @@ def _stays(range_m: float, age_s: Floats, past_m: Floats, tolerance_m: float, st
     return stays, stays_long
 
 
-@numba.njit(cache=True)
+@compiled
 def _nearest_offset(expected_m: float, past_m: Floats) -> float:
     """How much farther than expected the nearest of a beep's peaks lies; infinite if there is none."""
     nearest = np.inf
@@ -190,7 +190,7 @@ def _nearest_offset(expected_m: float, past_m: Floats) -> float:
     return nearest
 
 
-@numba.njit(cache=True)
+@compiled
 def _fitted_speed(
     range_m: float,
     speed_m_s: float,

@@ -7,11 +7,11 @@ ground and walls alongside bob with the gait and keep their height only; a mean 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.echoes import highest_nearby
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
 
 
 class CoherentBackground:
@@ -72,7 +72,7 @@ class ClutterMap:
         return before
 
 
-@numba.njit(cache=True)
+@compiled
 def _mean_height(mean: Floats, magnitude: Floats, half_width: int, count: int) -> Floats:
     """(M,) mean height of `count` beeps, from that of all but the last and the last one's magnitude, widened."""
     height = highest_nearby(magnitude, half_width)
@@ -81,7 +81,7 @@ def _mean_height(mean: Floats, magnitude: Floats, half_width: int, count: int) -
     return height
 
 
-@numba.njit(cache=True)
+@compiled
 def _learnt(mean: Complexes, envelope: Complexes, count: int) -> Complexes:
     """What of an envelope is not in the mean of `count - 1` others; the mean, in place, becomes that of all."""
     rest, share = np.empty(mean.shape, dtype=np.complex128), 1.0 / count

@@ -7,12 +7,12 @@ third of the work of the full transform.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 from obstaclewatch.support.arrays import Flags
+from obstaclewatch.support.compiled import compiled
 
 PHASES = 8
 
@@ -56,7 +56,7 @@ class BandSpectrum:
         return _rotated_sums(slow, self._row, self._mirrored, rotation)
 
 
-@numba.njit(cache=True)
+@compiled
 def _rotated_sums(
     slow: NDArray[np.complexfloating],
     row: NDArray[np.intp],

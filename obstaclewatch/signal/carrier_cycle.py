@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 CYCLES = np.arange(-4, 5)
 """Around the one nearest to the envelopes' difference."""
@@ -59,14 +59,14 @@ def within_cycle(readings: DifferenceReadings, longest_m: Floats) -> tuple[Float
     return likeliest_cycle(readings, _weights(readings, longest_m))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def nearest_place(phase_rad: float, envelope_m: float, cycle_m: float) -> float:
     """Path difference of that phase that is nearest to the envelopes'."""
     off = -phase_rad / (2.0 * np.pi) * cycle_m - envelope_m
     return envelope_m + off - cycle_m * float(np.round(off / cycle_m))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def likeliest_cycle(readings: DifferenceReadings, weight: Floats) -> tuple[Floats, Floats]:
     """(n,) path differences and (n,) deviations by weights (n, len(CYCLES)) of the cycles, of any sum."""
     u_m, std_m = readings.envelope_m.copy(), readings.envelope_std_m.copy()
@@ -83,7 +83,7 @@ def likeliest_cycle(readings: DifferenceReadings, weight: Floats) -> tuple[Float
     return u_m, std_m
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _weights(readings: DifferenceReadings, longest_m: Floats) -> Floats:
     """(n, len(CYCLES)) likelihoods of the cycles; NaN stays NaN."""
     weight = np.empty((len(longest_m), len(CYCLES)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,7 @@ from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter, nearest_sample
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 DIRECT_SEARCH_S = 1.2e-3
 """How far from the block's start the direct peak may lie: the air path along a 16 cm phone takes 0.47 ms."""
@@ -52,7 +52,7 @@ def expected_direct_delay_s(phone: PhoneGeometry, sound_speed_m_s: float, calibr
     return delay_s
 
 
-@numba.njit(cache=True)
+@compiled
 def _direct_peaks(magnitude: Floats, start_s: float, rate_hz: float) -> tuple[Floats, Floats, bool]:
     """`DirectSound` of a profile's (2, M) magnitude."""
     delay_s, height, found, count = np.empty(2), np.empty(2), True, magnitude.shape[1]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.order_statistic import order_statistic
 
 TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = float(np.sqrt(-np.log(0.75)))
@@ -62,7 +63,7 @@ def os_cfar_threshold(magnitude: Floats, factor: float, half_width: int) -> Floa
     return factor * ndimage.percentile_filter(magnitude, percent, size=size, mode="nearest")
 
 
-@numba.njit(cache=True)
+@compiled
 def os_cfar_passes(
     magnitude: Floats,
     peaks: NDArray[np.intp],
@@ -85,7 +86,7 @@ def os_cfar_passes(
     return passes
 
 
-@numba.njit(cache=True)
+@compiled
 def _reached(samples: Floats, factor: float, height: float) -> int:
     """How many samples times the factor are no higher than a height. By index this loop is vectorised."""
     count = 0
@@ -94,12 +95,13 @@ def _reached(samples: Floats, factor: float, height: float) -> int:
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def highest_nearby(magnitude: Floats, half_width: int) -> Floats:
     """(n,) highest sample within `half_width` samples of each: windows that double in width, then two that overlap."""
     size, width = 2 * half_width + 1, 1
     window = np.full(len(magnitude) + 2 * half_width, -np.inf)
-    window[half_width : half_width + len(magnitude)] = magnitude
+    for sample in range(len(magnitude)):
+        window[half_width + sample] = magnitude[sample]
     while 2 * width <= size:
         _raise_to(window[: len(window) - width], window[width:])
         width *= 2
@@ -108,14 +110,14 @@ def highest_nearby(magnitude: Floats, half_width: int) -> Floats:
     return highest
 
 
-@numba.njit(cache=True)
+@compiled
 def _raise_to(lowest: Floats, other: Floats) -> None:
     """Replace (n,) numbers by those of another, or of the same a little later, that are higher."""
     for row in range(len(lowest)):
         lowest[row] = other[row] if other[row] > lowest[row] else lowest[row]
 
 
-@numba.njit(cache=True)
+@compiled
 def above_sidelobes(magnitude: Floats, peaks: NDArray[np.intp], half_width: int, least: float) -> NDArray[np.intp]:
     """Those of the peaks higher than the sidelobes of any echo within `half_width` samples, and than `least`."""
     highest = SIDELOBE * magnitude.max()
@@ -128,16 +130,16 @@ def above_sidelobes(magnitude: Floats, peaks: NDArray[np.intp], half_width: int,
     return peaks[kept]
 
 
-@numba.njit(cache=True)
+@compiled
 def noise_amplitude(magnitude: Floats) -> float:
     """Rms of a complex Gaussian noise envelope, from the lower quartile of the heights.
 
     A Rayleigh height's quartile is sqrt(-ln 0.75) of its rms. Echoes fill less than three quarters of the range.
     """
-    return np.partition(magnitude, len(magnitude) // 4)[len(magnitude) // 4] / QUARTILE_TO_RMS
+    return order_statistic(magnitude, len(magnitude) // 4) / QUARTILE_TO_RMS
 
 
-@numba.njit(cache=True)
+@compiled
 def local_maxima(magnitude: Floats) -> NDArray[np.intp]:
     """(n,) samples higher than both their neighbours; of a flat top its middle."""
     peaks, count, sample = np.empty(len(magnitude) // 2, dtype=np.intp), 0, 1
@@ -160,7 +162,7 @@ def separated_peaks(magnitude: Floats, threshold: float | Floats, separation: in
     return keep_separated(magnitude, peaks[magnitude[peaks] >= height], separation)
 
 
-@numba.njit(cache=True)
+@compiled
 def keep_separated(magnitude: Floats, peaks: NDArray[np.intp], separation: int) -> NDArray[np.intp]:
     """Of peaks nearer to one another than `separation` samples, the highest; peaks come and go in order."""
     undecided, kept = np.ones(len(peaks), dtype=np.bool_), np.zeros(len(peaks), dtype=np.bool_)
@@ -184,7 +186,7 @@ def highest_of_windows(magnitude: Floats, window: int) -> NDArray[np.intp]:
     return np.argmax(magnitude[:covered].reshape(-1, window), axis=1) + np.arange(0, covered, window)
 
 
-@numba.njit(cache=True)
+@compiled
 def refine_peaks(magnitude: Floats, peaks: NDArray[np.intp]) -> tuple[Floats, Floats]:
     """Sub-sample positions and heights of peaks: a parabola through three points of the log envelope.
 
@@ -200,7 +202,7 @@ def refine_peaks(magnitude: Floats, peaks: NDArray[np.intp]) -> tuple[Floats, Fl
     return position, height
 
 
-@numba.njit(cache=True)
+@compiled
 def refined_peak(magnitude: Floats, peak: int) -> tuple[float, float]:
     """The same of a single peak."""
     if not 1 <= peak <= len(magnitude) - 2:

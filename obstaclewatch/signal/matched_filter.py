@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
@@ -18,6 +17,7 @@ from scipy import fft
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.band_spectrum import BandSpectrum
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
 
 BAND_MARGIN = 0.1
 """Share of the bandwidth kept on either side: Doppler at 3 m/s moves 23 kHz by 400 Hz."""
@@ -59,7 +59,7 @@ class EchoProfile:
         return int(nearest_sample.py_func(delay_s, self.start_s, self.rate_hz, self.envelope.shape[1]))
 
 
-@numba.njit(cache=True)
+@compiled
 def nearest_sample(delay_s: float, start_s: float, rate_hz: float, count: int) -> int:
     """`EchoProfile.position` in a profile of that start, rate and number of samples."""
     return min(max(round((delay_s - start_s) * rate_hz), 0), count - 1)
@@ -125,7 +125,7 @@ class MatchedFilter:
         """
         self._check(block)
         return EchoProfile(
-            self._envelope(block, self._replica)[:, : self._kept],
+            np.ascontiguousarray(self._envelope(block, self._replica)[:, : self._kept]),
             self.start_s,
             self.rate_hz,
             self.reference_hz,
@@ -166,7 +166,7 @@ class MatchedFilter:
             raise ValueError(f"a block must have shape (channels, {self.block_samples}), got {block.shape}")
 
 
-@numba.njit(cache=True)
+@compiled
 def _about_zero(band: NDArray[np.complexfloating], weight: Complexes, below: int, count: int) -> tuple[Complexes, bool]:
     """(C, count) spectrum of bins (C, B) times weights (B,), the first `below` behind; whether all are finite."""
     spectrum, is_finite = np.zeros((len(band), count), dtype=np.complex128), True

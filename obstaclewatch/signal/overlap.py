@@ -12,7 +12,6 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +19,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.echoes import Echoes, refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
 
 TABLE_S, FINE = 5e-3, 16
 """Of the pulse's table: reach of the filter that makes it, and entries per sample of the envelope."""
@@ -92,7 +92,7 @@ def pulse_table(beep: BeepDesign) -> Floats:
     return table
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Floats, noise: float) -> Crests:
     """Echoes of the crests about given peaks, in order: one each, or two where two explain what one does not.
 
@@ -124,7 +124,7 @@ def parted_crests(envelope: Complexes, peaks: NDArray[np.intp], table: Floats, n
     return Crests(position[:count], std[:count], amplitude[:count])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def nearest_echoes(crests: Crests, position: Floats) -> tuple[Floats, Floats]:
     """(n,) phases, rad, and (n,) deviations, samples, of the echoes next to positions; NaN stays NaN."""
     phase, std = np.full(len(position), np.nan), np.full(len(position), np.nan)
@@ -135,7 +135,7 @@ def nearest_echoes(crests: Crests, position: Floats) -> tuple[Floats, Floats]:
     return phase, std
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def is_one_pulse(envelope: Complexes, peak: int, table: Floats, noise: float) -> bool:
     """Whether a single pulse leaves little of the crest about a peak."""
     middle, amplitude = _single(envelope, peak)
@@ -145,7 +145,7 @@ def is_one_pulse(envelope: Complexes, peak: int, table: Floats, noise: float) ->
     return left <= AS_ONE * abs(amplitude) + AS_ONE_NOISE * noise
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def two_echoes(envelope: Complexes, peak: int, table: Floats, noise: float) -> Pair:
     """The pair of echoes about a peak that explains most; arguments as of `parted_crests`."""
     energy, early, late, sharpness = _refined(envelope, _coarse(envelope, peak, table), table)
@@ -165,7 +165,7 @@ def two_echoes(envelope: Complexes, peak: int, table: Floats, noise: float) -> P
     return Pair((early, late), std, (one, other), found)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def pulse_at(table: Floats, offset: float) -> float:
     """The pulse so many samples beside its middle."""
     along = abs(offset) * FINE
@@ -175,7 +175,7 @@ def pulse_at(table: Floats, offset: float) -> float:
     return float(table[low] + (along - low) * (table[low + 1] - table[low]))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def smooth_at(envelope: Complexes, position: float) -> complex:
     """An envelope between its samples, by the cubic through four."""
     low = int(position)
@@ -188,7 +188,7 @@ def smooth_at(envelope: Complexes, position: float) -> complex:
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def explained(first: complex, second: complex, rho: float) -> float:
     """J of the envelope at two places whose pulses overlap by rho."""
     cross = first.real * second.real + first.imag * second.imag
@@ -196,18 +196,19 @@ def explained(first: complex, second: complex, rho: float) -> float:
     return (own - 2.0 * rho * cross) / (1.0 - rho * rho)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _single(envelope: Complexes, peak: int) -> tuple[float, complex]:
     """Position and complex amplitude of a peak that is one echo's."""
     if not 2 <= peak < len(envelope) - 3:
         return float(peak), envelope[peak]
-    offset, height = refined_peak(np.abs(envelope[peak - 1 : peak + 2]), 1)
+    crest = np.abs(envelope[peak - 1 : peak + 2])
+    offset, height = refined_peak(crest, len(crest) // 2)
     position = peak - 1 + offset
     here = smooth_at(envelope, position)
     return position, height * here / abs(here)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _coarse(envelope: Complexes, peak: int, table: Floats) -> tuple[float, float, float]:
     """Energy and places of the best pair of every other sample about a peak."""
     best, early, late = -1.0, 0.0, 0.0
@@ -219,7 +220,7 @@ def _coarse(envelope: Complexes, peak: int, table: Floats) -> tuple[float, float
     return best, early, late
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _refined(
     envelope: Complexes, start: tuple[float, float, float], table: Floats
 ) -> tuple[float, float, float, tuple[float, float]]:
@@ -247,7 +248,7 @@ def _refined(
     return best, early, late, (spread[0] * STENCIL**2, spread[1] * STENCIL**2)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _to_top(energy: Floats) -> tuple[float, float, tuple[float, float]]:
     """Steps to the top of the paraboloid through (3, 3) values, and its inverse curvatures.
 

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,6 +16,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.echoes import TINY, refine_peaks
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.compiled import compiled
 
 SPEEDS_M_S = np.arange(0.0, 4.01, 0.2)
 """Closing speeds of the width table. Doppler stretches the paper's pulse: its half width at half height grows from
@@ -68,7 +68,7 @@ def rms_bandwidth_hz(beep: BeepDesign) -> float:
     return float(np.sqrt(np.sum((frequency - mean) ** 2 * energy) / np.sum(energy)))
 
 
-@numba.njit(cache=True)
+@compiled
 def trailing_widths(
     magnitude: Floats,
     position: Floats,
@@ -102,7 +102,7 @@ def trailing_widths(
     return width, merged
 
 
-@numba.njit(cache=True)
+@compiled
 def _crossing(side: Floats, target: float) -> tuple[int, bool]:
     """Where a peak's side first falls below a target, 0 if nowhere, and whether it rises again before."""
     rises = False
@@ -113,7 +113,7 @@ def _crossing(side: Floats, target: float) -> tuple[int, bool]:
     return 0, False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _inverse_parabola(height: Floats, target: float) -> float:
     """Where falling heights (3,) at samples -2, -1, 0 pass a target: position as a parabola of log height."""
     early, middle, late = [math.log(max(sample, TINY)) for sample in height]

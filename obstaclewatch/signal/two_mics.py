@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 
 def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0) -> Floats:
@@ -34,13 +34,13 @@ def one_way_range(path_m: ArrayLike, baseline_m: float, cosine: ArrayLike = 1.0)
     return np.asarray(distance_of.py_func(path, baseline_m, np.asarray(cosine, dtype=np.float64)))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def distance_of(path_m: Any, baseline_m: float, cosine: Any) -> Any:
     """`one_way_range` of paths that are longer than the baseline; compiled loops hand it floats."""
     return (path_m**2 - baseline_m**2) / (2.0 * (path_m - baseline_m * cosine))
 
 
-@numba.njit(cache=True)
+@compiled
 def ranges_of_pairs(
     path1_m: Floats,
     u_m: Floats,
@@ -79,13 +79,13 @@ def cone_cosine(range_m: ArrayLike, range2_m: ArrayLike, separation_m: float) ->
     return law_of_cosines.py_func(d1, d2, separation_m)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def law_of_cosines(range_m: Any, range2_m: Any, separation_m: float) -> Any:
     """`cone_cosine` for compiled loops, which hand it floats."""
     return (range2_m**2 - range_m**2 - separation_m**2) / (2.0 * range_m * separation_m)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def path_difference_at(range_m: Any, cosine: Any, separation_m: float) -> Any:
     """Its inverse: D2 - D1 of what is seen at a cosine to the phone's long axis, its waves from D1 away."""
     return np.sqrt(range_m * (range_m + 2.0 * separation_m * cosine) + separation_m**2) - range_m

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings, nearest_place
 from obstaclewatch.signal.two_mics import law_of_cosines, path_difference_at
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 STEP_RAD = np.deg2rad(1.0)
 BEARINGS_RAD = STEP_RAD * np.arange(0.5, 90.0)
@@ -61,7 +61,7 @@ def bearing_posterior(
     return _posterior(range_m, readings, attitude)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _posterior(range_m: Floats, readings: DifferenceReadings, attitude: Attitude) -> tuple[Floats, Floats, Floats]:
     medians, deviations = np.full(len(range_m), np.nan), np.full(len(range_m), np.nan)
     cycles = np.zeros((len(range_m), len(CYCLES)))
@@ -78,7 +78,7 @@ def _posterior(range_m: Floats, readings: DifferenceReadings, attitude: Attitude
     return medians, deviations, cycles
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _weigh(
     range_m: float,
     envelope: tuple[float, float],
@@ -120,14 +120,14 @@ def _weigh(
     return total
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _step_at(cosine: float) -> int:
     """The first of `BEARINGS_RAD` that is at least as far aside as a cosine says."""
     aside = np.arccos(min(max(cosine, 0.0), 1.0))
     return min(int(np.ceil(aside / STEP_RAD - 0.5)), len(BEARINGS_RAD))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _middle(share: Floats) -> tuple[float, float]:
     """Median of the bearing, and root mean square departure from it."""
     passed, median = 0.0, np.nan

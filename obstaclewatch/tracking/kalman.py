@@ -5,13 +5,13 @@ Written out for two numbers and compiled: a matrix product of this size costs mo
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 
-@numba.njit(cache=True)
+@compiled
 def begun(age_s: Floats, read_m: Floats, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
     """State (2,) and covariance (2, 2) at the last of K readings of equal variance: least squares through them."""
     total, first, second = float(len(age_s)), age_s.sum(), np.sum(age_s * age_s)
@@ -25,7 +25,7 @@ def begun(age_s: Floats, read_m: Floats, variance: float, ahead_s: float) -> tup
     return state, covariance
 
 
-@numba.njit(cache=True)
+@compiled
 def predicted(state: Floats, covariance: Floats, step_s: float, acceleration_m_s2: float) -> tuple[Floats, Floats]:
     """State (2,), range, m, and closing speed, m/s, and covariance (2, 2) a time later, under white acceleration."""
     moved, spread = np.empty(2), np.empty((2, 2))
@@ -38,14 +38,14 @@ def predicted(state: Floats, covariance: Floats, step_s: float, acceleration_m_s
     return moved, spread
 
 
-@numba.njit(cache=True)
+@compiled
 def expected_reading(state: Floats, covariance: Floats, ahead_s: float) -> tuple[float, float]:
     """What a chirp would read, m, and its variance."""
     to_range, to_speed = _seen(covariance, ahead_s)
     return state[0] - ahead_s * state[1], to_range - ahead_s * to_speed
 
 
-@numba.njit(cache=True)
+@compiled
 def updated(state: Floats, covariance: Floats, read_m: float, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
     """State and covariance after a reading of that variance."""
     better, spread = np.empty(2), np.empty((2, 2))
@@ -59,7 +59,7 @@ def updated(state: Floats, covariance: Floats, read_m: float, variance: float, a
     return better, spread
 
 
-@numba.njit(cache=True)
+@compiled
 def _seen(covariance: Floats, ahead_s: float) -> tuple[float, float]:
     """Covariances of range and speed with what is read."""
     return (

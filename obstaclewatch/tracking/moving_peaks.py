@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sin
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Reception, peak_readings
 from obstaclewatch.walker.ground_height import HEIGHTS_M
 from obstaclewatch.walker.pitch_estimate import PitchEstimator
@@ -219,7 +219,7 @@ class PeakFinder:
         return ground
 
 
-@numba.njit(cache=True)
+@compiled
 def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sound_speed_m_s: float) -> float:
     """Middle of the peak of clutter (S,) that is highest for how far it is from where the ground usually is, samples.
 
@@ -245,7 +245,7 @@ def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sou
     return 0.5 * (first + last)
 
 
-@numba.njit(cache=True)
+@compiled
 def _are_same(envelope: Complexes) -> bool:
     """Whether both rows (2, M) are equal; they mostly differ in the first sample."""
     sample = 0

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +23,8 @@ from obstaclewatch.signal.echoes import (
 from obstaclewatch.signal.local_noise import local_noise
 from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
+from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.order_statistic import order_statistic
 from obstaclewatch.tracking.track_before_detect import log_ratio
 
 CLUTTER_FACTOR = 1.6
@@ -57,7 +58,7 @@ class Reception(NamedTuple):
     separation: int
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def peak_readings(
     moved: Complexes,
     magnitude: Floats,
@@ -100,7 +101,7 @@ def peak_readings(
     return readings, second, log_ratio(height * height)
 
 
-@numba.njit(cache=True)
+@compiled
 def noise_under(received: Floats, clutter: Floats, window: int, reach: int, floor: float) -> Floats:
     """(S,) rms that an envelope's moving echoes must stand out of: noise, what stays, and sidelobes.
 
@@ -117,7 +118,7 @@ def noise_under(received: Floats, clutter: Floats, window: int, reach: int, floo
     return noise
 
 
-@numba.njit(cache=True)
+@compiled
 def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int) -> NDArray[np.intp]:
     """(n,) peaks apart from one another that are highest over noise, nearest first."""
     if most == 0:
@@ -125,11 +126,11 @@ def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int)
     peaks = local_maxima(magnitude)
     peaks = keep_separated(magnitude, peaks[height[peaks] >= PEAK_TO_RMS], separation)
     if len(peaks) > most:
-        peaks = peaks[height[peaks] >= np.partition(height[peaks], len(peaks) - most)[len(peaks) - most]]
+        peaks = peaks[height[peaks] >= order_statistic(height[peaks], len(peaks) - most)]
     return peaks
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def readings_of(
     path_m: Floats,
     amplitude: Floats,

@@ -8,11 +8,10 @@ up.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from obstaclewatch.signal.echoes import highest_nearby
 from obstaclewatch.support.arrays import Floats, Singles
+from obstaclewatch.support.compiled import compiled
 
 SPEEDS_M_S = (0.45, 3.2)
 CHANGE = 0.4
@@ -27,7 +26,7 @@ LOSS = float(np.log1p(EXPECTED_POWER)) + BIAS
 RATIO_LIMITS = (-1.2, 4.0)
 
 
-@numba.njit(cache=True)
+@compiled
 def log_ratio(power: Floats) -> Singles:
     """(N // 2,) log likelihood ratios of cells from (N,) powers over noise: fluctuating echo against noise alone.
 
@@ -36,10 +35,10 @@ def log_ratio(power: Floats) -> Singles:
     pairs = np.empty(len(power) // 2)
     for cell in range(len(pairs)):
         pairs[cell] = max(power[2 * cell], power[2 * cell + 1])
-    highest, gain = highest_nearby(pairs, 1), EXPECTED_POWER / (1.0 + EXPECTED_POWER)
-    ratio = np.empty(len(pairs), dtype=np.float32)
+    ratio, gain = np.empty(len(pairs), dtype=np.float32), EXPECTED_POWER / (1.0 + EXPECTED_POWER)
     for cell in range(len(ratio)):
-        ratio[cell] = min(max(highest[cell] * gain - LOSS, RATIO_LIMITS[0]), RATIO_LIMITS[1])
+        highest = max(pairs[max(cell - 1, 0)], pairs[cell], pairs[min(cell + 1, len(pairs) - 1)])
+        ratio[cell] = min(max(highest * gain - LOSS, RATIO_LIMITS[0]), RATIO_LIMITS[1])
     return ratio
 
 
@@ -85,7 +84,7 @@ class LineLikelihood:
         return self.speeds_m_s[gathered >= gathered.max() - NEARLY]
 
 
-@numba.njit(cache=True)
+@compiled
 def _gather(gathered: Singles, likelihood: Singles, ratio: Singles, first: int) -> None:
     """Fill in likelihood a beep later: of a line's own and its neighbours' the best, none below 0, and what was
     received.
@@ -104,7 +103,7 @@ def _gather(gathered: Singles, likelihood: Singles, ratio: Singles, first: int) 
             gathered[row, cell] = best + ratio[cell]
 
 
-@numba.njit(cache=True)
+@compiled
 def _fade(likelihood: Singles, first: int, last: int, share: np.float32) -> None:
     """Scale (S, width) likelihood in place from a cell on and before another."""
     for row in range(len(likelihood)):

@@ -10,11 +10,11 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.tracking.kalman import begun, expected_reading, predicted, updated
 from obstaclewatch.tracking.moving_peaks import MovingPeaks
 from obstaclewatch.tracking.range_fit import FITTED_BEEPS, Timing, TrackRange, track_range
@@ -222,7 +222,9 @@ class Approaches:
     def _free_peaks(self) -> _FreePeaks:
         times_s, peaks, free = zip(*self._free, strict=True)
         counts, ages_s = np.array([len(of_beep) for of_beep in free]), times_s[-1] - np.array(times_s)
-        return _FreePeaks(np.concatenate([of.readings for of in peaks], axis=1), np.concatenate(free), counts, ages_s)
+        # Of a single peak each the result would be by columns, and compiled loops would be compiled anew for that.
+        readings = np.ascontiguousarray(np.concatenate([of.readings for of in peaks], axis=1))
+        return _FreePeaks(readings, np.concatenate(free), counts, ages_s)
 
     def _begin(self, chain: list[tuple[int, int]], score: float) -> None:
         """A track along a line: least squares through the peaks on it, then remembered as if followed."""
@@ -261,7 +263,7 @@ def _are_one(track: Track, other: Track) -> bool:
     return near and abs(track.closing_m_s - other.closing_m_s) < TWINS_M_S
 
 
-@numba.njit(cache=True)
+@compiled
 def _followed(
     range_now_m: float,
     closing_m_s: float,
@@ -293,7 +295,7 @@ def _followed(
     return moved[0], moved[1], spread, best
 
 
-@numba.njit(cache=True)
+@compiled
 def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Floats) -> NDArray[np.int_]:
     """(B,) which peak of each beep lies on the line that gained most, -1 where none does or before it gained.
 
@@ -319,7 +321,7 @@ def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Floats) -> NDArray
     return best
 
 
-@numba.njit(cache=True)
+@compiled
 def _on_line(range_m: Floats, power: Floats, free: Flags, read_m: float, farther_m: float) -> tuple[int, float]:
     """The free peak that gains most for a line farther than `read_m`, and what it gains; -1 if none is near enough."""
     best, most = -1, -np.inf
@@ -331,7 +333,7 @@ def _on_line(range_m: Floats, power: Floats, free: Flags, read_m: float, farther
     return best, most
 
 
-@numba.njit(cache=True)
+@compiled
 def _power_gain(power: float) -> float:
     """What a peak's power adds to a score."""
     return min(POWER_GAIN * max(power - THRESHOLD_POWER, 0.0), MOST_GAIN)

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.carrier_phase import add_rotated, deviation_factor, received_at
 from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.trajectories.geometry import (
     NEAREST_M,
     Bodies,
@@ -56,7 +56,7 @@ class Agreement(NamedTuple):
     gathered: Singles
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def agreement(
     bodies: Bodies,
     receivers: Receivers,
@@ -88,7 +88,7 @@ def agreement(
     return Agreement(ahead_m, closing_m_s, misfit, total)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def steady_ranges(bodies: Bodies, read_m: Floats, rise_m: Floats, fore_aft_m: Floats) -> Singles:
     """(K, H) ranges as a phone would read them that moves neither up nor fore and aft, from (K,) readings and
     departures."""
@@ -103,7 +103,7 @@ def steady_ranges(bodies: Bodies, read_m: Floats, rise_m: Floats, fore_aft_m: Fl
     return steady
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closing: Floats) -> tuple[Singles, Singles]:
     """(H,) distances ahead at time 0 and closing speeds: sums, by (K,) weights, of the distances that ranges say."""
     ahead, closing = np.zeros_like(bodies.miss_m), np.zeros_like(bodies.miss_m)
@@ -117,7 +117,7 @@ def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closi
     return ahead, closing
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def misfits(
     bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Floats, white: Floats
 ) -> Singles:
@@ -136,7 +136,7 @@ def misfits(
     return misfit
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def weighted_sum(total: Singles, rows: Singles, weight: Floats, count: int) -> None:
     """Fill in (H,) the weighted sum of the first rows (count, H)."""
     total[:] = np.float32(0.0)
@@ -146,7 +146,7 @@ def weighted_sum(total: Singles, rows: Singles, weight: Floats, count: int) -> N
             total[trajectory] += own * rows[row, trajectory]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def path_differences(
     u_m: Singles, bodies: Bodies, line_m: Singles, pitch_rad: float, rise_m: float, separation_m: float
 ) -> None:
@@ -162,7 +162,7 @@ def path_differences(
         u_m[trajectory] = path_difference(seen, cosine, separation) - off
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def lines_ahead(line_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: float, earlier_s: float) -> None:
     """Fill in (H,) distances ahead some time before one at which none is less than the least."""
     time, earlier = np.float32(time_s), np.float32(earlier_s)
@@ -172,7 +172,7 @@ def lines_ahead(line_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s:
         )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def gathered(
     bodies: Bodies,
     receivers: Receivers,

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.carrier_phase import log_agreement
 from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes, Singles
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.trajectories.geometry import NEAREST_M, bodies_at, cone_cosine, sight
 from obstaclewatch.trajectories.likelihood import Agreement, Receivers, agreement
 from obstaclewatch.trajectories.passed_walls import still_received
@@ -72,7 +72,7 @@ class Posterior(NamedTuple):
     misfit: float
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def posterior(
     known: tuple[Any, ...],
     table: Singles,
@@ -114,7 +114,7 @@ def posterior(
     return share, found.ahead_m, found.closing_m_s, misfit
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flags, phase_rad: float) -> Floats:
     """(H,) probabilities, which sum to 1.
 
@@ -137,7 +137,7 @@ def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flag
     return share / share.sum()
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def log_fit(misfit: float) -> float:
     """Log likelihood of squared deviations, which saturates."""
     return -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
@@ -193,7 +193,7 @@ class Expectation(NamedTuple):
         return self.left_m / min(self.speed_m_s, WALKING_M_S)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def expectations(
     share: Floats,
     ahead_m: Singles,
@@ -246,7 +246,7 @@ def expectations(
     return hit / total, left, speed / total, bearing, spread, *rest
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def walked_share(closing_m_s: float) -> float:
     """Of an approach, what the walker walks; of a faster one the obstacle's own speed makes up the rest."""
     return min(1.0, WALKING_M_S / max(closing_m_s, WALKING_M_S))

@@ -7,12 +7,12 @@ may drown in the loudspeaker's ringing.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.echoes import local_maxima, noise_amplitude, refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled
 
 HEIGHTS_M = (1.0, 1.7)
 """Of microphone 0 above the ground, at which a phone may be held."""
@@ -62,7 +62,7 @@ class GroundFinder:
         return 0.5 * (upright_m - (self._ahead_m - self._separation_m) * self._sin_pitch)
 
 
-@numba.njit(cache=True)
+@compiled
 def _louder_at_second(magnitude: Floats, first: int, last: int, later: int, least: float) -> float:
     """Position of the highest peak of the second channel that the first one, so many samples before, receives
     weaker."""

@@ -15,13 +15,14 @@ from collections import deque
 from math import sqrt
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.carrier_phase import phase_at
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.order_statistic import median
 from obstaclewatch.walker.sinusoid import common_sinusoid
 
 STEP_RAD_S = 2.0 * np.pi * np.arange(1.3, 2.45, 0.05)
@@ -68,7 +69,7 @@ STEADY = Oscillation(0.0, 0.0j, 0.0j, 0.0j)
 """No oscillation, or none that is known."""
 
 
-@numba.njit(cache=True)
+@compiled
 def oscillation_at(oscillation: Oscillation, time_s: Floats) -> Floats:
     """(3, K) pitch, height and fore-aft oscillation at that time."""
     waves = np.empty((3, len(time_s)))
@@ -80,7 +81,7 @@ def oscillation_at(oscillation: Oscillation, time_s: Floats) -> Floats:
     return waves
 
 
-@numba.njit(cache=True)
+@compiled
 def oscillation_as_read(oscillation: Oscillation, time_s: Floats, ahead_s: float) -> Floats:
     """(3, K) the same as a chirp reads them that meets the obstacle then: x + ahead_s dx/dt."""
     ahead = complex(1.0, oscillation.step_rad_s * ahead_s)
@@ -117,7 +118,7 @@ def ground_echo(
     return GroundEcho(0.5 * sound_speed_m_s * (delay_s - start_s), phase_rad)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _strongest(
     magnitude: Floats,
     envelope: Complexes,
@@ -178,7 +179,7 @@ class OscillationEstimator:
         return -self._wavelength_m / (2.0 * np.pi) / slope
 
 
-@numba.njit(cache=True)
+@compiled
 def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
     """`Oscillation` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
     time_s, read_m, phase_rad = received[:, 0].copy(), received[:, 1].copy(), received[:, 2].copy()
@@ -192,10 +193,10 @@ def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tu
     return step_rad_s, PHASE_SCALE * phase * pitch_per_phase, height, fore_aft
 
 
-@numba.njit(cache=True)
+@compiled
 def _departures(read_m: Floats, phase_rad: Floats) -> Floats:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
-    departures, middle = np.empty((2, len(read_m))), np.median(read_m)
+    departures, middle = np.empty((2, len(read_m))), median(read_m)
     rotated = 0.0j
     for beep in range(len(read_m)):
         rotated += np.exp(1j * phase_rad[beep])

@@ -5,11 +5,11 @@ Of a fit only its normal equations are formed; residuals are those of the likeli
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.signal.echoes import TINY
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
 
 ROUNDS = 3
 """Of the fit, whose weights fall where something else crosses."""
@@ -17,7 +17,7 @@ LEAST_LEFT = 0.02
 """Share of the variance below which a better fit no longer counts for a frequency."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tuple[float, Complexes, Floats]:
     """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
 
@@ -31,7 +31,7 @@ def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tupl
     return rates_rad_s[best], phasor, share
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     """(K, F) cosines and sines at evenly spaced rates, each rotated on from the one before."""
     cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
@@ -45,7 +45,7 @@ def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     return cosine, sine
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Complexes, Floats]:
     """The best of F frequencies, (2,) phasors, and (2,) shares explained, from (K, F) cosines and sines."""
     best, phasor, share = 0, np.empty(2, dtype=np.complex128), np.empty(2)
@@ -63,7 +63,7 @@ def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Comp
     return best, phasor, share
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _likeliest(first: Floats, second: Floats) -> int:
     """Which frequency leaves the least of both series, from the (F,) shares that it explains."""
     best, least = 0, np.inf
@@ -74,7 +74,7 @@ def _likeliest(first: Floats, second: Floats) -> int:
     return best
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def weighted_fits(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """(3, F) coefficients of cosine, sine and 1 that fit (K,) values best, and (F,) the shares that they explain.
 
@@ -95,7 +95,7 @@ def weighted_fits(cosine: Floats, sine: Floats, values: Floats, weight: Floats) 
     return fit, share
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _moments(values: Floats, weight: Floats) -> tuple[float, float, float]:
     """Sum of the weights, weighted mean of (K,) values, and weighted sum of their squared departures from it."""
     total = moment = scatter = 0.0
@@ -107,7 +107,7 @@ def _moments(values: Floats, weight: Floats) -> tuple[float, float, float]:
     return total, moment / total, max(scatter, TINY)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _products(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> Floats:
     """(6, F) weighted sums over beeps: cosine, sine, cosine squared, cosine times sine, and both times the values."""
     products = np.zeros((6, cosine.shape[1]))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
 from obstaclewatch.tracking.detector import MOST_MISFIT
@@ -186,9 +187,13 @@ def test_distance_and_speed_of_a_collision():
 
 def _walk_to_contact(outline):
     """Distance that a body of 0.25 m half width walks along x until its round front, 0.1 m ahead, meets points."""
-    walked = np.linspace(0.0, 3.0, 30001)
-    gap = np.hypot(outline[:, :1] - (walked + 0.1 - 0.25), outline[:, 1:])
-    return walked[np.argmax(gap.min(axis=0) <= 0.25)]
+
+    def gap_m(walked_m):
+        return np.hypot(outline[:, 0] - (walked_m + 0.1 - 0.25), outline[:, 1]).min() - 0.25
+
+    walked = np.arange(0.0, 3.0, 0.01)
+    after = next(index for index, walked_m in enumerate(walked) if gap_m(walked_m) <= 0.0)
+    return brentq(gap_m, walked[after - 1], walked[after])
 
 
 @pytest.mark.parametrize("miss", [0.0, 0.15, 0.3])

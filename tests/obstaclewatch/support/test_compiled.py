@@ -1,0 +1,76 @@
+"""What is compiled at first use is little: each function once, for one kind of arrays, with the same options."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import obstaclewatch
+from obstaclewatch.support.order_statistic import median, order_statistic
+
+ROOT = Path(obstaclewatch.__file__).parents[1]
+SCRIPT = """
+import importlib, json, pkgutil
+import numpy as np
+import obstaclewatch
+from numba.core.dispatcher import Dispatcher
+from obstaclewatch import *
+from tests.obstaclewatch.synthetic import BEEP, PHONE, Point, noise_for, recording
+
+ground = Point(0.0, 1.35, gain=0.3, carried=True, bob_m=0.02)
+walk = recording([Point(4.0, 0.05), ground], beeps=30, speed_m_s=1.3, noise=noise_for(20.0, 0.1))
+for detector in (PaperDetector, DistanceOnlyDetector, TrackingDetector):
+    assert any(decision.alert for decision in detector(BEEP, PHONE).run(walk))
+found = {}
+for info in pkgutil.walk_packages(obstaclewatch.__path__, "obstaclewatch."):
+    for name, value in vars(importlib.import_module(info.name)).items():
+        if isinstance(value, Dispatcher) and value.py_func.__module__ == info.name:
+            found[name] = len(value.signatures), value.targetoptions
+print(json.dumps(found))
+"""
+OF_DOUBLES = {"_about_zero": 2, "_rotated_sums": 2}
+"""The replica is transformed in double precision, recordings in single."""
+
+
+def _compiled(**environment):
+    """By name, how many kinds of arguments each compiled function of the detectors met, and its options."""
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], env=os.environ | {"PYTHONPATH": str(ROOT)} | environment, capture_output=True
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    return json.loads(done.stdout)
+
+
+def test_detectors_hand_over_one_kind_of_arrays_and_share_their_options():
+    """np.concatenate made columns of single peaks, and rows of a cut envelope are not contiguous: each compiled twice.
+
+    numba also compiles its own parts once for each set of options: half the functions took divisions that raise.
+    """
+    found = _compiled()
+    met = {name: kinds for name, (kinds, _) in found.items() if kinds > 1}
+    assert met.items() <= OF_DOUBLES.items()
+    assert len({json.dumps(options, sort_keys=True) for _, options in found.values()}) == 1
+
+
+@pytest.mark.slow
+def test_what_is_compiled_at_first_use_is_counted(tmp_path):
+    """114 kinds of arguments before, and 218 functions of numba's own, of which np.partition took 11 of 46 s."""
+    found = _compiled(NUMBA_CACHE_DIR=str(tmp_path))
+    assert sum(kinds for kinds, _ in found.values()) <= 105
+
+
+@settings(deadline=None)
+@given(arrays(np.float64, st.integers(1, 40), elements=st.integers(0, 9).map(float)), st.data())
+def test_order_statistics_are_those_of_sorted_numbers(values, data):
+    rank = data.draw(st.integers(0, len(values) - 1))
+    given_values = values.copy()
+    assert order_statistic(values, rank) == np.sort(values)[rank]
+    assert median(values) == np.median(values)
+    np.testing.assert_array_equal(values, given_values)
