@@ -94,8 +94,8 @@ def render_walk(
 
 def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
     """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
-    ways, which = np.unique(paths.obstacle, return_inverse=True)
-    kept = np.array([way == "" or not set(way.split(" > ")) <= set(obstacles) for way in ways], dtype=bool)
+    names, which = np.unique(paths.obstacle, return_inverse=True)
+    kept = np.array([name == "" or not set(name.split(" > ")) <= set(obstacles) for name in names], dtype=bool)
     return kept[which] if len(paths) else np.zeros(0, dtype=bool)
 
 

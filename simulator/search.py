@@ -1,4 +1,4 @@
-"""Every way that geometry allows, by all mechanisms of the fidelity, before any mask."""
+"""Every path that geometry allows, by all mechanisms of the fidelity, before any mask."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simulator.diffraction.thin_panels import panels_of
 from simulator.images.image_method import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
 from simulator.kirchhoff.scattering import scattered_paths
-from simulator.kirchhoff.selection import heard_whole, uneven_surfaces
+from simulator.kirchhoff.selection import left_to_integral, uneven_surfaces
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import facets_of
 from simulator.waves.spreading import spreading
@@ -37,15 +37,15 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     uneven = uneven_surfaces(tracing, search.fidelity)
     singles = [None if index in uneven else mixed(search, index) for index in range(len(tracing.world.surfaces))]
     rays += [each for each in singles if each is not None]
-    whole = heard_whole(search, concatenated(rays), uneven)
+    taken = left_to_integral(search, concatenated(rays), uneven)
     loudest = _loudest(tracing, rays[1:])
     if search.max_order > 1 and len(tracing.world.surfaces) > 1:
         rays.append(twice_curved(search, singles, loudest))
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))
-    rays = [_not_heard_whole(search, each, whole) for each in rays]
-    cells, sums = _integrals(search, whole)
-    chains, gains = _chains(search, rays[1], whole, loudest)
+    rays = [_not_left_to_integral(search, each, taken) for each in rays]
+    cells, sums = _integrals(search, taken)
+    chains, gains = _chains(search, rays[1], taken, loudest)
     chains = replace(chains, cell=chains.cell + len(sums))
     return joined([*rays, *cells, chains]), np.concatenate([sums, gains])
 
@@ -54,33 +54,33 @@ def _no_sums(search: Search) -> Complexes:
     return np.zeros((0, len(search.band_hz)), dtype=np.complex128)
 
 
-def _integrals(search: Search, whole: list[Pairs]) -> tuple[list[Candidates], Complexes]:
-    """Kirchhoff's integrals over all ways that are left to them."""
+def _integrals(search: Search, taken: list[Pairs]) -> tuple[list[Candidates], Complexes]:
+    """Kirchhoff's integrals over all pairs of images that are left to them."""
     parts: list[Candidates] = []
     sums = _no_sums(search)
-    for pairs in whole:
+    for pairs in taken:
         skin = facets_of(*search.tracing.world.skins[pairs.obstacle], pairs.obstacle, search.fidelity.facet_m)
         found, gain = scattered_paths(search, skin, pairs)
         parts, sums = [*parts, replace(found, cell=found.cell + len(sums))], np.concatenate([sums, gain])
     return parts, sums
 
 
-def _chains(search: Search, mirrors: Candidates, whole: list[Pairs], loudest: Floats) -> tuple[Candidates, Complexes]:
+def _chains(search: Search, mirrors: Candidates, taken: list[Pairs], loudest: Floats) -> tuple[Candidates, Complexes]:
     """Paths over several edges of one panel."""
     longest, tracing = longest_chain(search.fidelity), search.tracing
     found, gains = [nothing(search.max_order)], [_no_sums(search)]
     for panel in panels_of(tracing.world.wedges) if longest > 1 else []:
-        mirrored, taken = _mirrored(tracing, mirrors, panel), _taken(tracing, whole, panel)
-        each, gain = integrated_chains(search, panel, mirrored, taken, longest, loudest)
+        mirrored, left_out = _mirrored(tracing, mirrors, panel), _left_out(tracing, taken, panel)
+        each, gain = integrated_chains(search, panel, mirrored, left_out, longest, loudest)
         found, gains = [*found, each], [*gains, gain]
     chains = concatenated(found)
     return replace(chains, cell=np.arange(len(chains))), np.concatenate(gains)
 
 
-def _taken(tracing: Tracing, whole: list[Pairs], panel: Ints) -> Flags:
+def _left_out(tracing: Tracing, taken: list[Pairs], panel: Ints) -> Flags:
     """(N, 2) where Kirchhoff's integral takes care of a panel's obstacle, without mirrors."""
     out = np.zeros((len(tracing.pose), 2), dtype=bool)
-    for pairs in whole:
+    for pairs in taken:
         if pairs.obstacle == tracing.world.wedges.obstacle[panel[0]]:
             straight = (pairs.before.order == 0) & (pairs.after.order == 0)
             out[pairs.pose[straight], pairs.mic[straight]] = True
@@ -100,17 +100,17 @@ def _mirrored(tracing: Tracing, mirrors: Candidates, panel: Ints) -> Flags:
     return out
 
 
-def _not_heard_whole(search: Search, found: Candidates, whole: list[Pairs]) -> Candidates:
-    """What runs over no way that Kirchhoff's integral takes care of."""
-    if not whole:
+def _not_left_to_integral(search: Search, found: Candidates, taken: list[Pairs]) -> Candidates:
+    """What runs over no pair of images that Kirchhoff's integral takes care of."""
+    if not taken:
         return found
-    taken = run_over(search.tracing, found, whole)
-    rows = np.flatnonzero(taken)
+    over = run_over(search.tracing, found, taken)
+    rows = np.flatnonzero(over)
     search.reject(
         Reason.LEFT_TO_INTEGRAL, len(rows),
         lambda: Rejected(_amplitude(found[rows]), lambda chosen: found[rows[chosen]]),
     )  # fmt: skip
-    return found[~taken]
+    return found[~over]
 
 
 def _loudest(tracing: Tracing, parts: list[Candidates]) -> Floats:

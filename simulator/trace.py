@@ -32,7 +32,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
 
 SAME_IMAGE_M = 1e-7
-NOISE_MARGIN_DB = 40.0  # the matched filter lifts an echo by 20 dB over the noise in band, and 20 dB are to spare
+NOISE_MARGIN_DB = 40.0  # the matched filter raises an echo by 20 dB over the noise in band, and 20 dB are to spare
 
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
@@ -138,7 +138,7 @@ def _uncovered(search: Search, found: Candidates) -> Flags:
 
 
 def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
-    """(C,) False for what the matched filter leaves deep under the noise; a phone without noise hears all.
+    """(C,) False for what the matched filter leaves deep under the noise; a phone without noise keeps all.
 
     The cells of one way over a body largely cancel, up to the loudest: they stand or fall together.
     """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.surfaces.reflectors import SmoothSurface
-from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 
 TURNS, SETTLED_M = 16, 1e-11
 
@@ -47,7 +47,7 @@ def settle(
     surfaces: Sequence[SmoothSurface], frames: Sequence[Floats], source: Floats, receiver: Floats,
     guess: Sequence[tuple[Ints, Floats]], second_m: Floats,
 ) -> tuple[Place, Place, Flags]:  # fmt: skip
-    """Both reflection points of R ways from rough ones.
+    """Both reflection points of R paths from rough ones.
 
     Args:
         surfaces: the two, in the order met; frames: where they stand, (R, 4) each.
@@ -86,7 +86,7 @@ def followed(surface: SmoothSurface, frame: Floats, source: Floats, receiver: Fl
     rises = np.stack([np.sum((end - hit.point_m) * hit.normal, axis=1) for end in ends])
     clear = hit.inside_facet & (rises > 0.0).all(axis=0) & (hit.outside | (not surface.closed))
     point, yaw = out_of_rest(hit.point_m, frame), frame[:, 3]
-    return Place(hit.face, hit.uv, point, turned(hit.normal, yaw), turned_tensor(hit.curvature, yaw), clear)
+    return Place(hit.face, hit.uv, point, rotated(hit.normal, yaw), rotated_tensor(hit.curvature, yaw), clear)
 
 
 def _turns_to_come(step: Floats, source: Floats, receiver: Floats, first: Place, second: Place) -> Floats:
@@ -100,12 +100,12 @@ def _turns_to_come(step: Floats, source: Floats, receiver: Floats, first: Place,
     flat = np.einsum("rai,ri->ra", frame_2, step)
     ahead = _solve(np.eye(2) - turn, flat[:, :, None])[:, :, 0]
     size, whole = np.linalg.norm(flat, axis=1), np.linalg.norm(ahead, axis=1)
-    ahead *= np.minimum(1.0, 10.0 * size / np.maximum(whole, 1e-300))[:, None]  # no further than ten turns would go
+    ahead *= np.minimum(1.0, 10.0 * size / np.maximum(whole, 1e-300))[:, None]  # ten radii at the most
     return np.einsum("rai,ra->ri", frame_2, ahead - flat)
 
 
 def _hessian(place: Place, source: Floats, receiver: Floats) -> tuple[Floats, Floats]:
-    """(R, 2, 2) second derivatives of the length of both legs along the surface, and (R, 2, 3) the tangents."""
+    """(R, 2, 2) second derivatives of the length of both segments along the surface, and (R, 2, 3) the tangents."""
     normal = place.normal
     helper = np.where(np.abs(normal[:, :1]) < 0.6, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     tangent = _unit(np.cross(normal, helper))[0]

@@ -29,7 +29,7 @@ from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated, nothing
-from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -37,7 +37,7 @@ from simulator.world.world import Tracing
 
 MASKED = 10.0 ** (-40.0 / 20.0)  # a contribution this far under the strongest echo is lost in it
 OVER_SHARE = 10.0 ** (10.0 / 20.0)  # or this far over the share that edges are held to, where that is less
-WAYS = ((0, False), (1, False), (0, True), (1, True))  # microphone, and whether the pair is run through backwards
+DIRECTIONS = ((0, False), (1, False), (0, True), (1, True))  # microphone, and whether the pair is run through backwards
 JUDGED_DB = 6.0  # by how much a body may echo louder towards another body than it does towards the phone
 SAME_M = 1e-6
 
@@ -141,10 +141,10 @@ def _between(search: Search, pair: tuple[int, int], poses: Ints, threshold: Floa
     left, right = _combined(left, right, mirrors)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
-    for mic, back in WAYS:
+    for mic, back in DIRECTIONS:
         ends, numbers = ((right, left), (b, a)) if back else ((left, right), (a, b))
         _reject_faint(search, mic, ends[0][faint], ends[1][faint], numbers)
-    return _both_ways(search, pair, left[loud], right[loud]) if len(loud) else []
+    return _both_directions(search, pair, left[loud], right[loud]) if len(loud) else []
 
 
 def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
@@ -174,7 +174,7 @@ def _sighted(tracing: Tracing, index: int, target: Floats, poses: Ints, mirrors:
     hit = curved.find(surface, into_rest(images.point_m, frame), into_rest(target[images.pose], frame))
     images, frame = images[hit.query], frame[hit.query]
     points = np.stack([images.point_m, out_of_rest(hit.point_m, frame), target[images.pose]], axis=1)
-    normal, curvature = turned(hit.normal, frame[:, 3]), turned_tensor(hit.curvature, frame[:, 3])
+    normal, curvature = rotated(hit.normal, frame[:, 3]), rotated_tensor(hit.curvature, frame[:, 3])
     amplitude = np.abs(spreading(points, normal[:, None], curvature[:, None], np.ones(len(hit), dtype=np.int64)))
     length = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
     factor = np.minimum(amplitude * length, 1.0) * _loss(tracing, surface)
@@ -195,7 +195,7 @@ def _amplitude(start: Sighting, end: Sighting) -> Floats:
 
 
 def _reject_faint(search: Search, mic: int, start: Sighting, end: Sighting, pair: tuple[int, int]) -> None:
-    """Book ways below the floor, over the places where they would have been looked for."""
+    """Book paths below the floor, over the places where they would have been looked for."""
     points = np.stack([start.point_m, end.point_m], axis=1)
     turns = Turns(mic, start.images, end.images, points, _numbers(search.tracing, pair, len(points)))
     search.reject(
@@ -209,13 +209,13 @@ def _numbers(tracing: Tracing, pair: tuple[int, int], rows: int) -> Ints:
     return np.broadcast_to(tracing.world.numbering.number(Interaction.CURVED, pair), (rows, 2))
 
 
-def _both_ways(search: Search, pair: tuple[int, int], left: Sighting, right: Sighting) -> list[Candidates]:
+def _both_directions(search: Search, pair: tuple[int, int], left: Sighting, right: Sighting) -> list[Candidates]:
     """Candidates over two surfaces, from left to right and back; all settle at once, as lengths have no direction."""
     tracing = search.tracing
     source, mics = tracing.source_m[left.images.pose], tracing.mics_m[left.images.pose]
-    near = [mics[:, mic] if back else source for mic, back in WAYS]
-    far = [source if back else mics[:, mic] for mic, back in WAYS]
-    rows = np.tile(np.arange(len(left.face)), len(WAYS))
+    near = [mics[:, mic] if back else source for mic, back in DIRECTIONS]
+    far = [source if back else mics[:, mic] for mic, back in DIRECTIONS]
+    rows = np.tile(np.arange(len(left.face)), len(DIRECTIONS))
     every_left, every_right = left[rows], right[rows]
     source = _through(tracing, np.concatenate(near), every_left.images)
     receiver = _through(tracing, np.concatenate(far), every_right.images)
@@ -223,10 +223,10 @@ def _both_ways(search: Search, pair: tuple[int, int], left: Sighting, right: Sig
     frames = [tracing.placed[every_left.images.pose, surface.obstacle] for surface in surfaces]
     guess = (every_left.face, every_left.uv), (every_right.face, every_right.uv)
     first, second, settled = settle(surfaces, frames, source, receiver, guess, every_right.point_m)
-    way = np.repeat(np.arange(len(WAYS)), len(left.face))
+    way = np.repeat(np.arange(len(DIRECTIONS)), len(left.face))
     settled &= _first_of_equals(way, every_left.images, every_right.images, first.point_m, second.point_m)
     parts = []
-    for number, (mic, back) in enumerate(WAYS):
+    for number, (mic, back) in enumerate(DIRECTIONS):
         kept = np.flatnonzero(settled & (way == number))
         met = [(pair[0], every_left.images[kept], first[kept]), (pair[1], every_right.images[kept], second[kept])]
         parts.append(_paths(search, mic, met[::-1] if back else met))
@@ -266,7 +266,7 @@ def _through(tracing: Tracing, point_m: Floats, images: Images) -> Floats:
 
 
 def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, second: Floats) -> Flags:
-    """(R,) False for ways that settled where an earlier one did."""
+    """(R,) False for paths that settled where an earlier one did."""
     places = np.round(np.concatenate([first, second], axis=1) / SAME_M)
     columns = np.column_stack([way, before.pose, before.sequence, after.sequence, places])
     mask = np.zeros(len(way), dtype=bool)

@@ -16,7 +16,7 @@ from simulator.images.image_tree import Images, images_lighting
 from simulator.images.unfolding import Turns, image_pairs, straightened, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
-from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -28,9 +28,9 @@ def mixed(search: Search, index: int) -> Candidates:
     lit = images_lighting(tracing, surface, tracing.source_m, mirrors, search.limit_m)
     parts = []
     for mic in range(2):
-        heard = images_lighting(tracing, surface, tracing.mics_m[:, mic], mirrors, search.limit_m)
-        left, right = image_pairs(lit, heard, search.max_order)
-        before, after = lit[left], heard[right]
+        received = images_lighting(tracing, surface, tracing.mics_m[:, mic], mirrors, search.limit_m)
+        left, right = image_pairs(lit, received, search.max_order)
+        before, after = lit[left], received[right]
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
         _book_missing(search, index, mic, before, after, hit)
@@ -69,11 +69,11 @@ def _reflected(
     frame = tracing.placed[before.pose, surface.obstacle]
     number = np.full(len(hit), tracing.world.numbering.number(Interaction.CURVED, index))
     point = out_of_rest(hit.point_m, frame)
-    normal, curvature = turned(hit.normal, frame[:, 3]), turned_tensor(hit.curvature, frame[:, 3])
+    normal, curvature = rotated(hit.normal, frame[:, 3]), rotated_tensor(hit.curvature, frame[:, 3])
 
     def amplitude() -> Floats:
-        ways = np.stack([before.point_m, point, after.point_m], axis=1)
-        return np.abs(spreading(ways, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
+        points = np.stack([before.point_m, point, after.point_m], axis=1)
+        return np.abs(spreading(points, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
 
     found, ok, place = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), amplitude)
     return found.with_reflection(

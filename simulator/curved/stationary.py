@@ -215,7 +215,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
 
 @numba.njit(cache=True)
 def _first_guess(corner, straight, center, source, receiver):
-    """Where on a facet to begin: its middle, or on a straight one the middle of the stretch where both legs rise alike.
+    """Where on a facet to begin: its middle, or on a straight one that of the stretch where both segments rise alike.
 
     There a line along the facet mirrors both points into each other, whatever its normal.
     """

@@ -36,7 +36,7 @@ from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
 _S = STEP * np.arange(TERMS)
 _AT_S = STEP / np.cosh(np.pi * _S) * np.where(_S > 0.0, 2.0, 1.0)
-NO_WIDTH = 1e-14  # of a zone border, on which nothing is bent
+NO_WIDTH = 1e-14  # of a zone border, on which nothing is diffracted
 FACTOR = np.concatenate([_AT_S, -_AT_S[1:]])  # of the cosines, then of the sines
 
 
@@ -49,7 +49,7 @@ class Face:
         linked: (E, E) whether sound runs from one edge to another.
         wavenumber: (K,) rad/m.
         turn: (N, N, K) e^{-jk |xy|} / |xy|; 0 where the edges are not linked.
-        swing: (N, N) e^{u / 2} of the second node as the edge at the first one sees it; 1 where not linked.
+        slope: (N, N) e^{u / 2} of the second node as the edge at the first one sees it; 1 where not linked.
         step: (N, N, 2) cosine and sine of `STEP` u; 0 where not linked.
     """
 
@@ -57,7 +57,7 @@ class Face:
     linked: Flags
     wavenumber: Floats
     turn: SingleComplexes
-    swing: Floats
+    slope: Floats
     step: Floats
 
 
@@ -65,16 +65,16 @@ def face_of(nodes: EdgeNodes, linked: Flags, wavenumber: Floats) -> Face:
     """Work out all segments of a face once."""
     count = len(nodes)
     turn = np.zeros((count, count, len(wavenumber)), dtype=np.complex64)
-    swing, step = np.ones((count, count)), np.zeros((count, count, 2))
-    _legs(nodes.point_m, nodes.along, nodes.inwards, nodes.first, linked, wavenumber, turn, swing, step)  # type: ignore[call-arg]
-    return Face(nodes, linked, wavenumber, turn, swing, step)
+    slope, step = np.ones((count, count)), np.zeros((count, count, 2))
+    _segments(nodes.point_m, nodes.along, nodes.inwards, nodes.first, linked, wavenumber, turn, slope, step)  # type: ignore[call-arg]
+    return Face(nodes, linked, wavenumber, turn, slope, step)
 
 
 def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
-    """(E, W, E, W, K) p_2 by the edges met and their windows, with its whole travel phase; points (3,)."""
+    """(E, W, E, W, K) p_2 by the edges met and their windows, with its travel phase; points (3,)."""
     edges = len(face.linked)
     out = np.zeros((edges, WINDOWS, edges, WINDOWS, len(face.wavenumber)), dtype=np.complex128)
-    _two(*_arrays(face), face.swing, *_end(face, source_m), *_end(face, receiver_m), out)  # type: ignore[call-arg]
+    _two(*_arrays(face), face.slope, *_end(face, source_m), *_end(face, receiver_m), out)  # type: ignore[call-arg]
     return out
 
 
@@ -89,7 +89,7 @@ def half_way(face: Face, points_m: Floats) -> list[SingleComplexes]:
         waves = _fourier(face.step[there, here])
         for end, half in zip(ends, out, strict=True):
             sent = np.empty((there.stop - there.start, 2 * len(face.wavenumber), here.stop - here.start), np.float32)
-            _send(here.start, there.start, face.nodes.weight_m, face.turn, face.swing, *end, sent)  # type: ignore[call-arg]
+            _send(here.start, there.start, face.nodes.weight_m, face.turn, face.slope, *end, sent)  # type: ignore[call-arg]
             for window, share in enumerate(face.nodes.share[here].T.astype(np.float32)):
                 some = slice(*(np.flatnonzero(share)[[0, -1]] + [0, 1]))
                 arrived = (sent[:, :, some] * share[some]) @ waves[:, :, some].transpose(0, 2, 1)
@@ -141,15 +141,15 @@ def passed_on(face: Face, before: SingleComplexes) -> SingleComplexes:
     out = np.zeros((*before.shape[:2], len(edges), *before.shape[2:]), dtype=np.complex64)
     for a in edges:
         rows = slice(first[a], first[a + 1])
-        heard = np.flatnonzero(before[rows].any(axis=(0, 2, 3)))  # what left this very edge does not reach it
-        leaving = before[rows][:, heard] * factor[rows, None, None]
+        received = np.flatnonzero(before[rows].any(axis=(0, 2, 3)))  # what left this very edge does not reach it
+        leaving = before[rows][:, received] * factor[rows, None, None]
         leaving = np.stack([leaving.real, leaving.imag], axis=2).transpose(0, 4, 1, 2, 3)  # (N, T, L, 2, K)
         leaving = np.ascontiguousarray(leaving).reshape(*leaving.shape[:2], -1)
-        for b in np.flatnonzero(face.linked[a] & (len(heard) > 0)):
+        for b in np.flatnonzero(face.linked[a] & (len(received) > 0)):
             arriving = np.zeros((first[b + 1] - first[b], *leaving.shape[1:]), dtype=np.float32)
             _pass(first[a], first[b], face.turn, face.step, leaving, arriving)  # type: ignore[call-arg]
-            parts = arriving.reshape(*arriving.shape[:2], len(heard), 2, -1).transpose(3, 0, 2, 4, 1)
-            out[first[b] : first[b + 1], heard, a] = parts[0] + np.complex64(1j) * parts[1]
+            parts = arriving.reshape(*arriving.shape[:2], len(received), 2, -1).transpose(3, 0, 2, 4, 1)
+            out[first[b] : first[b + 1], received, a] = parts[0] + np.complex64(1j) * parts[1]
     return out
 
 
@@ -177,7 +177,7 @@ def _end(face: Face, point_m: Floats) -> tuple[Floats, Floats, Floats, Complexes
 
 
 @numba.njit(cache=True)
-def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
+def _segments(point, along, inwards, first, linked, wavenumber, turn, slope, step):
     for a in range(len(linked)):
         for b in range(len(linked)):
             if not linked[a, b]:
@@ -193,7 +193,7 @@ def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
                             square + segment**2,
                         )
                     slant = np.arcsinh(rise / np.abs(across))
-                    swing[i, j] = np.exp(0.5 * slant)
+                    slope[i, j] = np.exp(0.5 * slant)
                     step[i, j, 0], step[i, j, 1] = np.cos(STEP * slant), np.sin(STEP * slant)
                     if i > j:
                         continue
@@ -205,9 +205,9 @@ def _legs(point, along, inwards, first, linked, wavenumber, turn, swing, step):
 
 
 @numba.njit(cache=True, inline="always")
-def _beta(swing, sine, cosine):
+def _beta(slope, sine, cosine):
     """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone."""
-    cosh = 0.5 * (swing + 1.0 / swing)
+    cosh = 0.5 * (slope + 1.0 / slope)
     first, second = cosh - cosine[0], cosh - cosine[1]
     out = 0.0
     if first > NO_WIDTH:
@@ -229,7 +229,7 @@ def _waves(step, wave):
 
 @numba.njit(cache=True)
 def _two(
-    weight, share, first, linked, turn, swing, swing_s, sin_s, cos_s, sent, swing_r, sin_r, cos_r, heard, out
+    weight, share, first, linked, turn, slope, slope_s, sin_s, cos_s, sent, slope_r, sin_r, cos_r, received, out
 ):  # fmt: skip
     windows, nodes = share.shape[1], turn.shape[2]
     passed, arrived = np.empty((windows, nodes), np.complex128), np.empty(nodes, np.complex128)
@@ -240,10 +240,10 @@ def _two(
             for i in range(first[a], first[a + 1]):
                 passed[:] = 0.0
                 for j in range(first[b], first[b + 1]):
-                    scale = _beta(swing_s[i] * swing[i, j], sin_s[i], cos_s[i]) * weight[j]
-                    scale *= _beta(swing_r[j] * swing[j, i], sin_r[j], cos_r[j])
+                    scale = _beta(slope_s[i] * slope[i, j], sin_s[i], cos_s[i]) * weight[j]
+                    scale *= _beta(slope_r[j] * slope[j, i], sin_r[j], cos_r[j])
                     for n in range(nodes):
-                        arrived[n] = scale * (turn[i, j, n] * heard[j, n])
+                        arrived[n] = scale * (turn[i, j, n] * received[j, n])
                     for w in range(windows):
                         if share[j, w] != 0.0:
                             for n in range(nodes):
@@ -257,12 +257,12 @@ def _two(
 
 
 @numba.njit(cache=True)
-def _send(here, there, weight, turn, swing, swing_s, sin_s, cos_s, sent, out):
+def _send(here, there, weight, turn, slope, slope_s, sin_s, cos_s, sent, out):
     """What a point sends over nodes from `here` on to nodes from `there` on, (J, 2 K, I): real and imaginary parts."""
     for j in range(out.shape[0]):
         for i in range(out.shape[2]):
             x, y = here + i, there + j
-            scale = _beta(swing_s[x] * swing[x, y], sin_s[x], cos_s[x]) * weight[x]
+            scale = _beta(slope_s[x] * slope[x, y], sin_s[x], cos_s[x]) * weight[x]
             for n in range(turn.shape[2]):
                 value = scale * (sent[x, n] * turn[x, y, n])
                 out[j, 2 * n, i], out[j, 2 * n + 1, i] = value.real, value.imag
@@ -289,10 +289,10 @@ def _pass(here, there, turn, step, leaving, arriving):
                     sent[x] += c0 * came[t, x] + c1 * came[t + 1, x] + c2 * came[t + 2, x] + c3 * came[t + 3, x]
             for row in range(0, size, 2 * nodes):
                 for n in range(nodes):
-                    turned = turn[here + i, there + j, n]
+                    turning = turn[here + i, there + j, n]
                     p, q = sent[row + n], sent[row + nodes + n]
-                    sent[row + n] = p * turned.real - q * turned.imag
-                    sent[row + nodes + n] = p * turned.imag + q * turned.real
+                    sent[row + n] = p * turning.real - q * turning.imag
+                    sent[row + nodes + n] = p * turning.imag + q * turning.real
             for x in range(size):
                 total[0, x] += sent[x]
             for t in range(1, 2 * half, 4):

@@ -1,12 +1,12 @@
-"""Sound that four or five edges of a thin panel bend: what is left over where chains of fewer of them nearly cancel.
+"""Sound that four or five edges of a thin panel diffract: what is left over where shorter chains nearly cancel.
 
 Within some ten degrees of edge-on the first three orders add up to a tenth of each or less, and the next two to as
 much as that. The sixth is a tenth of the fifth or less (plates of 0.2-0.45 m).
 
-Of the edges met, the first and the last keep their windows and the ones between count as a whole: the gains of these
-paths, their lengths taken off, are still smooth over the band (from eight nodes the fourth order comes to 2e-3, the
-fifth, which is a tenth of it, to 4e-2). A chain is followed as long as it may be heard, and an order as a whole as long
-as it may change what fewer edges of the panel add up to: well off edge-on it does not.
+Of the edges met, the first and the last keep their windows and the ones between count over their full length: the
+gains of these paths, their lengths taken off, are still smooth over the band (from eight nodes the fourth order comes
+to 2e-3, the fifth, which is a tenth of it, to 4e-2). A chain is followed as long as it may be audible, and an order as
+long as it may change what fewer edges of the panel add up to: well off edge-on it does not.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LONGEST = 5  # edges in one chain
 # how much louder than the loudest chain of one edge less, with the same first or last part, a chain is at most: of 180
 # random plates and phones four exceed one of these, by up to 30 %
 FOURTH_OF_THIRD, FIFTH_OF_FOURTH = 2.0, 1.0
-# the same of whole orders, by their greatest magnitudes over the band; p_4 / p_3 is also at most SHRINKING times
+# the same of orders, by their greatest magnitudes over the band; p_4 / p_3 is also at most SHRINKING times
 # p_3 / p_2. Of 115 random plates of 5 to 90 cm four exceed one of these, by up to 30 %
 WHOLE_FOURTH, WHOLE_FIFTH, SHRINKING = 0.5, 0.2, 1.5
 NEGLIGIBLE = 2e-3  # 0.02 dB; what was left out on those plates comes to less than half of it
@@ -37,7 +37,7 @@ class Order:
 
     Attributes:
         pressure: (L, E, E, L, D, K), the two edges after the first behind it; of five edges the one before the last
-            behind that, D = E, of four D = 1. With the whole travel phase; 0 where not worked out.
+            behind that, D = E, of four D = 1. With the travel phase; 0 where not worked out.
         known: (L, L) what was worked out.
         bound: (L, L) no chain is louder.
         counts: whether it may change the panel's echo; if not, nothing was worked out.
@@ -59,7 +59,7 @@ def longer_chains(
         before: (N, E, W, K, T) what the speaker sends to the nodes over one edge.
         after: M times the same from a microphone.
         third: M times (E, W, E, W, E, W, K) p_3.
-        lower: M times (3, K) all that one, two and three edges bend.
+        lower: M times (3, K) all that one, two and three edges diffract.
         kept: M times which of some magnitudes are loud enough.
         negligible: share of what fewer edges add up to; an order bounded by less is not followed.
     """
@@ -93,8 +93,8 @@ def _fourth_counts(lower: Complexes, negligible: float) -> bool:
 
 def _fifth_counts(lower: Complexes, fourth: Order, negligible: float) -> bool:
     """Whether the fifth order may change the sum of four."""
-    whole = fourth.pressure.sum(axis=(0, 1, 2, 3, 4))
-    return bool(WHOLE_FIFTH * np.abs(whole).max() >= negligible * np.abs(lower.sum(axis=0) + whole).max())
+    total = fourth.pressure.sum(axis=(0, 1, 2, 3, 4))
+    return bool(WHOLE_FIFTH * np.abs(total).max() >= negligible * np.abs(lower.sum(axis=0) + total).max())
 
 
 def _flat(half: SingleComplexes) -> SingleComplexes:

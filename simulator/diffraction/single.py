@@ -26,7 +26,7 @@ from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, matches, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates, joined
-from simulator.world.frames import out_of_rest, turned
+from simulator.world.frames import out_of_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -46,8 +46,8 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     lit = images_of(tracing, tracing.source_m, max_order - 1, audible.limit_m)
     parts = []
     for mic in range(2):
-        heard = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
-        before, after = _pairs(lit, heard, max_order, tracing.world.wedges)
+        received = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
+        before, after = _pairs(lit, received, max_order, tracing.world.wedges)
         pair, part, point, bound = _contributions(tracing, before, after, max_order, audible.limit_m, wavenumber)
         strongest = loudest[:, mic].copy()
         np.maximum.at(strongest, before.pose[pair], bound)
@@ -55,7 +55,7 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
         faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
         _reject_faint(search, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint])
         before, after = before[pair[loud]], after[pair[loud]]
-        parts.append(_bent(search, mic, before, after, point[loud], part[loud], bound[loud]))
+        parts.append(_over_points(search, mic, before, after, point[loud], part[loud], bound[loud]))
     return joined(parts)
 
 
@@ -72,8 +72,8 @@ def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
     """(R,) edges in frames (R, 4) of their obstacles, world coordinates."""
     rest = tracing.world.wedges[wedge]
     return Wedges(
-        out_of_rest(rest.start_m, frame), out_of_rest(rest.end_m, frame), turned(rest.inwards, frame[:, 3]),
-        turned(rest.normal, frame[:, 3]), rest.open_angle_rad, rest.patch, rest.obstacle, rest.sheet_m,
+        out_of_rest(rest.start_m, frame), out_of_rest(rest.end_m, frame), rotated(rest.inwards, frame[:, 3]),
+        rotated(rest.normal, frame[:, 3]), rest.open_angle_rad, rest.patch, rest.obstacle, rest.sheet_m,
         rest.radiates, rest.mirror, rest.leans_on,
     )  # fmt: skip
 
@@ -110,15 +110,15 @@ def outside(wedges: Wedges, view: EdgeView) -> Flags:
     return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + wedges.sheet_m > 0.0) & apart
 
 
-def _pairs(lit: EdgeImages, heard: EdgeImages, max_order: int, wedges: Wedges) -> tuple[EdgeImages, EdgeImages]:
+def _pairs(lit: EdgeImages, received: EdgeImages, max_order: int, wedges: Wedges) -> tuple[EdgeImages, EdgeImages]:
     """Every image of the speaker with every image of the microphone at the same pose and edge, within the order.
 
-    What a face on a mirror and its image bend has that mirror before it or not: behind it, it would be the same again.
+    What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
     """
-    left, right = matches(lit.pose * len(wedges) + lit.wedge, heard.pose * len(wedges) + heard.wedge)
-    keep = lit.order[left] + heard.order[right] + 1 <= max_order
-    keep &= ~_beside(heard, wedges.mirror[heard.wedge])[right]
-    return lit[left[keep]], heard[right[keep]]
+    left, right = matches(lit.pose * len(wedges) + lit.wedge, received.pose * len(wedges) + received.wedge)
+    keep = lit.order[left] + received.order[right] + 1 <= max_order
+    keep &= ~_beside(received, wedges.mirror[received.wedge])[right]
+    return lit[left[keep]], received[right[keep]]
 
 
 def _beside(images: EdgeImages, mirror: Ints) -> Flags:
@@ -130,15 +130,15 @@ def _beside(images: EdgeImages, mirror: Ints) -> Flags:
 def _contributions(
     tracing: Tracing, before: EdgeImages, after: EdgeImages, max_order: int, limit_m: float, wavenumber: float
 ) -> tuple[Ints, Ints, Floats, Floats]:
-    """What each pair of images hears of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
+    """What each pair of images receives of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
     wedges = at_poses(tracing, before.wedge, before.pose)
     view = seen(wedges, before.point_m, after.point_m)
     facing = np.flatnonzero(outside(wedges, view))
-    wedges, view, lit, heard = wedges[facing], view[facing], before[facing], after[facing]
+    wedges, view, lit, received = wedges[facing], view[facing], before[facing], after[facing]
     pairs, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
         which = np.full(len(view), part)
-        there = _has(wedges, view, part) & _has_partner(wedges, lit, heard, part, max_order)
+        there = _has(wedges, view, part) & _has_partner(wedges, lit, received, part, max_order)
         rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
         pairs.append(facing[rows])
         parts.append(which[rows])
@@ -165,17 +165,17 @@ def _has_partner(wedges: Wedges, before: EdgeImages, after: EdgeImages, part: in
 
 
 def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
-    """(K,) what some rigid edges (E,) bend alone at one pose, with its travel phase, whatever stands in the way."""
+    """(K,) what some rigid edges (E,) diffract alone at one pose, with its travel phase, whatever stands between."""
     every = np.full(len(wedge), pose)
     wedges = at_poses(tracing, wedge, every)
     view = seen(wedges, tracing.source_m[every], tracing.mics_m[every, mic])
     there = outside(wedges, view)
     total = np.zeros(len(wavenumber), dtype=np.complex128)
     for part in (APEX, START, END):
-        bent = view[np.flatnonzero(there & _has(wedges, view, part))]
-        which = np.full(len(bent), part)
-        turned_by = np.exp(-1j * bent.path_m(which)[:, None] * wavenumber)
-        total += (edge_terms(bent, which, wavenumber).sum(axis=1) * turned_by).sum(axis=0)
+        some = view[np.flatnonzero(there & _has(wedges, view, part))]
+        which = np.full(len(some), part)
+        phase = np.exp(-1j * some.path_m(which)[:, None] * wavenumber)
+        total += (edge_terms(some, which, wavenumber).sum(axis=1) * phase).sum(axis=0)
     return total
 
 
@@ -187,7 +187,7 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
     return wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
 
 
-def _bent(
+def _over_points(
     search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats
 ) -> Candidates:
     """Candidates over given points of edges."""
@@ -213,7 +213,7 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     return wedges, seen(wedges, source, receiver)
 
 
-def lifts(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+def off_faces(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, 3) unit vectors by which the arriving and the leaving segment stand clear of the edge's own faces."""
     wedges, view = views_of(tracing, found)
     return tuple(clear_of_faces(wedges, angle) for angle in (view.source_angle_rad, view.receiver_angle_rad))  # type: ignore[return-value]

@@ -1,11 +1,11 @@
-"""Whether every segment of a path is free: ends on a surface are lifted off the mesh along the normal."""
+"""Whether every segment of a path is free: ends on a surface are displaced off the mesh along the normal."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.diffraction.single import lifts, point_slot
+from simulator.diffraction.single import off_faces, point_slot
 from simulator.world.candidates import Candidates
 from simulator.world.sight import free_between
 from simulator.world.visibility import COINCIDENT_M, OFFSET
@@ -14,25 +14,25 @@ from simulator.world.world import Tracing
 
 def segments_free(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether nothing stands between any two points of a path in turn."""
-    start, end = _lifted_segments(tracing, found)
+    start, end = _displaced_segments(tracing, found)
     free = np.ones(len(found), dtype=bool)
     row, k = np.nonzero(np.arange(start.shape[1]) <= found.order[:, None])
     free[row[~free_between(tracing, start[row, k], end[row, k], found.pose[row])]] = False
     return free
 
 
-def _lifted_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+def _displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, N + 1, 3) starts and ends of the segments, clear of the surfaces that they leave and meet."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    lift = found.lift_m + OFFSET * extent
-    lifted = found.points_m.copy()
+    clearance = found.lift_m + OFFSET * extent
+    displaced = found.points_m.copy()
     inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
-    lifted[:, 1:-1] += np.where(inner[:, :, None], lift[:, :, None] * found.normal, 0.0)
-    start, end = lifted[:, :-1].copy(), lifted[:, 1:]
+    displaced[:, 1:-1] += np.where(inner[:, :, None], clearance[:, :, None] * found.normal, 0.0)
+    start, end = displaced[:, :-1].copy(), displaced[:, 1:]
     over = np.flatnonzero(found.edge >= 0)
     if not len(over):
         return start, end
-    at, (arriving, leaving) = point_slot(found[over]), lifts(tracing, found[over])
+    at, (arriving, leaving) = point_slot(found[over]), off_faces(tracing, found[over])
     end[over, at] += OFFSET * extent * arriving
     start[over, at + 1] += OFFSET * extent * leaving
     _part_from_corner(found, over, at, -1, end, start)
@@ -50,6 +50,6 @@ def _part_from_corner(found: Candidates, over: Ints, segment: Ints, step: int, h
     length = np.linalg.norm(found.points_m[over, segment + 1] - found.points_m[over, segment], axis=1)
     rows = np.flatnonzero((length < COINCIDENT_M) & (segment + step >= 0) & (segment < found.order[over] + (step < 0)))
     row, at = over[rows], segment[rows]
-    lift = here[row, at] + there[row, at] - found.points_m[row, at] - found.points_m[row, at + 1]
-    point = found.points_m[row, at] + lift
+    offset = here[row, at] + there[row, at] - found.points_m[row, at] - found.points_m[row, at + 1]
+    point = found.points_m[row, at] + offset
     here[row, at] = there[row, at] = here[row, at + step] = point

@@ -23,7 +23,7 @@ from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest, out_of_rest, turned, turned_tensor
+from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -192,16 +192,16 @@ def _solved(
     normal, offset = _planes(tracing, found, struck_s)
     early = [(k, place > k) for k in range(width)]
     late = [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
-    lit, heard = (images_in_turn(p, normal, offset, s) for p, s in ((source, early), (receiver, late)))
+    lit, received = (images_in_turn(p, normal, offset, s) for p, s in ((source, early), (receiver, late)))
     points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source
     moment = Moment(points, normal, np.zeros((*normal.shape, 3)), guess.face.copy(), guess.uv.copy())
     every, twice = np.arange(len(points)), np.flatnonzero(last > place)  # retardations and turns settle together
-    onwards = np.where((last > place)[:, None], guess.points_m[every, there], heard[0])
+    onwards = np.where((last > place)[:, None], guess.points_m[every, there], received[0])
     _reflect_smoothly(tracing, found, every, place, lit[-1], onwards, struck_s, moment)
-    _reflect_smoothly(tracing, found, twice, last, points[every, here], heard[0], struck_s, moment)
-    _follow_edges(tracing, found, place, lit[-1], heard[0], struck_s, moment)
-    for images, at, steps in ((lit, here, early), (heard, there, late)):
+    _reflect_smoothly(tracing, found, twice, last, points[every, here], received[0], struck_s, moment)
+    _follow_edges(tracing, found, place, lit[-1], received[0], struck_s, moment)
+    for images, at, steps in ((lit, here, early), (received, there, late)):
         start = np.where(turns[:, None], points[every, at], receiver)
         crossings = crossings_in_turn(start, images, normal, offset, steps[::-1])
         for k, active in steps:
@@ -210,7 +210,7 @@ def _solved(
 
 
 def _reflect_smoothly(
-    tracing: Tracing, found: Candidates, chosen: Ints, place: Ints, lit: Floats, heard: Floats, struck_s: Floats,
+    tracing: Tracing, found: Candidates, chosen: Ints, place: Ints, lit: Floats, received: Floats, struck_s: Floats,
     moment: Moment,
 ) -> None:  # fmt: skip
     """Follow the stationary points in one slot of chosen paths, and fill in point, normal and curvature there."""
@@ -221,23 +221,23 @@ def _reflect_smoothly(
             continue
         at = place[rows]
         frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck_s[rows, at])
-        ends = into_rest(lit[rows], frame), into_rest(heard[rows], frame)
+        ends = into_rest(lit[rows], frame), into_rest(received[rows], frame)
         hit = curved.follow(surface, *ends, moment.face[rows, at], moment.uv[rows, at])
         moment.points_m[rows, at + 1] = out_of_rest(hit.point_m, frame)
-        moment.normal[rows, at] = turned(hit.normal, frame[:, 3])
-        moment.curvature[rows, at] = turned_tensor(hit.curvature, frame[:, 3])
+        moment.normal[rows, at] = rotated(hit.normal, frame[:, 3])
+        moment.curvature[rows, at] = rotated_tensor(hit.curvature, frame[:, 3])
         moment.face[rows, at], moment.uv[rows, at] = hit.face, hit.uv
 
 
 def _follow_edges(
-    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, heard: Floats, struck_s: Floats, moment: Moment
+    tracing: Tracing, found: Candidates, place: Ints, lit: Floats, received: Floats, struck_s: Floats, moment: Moment
 ) -> None:
     """Apex and ends of all edges where the edges are when struck; an apex may drift off its edge within a beep."""
     rows = np.flatnonzero(found.edge >= 0)
     at, edge = place[rows], found.edge[rows]
     frame = tracing.frames.of(tracing.world.wedges.obstacle[edge], found.pose[rows], struck_s[rows, at])
     wedges = placed(tracing, edge, frame)
-    view = seen(wedges, lit[rows], heard[rows])
+    view = seen(wedges, lit[rows], received[rows])
     point = np.zeros((len(rows), 3))
     for part in (APEX, START, END):
         chosen = found.part[rows] == part
@@ -253,6 +253,6 @@ def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floa
         rows = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
         patch = found.sequence[rows, k]
         frame = tracing.frames.of(patches.obstacle[patch], found.pose[rows], struck_s[rows, k])
-        normal[rows, k] = turned(patches.normal[patch], frame[:, 3])
+        normal[rows, k] = rotated(patches.normal[patch], frame[:, 3])
         offset[rows, k] = patches.offset_m[patch] + np.sum(normal[rows, k] * frame[:, :3], axis=1)
     return normal, offset

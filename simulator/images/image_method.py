@@ -86,7 +86,7 @@ def crossed(
 def straight(
     tracing: Tracing, start_m: Floats, target_m: Floats, pose: Ints, order: Ints, sequence: Ints
 ) -> tuple[Floats, Floats]:
-    """(R, N, 3) where unfolded ways cross their planes, inside the patches or not, and (R,) their lengths."""
+    """(R, N, 3) where unfolded paths cross their planes, inside the patches or not, and (R,) their lengths."""
     ends = np.ascontiguousarray(start_m), np.ascontiguousarray(target_m)
     return _straight_crossings(tracing.mirrors, *ends, pose, order, sequence)  # type: ignore[call-arg]
 
@@ -139,7 +139,7 @@ def _crossings(mirrors, source, target, pose, order, sequence):
 
 @numba.njit(cache=True)
 def _straight_crossings(mirrors, source, target, pose, order, sequence):
-    """Where the straight ways to the last images of given sequences cross the planes, patches or not.
+    """Where the straight lines to the last images of given sequences cross the planes, patches or not.
 
     Returns (R, K, 3) points, NaN where a way runs along a plane, and (R,) distances of the last images.
     """

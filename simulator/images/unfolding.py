@@ -40,7 +40,7 @@ def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Turns:
-    """R ways that turn at K points of surfaces or edges, one after the other, with mirrors before and after them.
+    """R paths over K points of surfaces or edges, one after the other, with mirrors before and after them.
 
     Attributes:
         mic: microphone at which they end.
@@ -110,8 +110,8 @@ def _assembled(search: Search, turns: Turns, rows: Ints, hits_before: Floats, hi
     return with_plane_normals(search.tracing, found)
 
 
-def image_pairs(lit: Images, heard: Images, max_order: int) -> tuple[Ints, Ints]:
+def image_pairs(lit: Images, received: Images, max_order: int) -> tuple[Ints, Ints]:
     """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
-    left, right = matches(lit.pose, heard.pose)
-    keep = lit.order[left] + heard.order[right] + 1 <= max_order
+    left, right = matches(lit.pose, received.pose)
+    keep = lit.order[left] + received.order[right] + 1 <= max_order
     return left[keep], right[keep]

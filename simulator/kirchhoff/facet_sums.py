@@ -142,10 +142,10 @@ def _mean_wave(x, y):
     span = high - low
     per = _TWO / max(span, _FLAT)
     real, imag = per * (sin_high * sinc_down - sin_low * sinc_up), per * (cos_high * sinc_down - cos_low * sinc_up)
-    turned_real = _HALF * (high * cos_high * sinc_down - low * cos_low * sinc_up)
-    turned_imag = _HALF * (low * sin_low * sinc_up - high * sin_high * sinc_down)
-    more_real = turned_real + sin_high * rise_down - sin_low * rise_up
-    more_imag = turned_imag + cos_high * rise_down - cos_low * rise_up
+    low_real = _HALF * (high * cos_high * sinc_down - low * cos_low * sinc_up)
+    low_imag = _HALF * (low * sin_low * sinc_up - high * sin_high * sinc_down)
+    more_real = low_real + sin_high * rise_down - sin_low * rise_up
+    more_imag = low_imag + cos_high * rise_down - cos_low * rise_up
     square, cube = _HALF * (x * x + y * y + z * z), x * y * z
     wide = _either(span - _FLAT)
     flat_real, flat_imag = _ONE + square * (_M2 + square * _M4), -cube * _M3

@@ -1,4 +1,4 @@
-"""Ways over an obstacle taken as a whole: an image of the speaker, the obstacle, an image of a microphone."""
+"""Paths over an obstacle summed over its surface: an image of the speaker, the obstacle, an image of a microphone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simulator.world.world import Tracing
 
 @dataclass(frozen=True)
 class Pairs:
-    """R ways over one obstacle.
+    """R pairs of images over one obstacle.
 
     Attributes:
         obstacle: its index.
@@ -51,21 +51,21 @@ class _Ball:
 
 
 def pairs_over(tracing: Tracing, obstacle: int, max_order: int, limit_m: float) -> Pairs:
-    """All ways over an obstacle with mirrors of others before and after it, up to `max_order` reflections in all."""
+    """All pairs over an obstacle with mirrors of others before and after it, up to `max_order` reflections in all."""
     ball = _bounds(tracing, obstacle)
     lit = _images(tracing, ball, tracing.source_m, max_order - 1, limit_m)
     mics, before, after = [], [], []
     for mic in range(2):
-        heard = _images(tracing, ball, tracing.mics_m[:, mic], max_order - 1, limit_m)
-        left, right = image_pairs(lit, heard, max_order)
+        received = _images(tracing, ball, tracing.mics_m[:, mic], max_order - 1, limit_m)
+        left, right = image_pairs(lit, received, max_order)
         mics.append(np.full(len(left), mic))
         before.append(lit[left])
-        after.append(heard[right])
+        after.append(received[right])
     return Pairs(obstacle, np.concatenate(mics), _joined(before), _joined(after))
 
 
 def swapped_too(pairs: Pairs, chosen: Flags) -> Flags:
-    """(R,) the chosen ways and those with the same mirrors the other way round."""
+    """(R,) the chosen pairs and those with the same mirrors in reverse."""
     sequences = np.concatenate([pairs.before.sequence, pairs.after.sequence])
     number = np.unique(sequences, axis=0, return_inverse=True)[1].reshape(2, -1)
     key = np.column_stack([pairs.pose, pairs.mic, number.min(axis=0), number.max(axis=0)])
@@ -88,23 +88,23 @@ def ways_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
 
 
 def run_over(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> Flags:
-    """(C,) candidates that are rays, by any mechanism, over one of the chosen ways."""
+    """(C,) candidates that are rays, by any mechanism, over one of the chosen pairs."""
     if not chosen or not len(found):
         return np.zeros(len(found), dtype=bool)
-    rays, ways = _numbered(tracing, found, chosen)
-    return np.isin(rays, ways)
+    rays, numbers = _numbered(tracing, found, chosen)
+    return np.isin(rays, numbers)
 
 
 def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:
     """(R,) greatest amplitude (C,) of the candidates that run over each way; 0 without one."""
-    rays, ways = _numbered(tracing, found, [pairs])
-    loudest = np.zeros(max(rays.max(initial=0), ways.max(initial=0)) + 1)
+    rays, numbers = _numbered(tracing, found, [pairs])
+    loudest = np.zeros(max(rays.max(initial=0), numbers.max(initial=0)) + 1)
     np.maximum.at(loudest, rays, amplitude)
-    return loudest[ways]
+    return loudest[numbers]
 
 
 def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple[Ints, Ints]:
-    """(C,) and (R,) numbers of the ways that candidates and pairs run; equal ways have equal numbers."""
+    """(C,) and (R,) numbers of the images that candidates and pairs run over; equal ones have equal numbers."""
     world, width = tracing.world, found.sequence.shape[1]
     whole = np.full(len(world.obstacles) + 1, -1)
     bodies = [pairs.obstacle for pairs in chosen]

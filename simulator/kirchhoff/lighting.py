@@ -16,7 +16,7 @@ from simulator.images.image_method import REACHED, crossed, inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.images.plane_walks import last_image
 from simulator.surfaces.facets import Facets
-from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.mirrors import BORDER_M
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
@@ -226,10 +226,10 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
     world, frame = tracing.world, tracing.placed[views.pose, facets.obstacle]
     target = out_of_rest(facets.middle_m[facet], frame)
     code, hits = crossed(tracing, views.start_m, target, views.pose, views.order, views.sequence)
-    normal = turned(facets.normal[facet], frame[:, 3])
+    normal = rotated(facets.normal[facet], frame[:, 3])
     gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)
     patches = world.patches.normal, world.patches.obstacle
-    stops = _lifted_stops(
+    stops = _displaced_stops(
         views.start_m, hits, target, normal, facets.lift_m[facet], views.pose, views.order, views.sequence, *patches,
         tracing.placed, gap,
     )  # type: ignore[call-arg]  # fmt: skip
@@ -243,11 +243,11 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
 
 
 @numba.njit(cache=True)
-def _lifted_stops(start, hits, target, normal, lift, pose, order, sequence, plane, obstacle, frames, gap):
+def _displaced_stops(start, hits, target, normal, clearance, pose, order, sequence, plane, obstacle, frames, gap):
     """(R, K + 2, 3) start, crossings of the mirrors lifted by `gap`, and the facet's lifted middle, row by row.
 
     Args:
-        start, target, normal, lift: (R, 3), (R, 3), (R, 3), (R,) where sound starts, and the facets, world frame.
+        start, target, normal, clearance: (R, 3), (R, 3), (R, 3), (R,) where sound starts, and the facets, world frame.
         hits, pose, order, sequence: of the mirrors.
         plane, obstacle: (P, 3) normals of the patches in the rest frames of their obstacles.
         frames: (N, O, 4).
@@ -273,7 +273,7 @@ def _lifted_stops(start, hits, target, normal, lift, pose, order, sequence, plan
         rise = 0.0
         for x in range(3):
             rise += normal[r, x] * (before[x] - target[r, x])
-        side = lift[r] if rise >= 0.0 else -lift[r]
+        side = clearance[r] if rise >= 0.0 else -clearance[r]
         for x in range(3):
             stops[r, order[r] + 1, x] = target[r, x] + side * normal[r, x]
     return stops

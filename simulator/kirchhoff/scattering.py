@@ -1,4 +1,4 @@
-"""Bodies heard by Kirchhoff's integral, with mirrors before and after them.
+"""Echoes of bodies by Kirchhoff's integral, with mirrors before and after them.
 
 As for curved surfaces, a mirror only moves the point that the body sees. The integral runs over the facets lit from
 both sides.
@@ -22,7 +22,7 @@ from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, joined
-from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -104,7 +104,7 @@ def _loud(cells: Cells, pose: Ints, kept: Audible) -> Flags:
 
 
 def _turns(tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells) -> Turns:
-    """Ways through the facets that stand for cells."""
+    """Paths through the facets that stand for cells."""
     before, after = before[cells.pair], after[cells.pair]
     point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
     number = np.full(len(cells), tracing.world.numbering.number(Interaction.KIRCHHOFF, facets.obstacle))
@@ -123,7 +123,7 @@ def _over_body(
     """Candidates through the facet that stands for each cell."""
     turns = _turns(search.tracing, facets, mic, before, after, cells)
     found, ok, place = unfolded(search, turns, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
-    normal = turned(facets.normal[cells.facet[ok]], search.tracing.placed[found.pose, facets.obstacle, 3])
+    normal = rotated(facets.normal[cells.facet[ok]], search.tracing.placed[found.pose, facets.obstacle, 3])
     each = np.arange(len(ok))
     arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
     normal = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal

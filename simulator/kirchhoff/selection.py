@@ -7,7 +7,7 @@ of stationary phase: the echo that an endless surface would return, times
 
 with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
 counts as an error as far as it reaches, after the matched filter, into any echo of the obstacle that stands apart from
-louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack. Ways
+louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack. Paths
 over an obstacle whose rims err together by more than the tolerance are left to Kirchhoff's integral, the others stay
 rays.
 """
@@ -28,7 +28,7 @@ from simulator.surfaces.surface_borders import Border
 from simulator.waves.spreading import spreading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest, out_of_rest, turned
+from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.rejection_log import Choice
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
@@ -40,14 +40,14 @@ UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the imag
 DB_PER_SHARE = 20.0 / np.log(10.0)
 UNEVEN = 0.13  # scanned people have 0.18-0.21, cars 0.15-0.16; bins, posts and signs 0-0.1
 FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
-FEW = 8.0  # ways that err by less than the tolerance over this stay rays
+FEW = 8.0  # pairs that err by less than the tolerance over this stay rays
 CAUTION = 6.0  # on estimated errors: at 2, echoes of bins stayed 1.5-1.9 dB off where 0.5 dB was asked for
 
 
-def heard_whole(search: Search, echoes: Candidates, uneven: set[int]) -> list[Pairs]:
-    """Ways over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
+def left_to_integral(search: Search, echoes: Candidates, uneven: set[int]) -> list[Pairs]:
+    """Pairs of images over obstacles that Kirchhoff's integral is needed for, obstacle by obstacle.
 
-    All those over an obstacle that no mechanism of the fidelity can hear otherwise, and those whose rims or whose
+    All those over an obstacle that no mechanism of the fidelity can reach otherwise, and those whose rims or whose
     uneven surface spoil its echo, unless it is too large to be cut into facets, or the walker's own body: those are
     left to rays. The log books what was chosen, and the estimates behind it.
 
@@ -116,7 +116,7 @@ def unevenness(surface: SmoothSurface) -> float:
 
 
 def _shadow_error_db(tracing: Tracing, obstacle: int, pairs: Pairs, echoes: Candidates, wavenumber: float) -> Floats:
-    """(R,) error of rays over ways whose zone round the reflection point is hidden in part, as far as they are loud."""
+    """(R,) error of rays over pairs whose zone round the reflection point is hidden in part, as far as loud."""
     met = _mirrored(_meeting(tracing, obstacle, echoes))
     slot = (tracing.world.obstacle_of(met.sequence) == obstacle).argmax(axis=1)
     loss = _amplitude(met) * hidden_share(tracing, met, slot, wavenumber)
@@ -130,13 +130,13 @@ def _share(tracing: Tracing, met: Candidates, part: Floats) -> Floats:
 
 
 def _needed(tracing: Tracing, pairs: Pairs, error_db: Floats, tolerance_db: float) -> Flags:
-    """(R,) ways to be left to the integral, each with the one that runs the other way round: they share a mirror."""
+    """(R,) pairs to be left to the integral, each with the reverse one: they share a mirror."""
     total = _together(tracing, pairs, error_db)
     return swapped_too(pairs, (total[pairs.pose, pairs.mic] > tolerance_db) & (error_db > tolerance_db / FEW))
 
 
 def _together(tracing: Tracing, pairs: Pairs, error_db: Floats) -> Floats:
-    """(N, 2) errors of all ways over an obstacle, added up at each pose and microphone."""
+    """(N, 2) errors of all pairs over an obstacle, added up at each pose and microphone."""
     total = np.zeros((len(tracing.pose), 2))
     np.add.at(total, (pairs.pose, pairs.mic), error_db)
     return total
@@ -256,11 +256,11 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Fl
     for row, n in enumerate(unique):
         frame = tracing.placed[n]
         point = out_of_rest(border.point_m, frame[obstacle])
-        normal = turned(patches.normal[others], frame[patches.obstacle[others], 3])
+        normal = rotated(patches.normal[others], frame[patches.obstacle[others], 3])
         offset = patches.offset_m[others] + np.sum(normal * frame[patches.obstacle[others], :3], axis=1)
         center = out_of_rest(patches.center_m[others], frame[patches.obstacle[others]])
         gap = np.abs(point @ normal.T - offset)
-        upright = np.abs(turned(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
+        upright = np.abs(rotated(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
         near = np.linalg.norm(point[:, None] - center, axis=2) <= patches.radius_m[others]
         touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
     return touching[which.ravel()]

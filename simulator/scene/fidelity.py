@@ -45,7 +45,7 @@ class Fidelity:
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
-        max_range_m: echoes longer than twice this are not looked for (the paper's 7 m listening range).
+        max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
         motion_degree: degree in time of delay and amplitude within one beep; 0 freezes the world for each beep.

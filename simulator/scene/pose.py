@@ -63,9 +63,9 @@ class Pose:
         """(N, ..., 3) world positions of (..., 3) points of the phone frame."""
         points = np.asarray(point_m, dtype=np.float64)
         matrices = np.broadcast_to(self.rotation.as_matrix().reshape(-1, 3, 3), (len(self), 3, 3))
-        turned = np.einsum("nij,...j->n...i", matrices, points)
+        rotated = np.einsum("nij,...j->n...i", matrices, points)
         origins = self.position_m.reshape((-1,) + (1,) * (points.ndim - 1) + (3,))
-        return turned + origins
+        return rotated + origins
 
     def body_heading_rad(self) -> Floats:
         """(N,) direction in which the walker's body faces."""
@@ -79,7 +79,7 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     """Rotation of a phone held in portrait, top edge forwards, screen up, then pitched and rolled.
 
     At zero pitch the phone lies level: +y (long edge) along the heading, +x to the right, +z up.
-    A positive pitch lifts the top edge; a positive roll, about the long edge, lowers the right-hand side.
+    A positive pitch raises the top edge; a positive roll, about the long edge, lowers the right-hand side.
 
     Args:
         heading_rad, pitch_rad, roll_rad: scalars or arrays that broadcast, rad; a heading may wind up to four turns.

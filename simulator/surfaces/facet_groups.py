@@ -1,6 +1,6 @@
 """Bounds of facets, and of groups of neighbours with like normals, that tell which cannot mirror two points.
 
-Where a surface is straight along some direction, as a cylinder or a cone, both legs rise alike along it, and the
+Where a surface is straight along some direction, as a cylinder or a cone, both segments rise alike along it, and the
 problem is that of the plane across: there a facet as long as its post is as small as it is narrow, and the phone is
 never within the ball round it.
 """
@@ -156,7 +156,7 @@ def _shared(straight: Floats, start: Ints) -> Floats:
 
 @numba.njit(cache=True)
 def may_mirror(cells, c, closed, source, receiver):
-    """Whether some normal of a piece may halve the angle between the ways to both points, on the side of both.
+    """Whether some normal of a piece may halve the angle between the lines to both points, on the side of both.
 
     Within a ball the unit vector to a point turns by asin(radius / distance) at most and changes by the chord of that
     angle; the sum of two, along the bisector, changes by both chords. At grazing incidence this sum is short, and

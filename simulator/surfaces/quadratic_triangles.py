@@ -25,16 +25,16 @@ def bulges(corner_m: Floats, normal: Floats) -> Floats:
 def edge_bulge(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floats:
     """(T, 3) edge vectors c: x(s) = a + (b - a - c) s + c s^2 leaves a and b at right angles to both normals.
 
-    Nagata 2005, Eq. 11, split along the sum m of the normals, which lifts the edge off its chord, and their difference
+    Nagata 2005, Eq. 11, split along the sum m of the normals, which raises the edge off its chord, and their difference
     d, which only moves its points along it. The latter part is held to a fraction of the chord and fades out between
     almost parallel normals, where it is rounding over rounding.
     """
     chord, middle, apart = b - a, normal_a + normal_b, normal_b - normal_a
     at_a, at_b = np.sum(normal_a * chord, axis=1), np.sum(normal_b * chord, axis=1)
     most = SHIFT * np.abs(np.sum(chord * apart, axis=1))
-    lift = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
+    rise = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
     shift = -np.clip(at_a + at_b, -most, most) / (np.sum(apart**2, axis=1) + PARALLEL_RAD**2)
-    return lift[:, None] * middle + shift[:, None] * apart
+    return rise[:, None] * middle + shift[:, None] * apart
 
 
 @numba.njit(cache=True, inline="always")

@@ -176,7 +176,7 @@ def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
 
-    Every facet has two copies, as it is and turned over; copies that agree across a shared edge are joined. On what
+    Every facet has two copies, as it is and flipped; copies that agree across a shared edge are joined. On what
     cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
     """
     if mesh.is_winding_consistent:
@@ -190,8 +190,8 @@ def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     )
     copy = _components(np.concatenate([as_is, over]), 2 * count)
     _, first, part = np.unique(_components(pairs, count), return_index=True, return_inverse=True)
-    turned = copy[:count] != copy[first[part]]
-    faces = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
+    flipped = copy[:count] != copy[first[part]]
+    faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
 
 

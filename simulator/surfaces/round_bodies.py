@@ -1,7 +1,7 @@
 """Spheres, cylinders and cones recognised in a mesh, whose true normals and curvatures are then known at every vertex.
 
 A strip between two rims says nothing of its own about the bend across it, and vertices rounded to float32 blur the
-normals of a fine mesh; a body fitted as a whole suffers neither.
+normals of a fine mesh; a sphere or cone fitted to all of them suffers neither.
 """
 
 from __future__ import annotations

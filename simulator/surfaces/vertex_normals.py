@@ -59,7 +59,7 @@ def _on_strip(pairs: Ints, count: int) -> Flags:
 
 
 def _across_long_edges(point_m: Floats, pairs: Ints, normal: Floats, mean_normal: Floats) -> Floats:
-    """(V, 3) mean normals turned to be at right angles to each vertex's longest edge, where that is much its longest.
+    """(V, 3) mean normals rotated to be at right angles to each vertex's longest edge, where that is much its longest.
 
     The other normals stay. Where a ball runs into a long fillet no quadric fits, and a small tilt would belly the
     fillet's long facets; meshes have long edges where the surface is straight along them.
@@ -72,9 +72,9 @@ def _across_long_edges(point_m: Floats, pairs: Ints, normal: Floats, mean_normal
     first = np.searchsorted(both[order, 0], np.arange(len(point_m)), "left")
     longest, shortest = order[last], order[first]
     along = edge[longest] / length[longest, None]
-    turned = mean_normal - np.sum(mean_normal * along, axis=1, keepdims=True) * along
-    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
-    return np.where((length[longest] > LONG * length[shortest])[:, None], turned, normal)
+    rotated = mean_normal - np.sum(mean_normal * along, axis=1, keepdims=True) * along
+    rotated /= np.linalg.norm(rotated, axis=1, keepdims=True)
+    return np.where((length[longest] > LONG * length[shortest])[:, None], rotated, normal)
 
 
 def _mean_curvature(point_m: Floats, facet: Ints, normal: Floats) -> Floats:

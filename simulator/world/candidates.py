@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
-from simulator.world.frames import turned
+from simulator.world.frames import rotated
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -60,7 +60,7 @@ class Candidates:
 
     @property
     def length_m(self) -> Floats:
-        """(C,) whole path."""
+        """(C,) of the path."""
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
 
     @property
@@ -143,7 +143,7 @@ def with_plane_normals(tracing: Tracing, found: Candidates) -> Candidates:
     for k in range(found.sequence.shape[1]):
         flat = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
         patch = found.sequence[flat, k]
-        normal = turned(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
+        normal = rotated(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
         arriving, leaving = (
             np.sum(normal * (found.points_m[flat, k + 1 + i] - found.points_m[flat, k + i]), axis=1) for i in (0, 1)
         )

@@ -51,8 +51,8 @@ class Frames:
         return rows
 
 
-def turned(vector: Floats, yaw: Floats) -> Floats:
-    """(R, 3) vectors turned about the vertical, one angle a row."""
+def rotated(vector: Floats, yaw: Floats) -> Floats:
+    """(R, 3) vectors rotated about the vertical, one angle a row."""
     c, s = np.cos(yaw), np.sin(yaw)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
@@ -60,14 +60,14 @@ def turned(vector: Floats, yaw: Floats) -> Floats:
 
 def into_rest(point_m: Floats, frame: Floats) -> Floats:
     """World points (R, 3) as seen in rest frames (R, 4)."""
-    return turned(point_m - frame[..., :3], -frame[..., 3])
+    return rotated(point_m - frame[..., :3], -frame[..., 3])
 
 
 def out_of_rest(point_m: Floats, frame: Floats) -> Floats:
     """The inverse of `into_rest`."""
-    return turned(point_m, frame[..., 3]) + frame[..., :3]
+    return rotated(point_m, frame[..., 3]) + frame[..., :3]
 
 
-def turned_tensor(tensor: Floats, yaw: Floats) -> Floats:
-    """(R, 3, 3) symmetric tensors turned about the vertical."""
-    return turned(np.swapaxes(turned(tensor, yaw[:, None]), -1, -2), yaw[:, None])
+def rotated_tensor(tensor: Floats, yaw: Floats) -> Floats:
+    """(R, 3, 3) symmetric tensors rotated about the vertical."""
+    return rotated(np.swapaxes(rotated(tensor, yaw[:, None]), -1, -2), yaw[:, None])

@@ -8,7 +8,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.surfaces.reflectors import PlanarPatches
-from simulator.world.frames import out_of_rest, turned
+from simulator.world.frames import out_of_rest, rotated
 
 BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
 
@@ -42,7 +42,7 @@ def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mi
     """All patches where their obstacles stand, frames (N, O, 4)."""
     frame = frames[:, patches.obstacle]
     shape = (len(frames), len(patches), 3)
-    normal = turned(np.broadcast_to(patches.normal, shape), frame[..., 3])
+    normal = rotated(np.broadcast_to(patches.normal, shape), frame[..., 3])
     offset = patches.offset_m + normal[..., 0] * frame[..., 0]
     for x in (1, 2):
         offset = offset + normal[..., x] * frame[..., x]

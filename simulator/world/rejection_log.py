@@ -49,23 +49,23 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Choice:
-    """What an obstacle's ways were left to.
+    """What the paths over an obstacle were left to.
 
     Attributes:
         obstacle: its name.
-        ways, integrals: how many ways there are over it, and how many Kirchhoff's integral took.
+        pairs, integrals: how many pairs of images there are over it, and how many Kirchhoff's integral took.
         rays_db, left_db: estimated error of its echo had all been left to rays, and as it is: of the worst pose and
             microphone. Infinite where the rim is louder than any ray.
     """
 
     obstacle: str
-    ways: int
+    pairs: int
     integrals: int
     rays_db: float
     left_db: float
 
     def __str__(self) -> str:
-        taken = f"{self.obstacle}: integral over {self.integrals} of {self.ways} ways"
+        taken = f"{self.obstacle}: integral over {self.integrals} of {self.pairs} pairs of images"
         return f"{taken}; estimated error of rays {self.rays_db:.2f} dB, left {self.left_db:.2f} dB"
 
 

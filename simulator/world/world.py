@@ -31,7 +31,7 @@ class World:
         follows: (P, P) whether one patch may follow another.
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
-        skins: what the facets of each obstacle are, and its smooth surface, to hear it as a whole.
+        skins: what the facets of each obstacle are, and its smooth surface, for sums over it.
         blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
     """
 

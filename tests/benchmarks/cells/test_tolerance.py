@@ -63,7 +63,7 @@ def test_auto_keeps_every_tolerance_where_rays_do_not(target):
         for name, point in points.items()
     }
     (choice,) = [each for each in exact.choices if each.obstacle == "target"]
-    assert 0 < choice.integrals <= choice.ways
+    assert 0 < choice.integrals <= choice.pairs
     assert choice.left_db < 0.1 < choice.rays_db
     assert str(choice) in exact.explain()
     assert len(errors["rays"]) == 2
