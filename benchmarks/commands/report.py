@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
+from benchmarks.figures import DrawnFigure
 from benchmarks.plan.trust import check_detectors
 from benchmarks.report.replays.choice import MOST_WALKS, chosen_walks
 from benchmarks.report.replays.shown import replays_of
@@ -39,12 +41,12 @@ def report(run_folder: Path, walks: int, jobs: int, allow_code: bool) -> None:
     click.echo(report_with_walks(found, walks, jobs))
 
 
-def report_with_walks(run: RunData, walks: int, jobs: int) -> Path:
-    """Write the report with so many walks to watch, at most.
+def report_with_walks(run: RunData, walks: int, jobs: int, figures: Sequence[DrawnFigure] | None = None) -> Path:
+    """Write the report with so many walks to watch, at most, and the run's figures if these are known.
 
     Raises:
         ValueError: negative walks, or no jobs.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, got {jobs}")
-    return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs))
+    return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs), figures)

@@ -11,7 +11,7 @@ import yaml
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.commands.report import report_with_walks
-from benchmarks.figures import draw_figures
+from benchmarks.figures import figures_of, write_figures
 from benchmarks.figures.bench.variants import variants
 from benchmarks.plan.cells import plan_cells, plan_digest, thinned
 from benchmarks.plan.label_filter import label_filter
@@ -108,8 +108,9 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
     write_results_csv(data)
     found = summary(data, variants(data))
     write_atomically(folder / "summary.json", to_json(found))
-    draw_figures(data)
-    report = report_with_walks(data, walks, jobs)
+    figures = figures_of(data)
+    write_figures(folder, [drawn for drawn in figures if not drawn.figure.empty])
+    report = report_with_walks(data, walks, jobs, figures)
     click.echo("\n".join(verdict_lines(found)))
     click.echo(f"report: {report}")
 

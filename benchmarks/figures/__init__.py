@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -131,6 +133,30 @@ def shown_figures(run: RunData) -> list[str]:
     return [name for name, rule in FIGURE_RULES.items() if rule.needs in held and not rule.named_only]
 
 
+@dataclass(frozen=True)
+class DrawnFigure:
+    """A figure of a run, drawn once for all that show it, when the first of them does."""
+
+    figure: Figure
+
+    @cached_property
+    def canvas(self) -> Canvas:
+        """The picture."""
+        return picture(self.figure)
+
+    @cached_property
+    def svg(self) -> bytes:
+        """The picture as a file."""
+        from benchmarks.figures.draw.style import picture_bytes
+
+        return picture_bytes(self.canvas, "svg")
+
+
+def figures_of(run: RunData) -> list[DrawnFigure]:
+    """The figures that a run shows, empty ones too."""
+    return [DrawnFigure(FIGURES[name](run)) for name in shown_figures(run)]
+
+
 def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]:
     """Write figures/<name>.{png,svg,csv} of a run; the csv is what is plotted, and the bytes repeat from run to run.
 
@@ -144,13 +170,22 @@ def draw_figures(run: RunData, names: Sequence[str] | None = None) -> list[Path]
     Raises:
         ValueError: an unknown name; the message lists those there are.
     """
-    from benchmarks.figures.draw.style import write_figure
+    if names is not None:
+        return write_figures(run.folder, [DrawnFigure(FIGURES[name](run)) for name in known_figures(tuple(names))])
+    return write_figures(run.folder, [drawn for drawn in figures_of(run) if not drawn.figure.empty])
+
+
+def write_figures(folder: Path, figures: Sequence[DrawnFigure]) -> list[Path]:
+    """Write figures/<name>.{png,svg,csv} of a run's folder; the paths."""
+    from benchmarks.figures.draw.style import csv_text, picture_bytes
 
     written = []
-    for name in shown_figures(run) if names is None else known_figures(tuple(names)):
-        figure = FIGURES[name](run)
-        if names is not None or not figure.empty:
-            written += write_figure(run.folder / "figures", figure, picture(figure))
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    for drawn in figures:
+        contents = {"png": picture_bytes(drawn.canvas, "png"), "svg": drawn.svg, "csv": csv_text(drawn.figure).encode()}
+        for kind, content in contents.items():
+            written.append(folder / "figures" / f"{drawn.figure.name}.{kind}")
+            written[-1].write_bytes(content)
     return written
 
 

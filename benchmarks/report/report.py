@@ -11,10 +11,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from benchmarks.figures import FIGURES, picture, shown_figures
+from benchmarks.figures import DrawnFigure, figures_of
 from benchmarks.figures.bench.variants import first_point
 from benchmarks.figures.measured import detectors_of, rules_text
-from benchmarks.figures.plots import Figure
 from benchmarks.report.cases import failures, strata_table, worst_cases
 from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report.verdict import headline, verdict_rows
@@ -39,17 +38,20 @@ class ReportFigure:
     wide: bool
 
 
-def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
+def write_report(
+    run: RunData, walks: Sequence[Mapping[str, Any]] = (), figures: Sequence[DrawnFigure] | None = None
+) -> Path:
     """Write report.html and report.md into the run's folder.
 
     Args:
         run: what was measured.
         walks: to play in the page; see `benchmarks.report.replays.shown`.
+        figures: those that the run shows, if they have been computed.
 
     Returns:
         The path of report.html.
     """
-    context = report_context(run, walks)
+    context = report_context(run, walks, figures_of(run) if figures is None else figures)
     templates = Environment(
         loader=PackageLoader("benchmarks"), autoescape=lambda name: str(name).endswith(".html.j2"),
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
@@ -61,11 +63,10 @@ def write_report(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> Path:
     return path
 
 
-def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
+def report_context(run: RunData, walks: Sequence[Mapping[str, Any]], figures: Sequence[DrawnFigure]) -> dict[str, Any]:
     """Everything that the templates show, as text."""
     judged, remark = first_point(run)  # pooled points of a sweep would be no measurement of anything
     names, rows = detectors_of(run), verdict_rows(judged)
-    drawn = [FIGURES[name](run) for name in shown_figures(run)]
     planned = len(run.manifest.get("plan") or run.cells)
     return {
         "title": run.manifest.get("title") or run.manifest.get("suite") or "Run",
@@ -77,8 +78,8 @@ def report_context(run: RunData, walks: Sequence[Mapping[str, Any]] = ()) -> dic
         "rules": rules_text(run),
         "counts": {"planned": planned, "ok": len(run.ok), "failed": len(run.cells) - len(run.ok),
                    "missing": planned - len(run.cells)},
-        "figures": [_embedded(figure) for figure in drawn if not figure.empty],
-        "empty_figures": [figure.title for figure in drawn if figure.empty],
+        "figures": [_embedded(drawn) for drawn in figures if not drawn.figure.empty],
+        "empty_figures": [drawn.figure.title for drawn in figures if drawn.figure.empty],
         "strata": strata_table(judged),
         "worst": worst_cases(judged),
         "failures": failures(run),
@@ -104,10 +105,7 @@ def _in_script(value: Any) -> str:
     return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _embedded(figure: Figure) -> ReportFigure:
-    from benchmarks.figures.draw.style import picture_bytes
-
-    canvas = picture(figure)
-    encoded = base64.b64encode(picture_bytes(canvas, "svg")).decode("ascii")
-    wide = bool(canvas.get_size_inches()[0] > WIDE_IN)
+def _embedded(drawn: DrawnFigure) -> ReportFigure:
+    figure, encoded = drawn.figure, base64.b64encode(drawn.svg).decode("ascii")
+    wide = bool(drawn.canvas.get_size_inches()[0] > WIDE_IN)
     return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}", wide)

@@ -6,7 +6,6 @@ import csv
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import matplotlib.style
@@ -97,16 +96,6 @@ def csv_text(figure: Figure) -> str:
         writer.writeheader()
         writer.writerows(rows)
     return buffer.getvalue()
-
-
-def write_figure(folder: Path, figure: Figure, canvas: Canvas) -> list[Path]:
-    """Write png, svg and csv of one figure; the paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{figure.name}.{kind}" for kind in ("png", "svg", "csv")]
-    for path, kind in zip(paths[:2], ("png", "svg"), strict=True):
-        path.write_bytes(picture_bytes(canvas, kind))
-    paths[2].write_text(csv_text(figure), encoding="utf-8")
-    return paths
 
 
 def _cell(value: str | int | float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import shlex
 import shutil
@@ -11,6 +12,8 @@ from dataclasses import replace
 import matplotlib.image
 import pytest
 
+import benchmarks.figures
+from benchmarks.figures import figures_of, write_figures
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.report.cases import rerun_command, worst_cases
@@ -226,3 +229,16 @@ def test_a_browser_opens_it_without_a_network(tmp_path, written):
     red, green, blue = (pixels[..., k] for k in range(3))
     bars = (abs(red - 0.17) < 0.04) & (abs(green - 0.37) < 0.04) & (abs(blue - 0.54) < 0.04)
     assert bars.sum() > 2000
+
+
+def test_figures_are_drawn_once_for_files_and_report(tmp_path, monkeypatch):
+    """A run computed, drew and encoded each figure twice: half of the time after its last cell."""
+    drawn, draw = [], benchmarks.figures.picture
+    monkeypatch.setattr(benchmarks.figures, "picture", lambda figure: drawn.append(figure.name) or draw(figure))
+    run = made_up_run(tmp_path)
+    figures = [shown for shown in figures_of(run) if shown.figure.name in ("fig16", "fig24")]
+    write_figures(run.folder, figures)
+    html = write_report(run, (), figures).read_text(encoding="utf-8")
+    assert drawn == ["fig16", "fig24"]
+    for name in drawn:
+        assert base64.b64encode((run.folder / "figures" / f"{name}.svg").read_bytes()).decode() in html
