@@ -5,7 +5,7 @@ from obstaclewatch.support.former_places import keep
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.rejections import Rejections, trace_rejected
-from simulator.render import render_walk
+from simulator.render import render_pieces, render_walk
 from simulator.scene.air import Air
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.materials import Material
@@ -28,6 +28,7 @@ __all__ = [
     "StraightWalk",
     "Walk",
     "held_rotation",
+    "render_pieces",
     "render_walk",
     "trace_paths",
     "trace_rejected",

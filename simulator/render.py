@@ -6,7 +6,7 @@ times; one Fourier transform a microphone then brings the sum to the recording's
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +20,10 @@ from simulator.paths import Paths
 from simulator.phone.noise import noise_samples
 from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
-from simulator.rendering.beep_table import beep_table
-from simulator.rendering.sample_rate import envelope_rate, to_rate
+from simulator.rendering.beep_table import SKIRT_S, beep_table
+from simulator.rendering.overlap import overlapped
+from simulator.rendering.sample_rate import envelope_rate, lead_samples, ringing
+from simulator.rendering.sample_rate import to_rate as to_rate
 from simulator.rendering.superposition import Sounds, add_sounds
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Walk
@@ -34,6 +36,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
+BLOCK_BEEPS = 64  # traced and rendered at a time
 
 
 def render_walk(
@@ -74,22 +77,71 @@ def render_walk(
         >>> recording.samples.shape, recording.sample_rate_hz  # one beep of 90 ms at both microphones
         ((2, 17280), 192000.0)
     """
+    pieces = render_pieces(scene, phone, walk, beep, fidelity, seed, unheard)
+    samples, done = np.empty((2, beep_count(walk, beep) * beep.period_samples), dtype=np.float32), 0
+    for piece in pieces:
+        samples[:, done : done + piece.samples.shape[1]] = piece.samples
+        done += piece.samples.shape[1]
+    return Recording(samples, beep.sample_rate_hz)
+
+
+def render_pieces(
+    scene: Scene | PreparedScene,
+    phone: Phone,
+    walk: Walk,
+    beep: BeepDesign,
+    fidelity: Fidelity | None = None,
+    seed: int = 0,
+    unheard: Collection[str] = (),
+) -> Iterator[Recording]:
+    """The samples of `render_walk`, bit for bit, in pieces of seconds: in memory that no walk is too long for.
+
+    Raises:
+        ValueError: as `render_walk`; of what happens on the walk only when a piece gets there.
+
+    Example:
+        >>> from obstaclewatch import BeepDesign
+        >>> from simulator import Phone, Scene, StraightWalk, render_pieces
+        >>> walk = StraightWalk([0.0, 0.0, 1.3], heading_rad=0.0, speed_m_s=1.3, duration_s=12.0)
+        >>> [round(piece.duration_s, 2) for piece in render_pieces(Scene([]), Phone.named("ideal"), walk, BeepDesign())]
+        [5.26, 5.76, 0.95]
+    """
     fidelity = fidelity or Fidelity()
     check_seed(seed=seed)
     scene = as_prepared(scene)
-    check_types(
-        phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign),
-        fidelity=(fidelity, Fidelity),
-    )  # fmt: skip
-    paths, motion, count = trace_walk(scene, phone, walk, beep, fidelity)
-    if unheard:
-        kept = heard_without(paths, _known(unheard, scene))
-        paths, motion = paths[kept], motion[kept]
-    envelope = sum_envelopes(paths, motion, beep, count)
-    samples = to_rate(envelope, phone, beep, count * beep.period_samples) * phone.full_scale_gain
+    check_types(phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign), fidelity=(fidelity, Fidelity))
+    count, unheard = beep_count(walk, beep), _known(unheard, scene)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
-    samples += noise_samples(phone, samples.shape[1], beep.sample_rate_hz, rng)
-    return Recording(samples.astype(np.float32), beep.sample_rate_hz)
+    early = int(np.ceil(SKIRT_S * beep.sample_rate_hz))
+
+    def sounds(first: int) -> tuple[int, Floats]:
+        among = range(first, min(first + BLOCK_BEEPS, count))
+        paths, motion = _traced_beeps(scene, phone, walk, beep, fidelity, among)
+        if unheard:
+            kept = heard_without(paths, unheard)
+            paths, motion = paths[kept], motion[kept]
+        motion = replace(motion, middle_s=motion.middle_s - first * beep.period_s + early / beep.sample_rate_hz)
+        envelope = sum_envelopes(paths, motion, beep, len(among), early / beep.sample_rate_hz)
+        return first * beep.period_samples - early, ringing(envelope, phone, beep)
+
+    def noisy(echoes: Floats) -> Recording:
+        noise = noise_samples(phone, echoes.shape[1], beep.sample_rate_hz, rng)
+        return Recording((echoes * phone.full_scale_gain + noise).astype(np.float32), beep.sample_rate_hz)
+
+    blocks = (sounds(first) for first in range(0, count, BLOCK_BEEPS))
+    return (noisy(echoes) for echoes in overlapped(blocks, lead_samples(beep), count * beep.period_samples))
+
+
+def beep_count(walk: Walk, beep: BeepDesign) -> int:
+    """Whole beep periods within a walk.
+
+    Raises:
+        ValueError: there is none.
+    """
+    count = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
+    if count < 1:
+        raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
+    return count
 
 
 def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
@@ -111,12 +163,17 @@ def trace_walk(
     scene: Scene | PreparedScene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity
 ) -> tuple[Paths, Motion, int]:
     """Paths at the middle of every beep, how they move within it, and the number of beeps."""
-    count = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
-    if count < 1:
-        raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
+    count = beep_count(walk, beep)
+    return *_traced_beeps(as_prepared(scene), phone, walk, beep, fidelity, range(count)), count
+
+
+def _traced_beeps(
+    scene: PreparedScene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity, beeps: range
+) -> tuple[Paths, Motion]:
+    """Paths at the middle of some beeps, counted from the first of them, and how they move within them."""
     if min(beep.start_hz, beep.stop_hz) < band.LOW_HZ or max(beep.start_hz, beep.stop_hz) > band.HIGH_HZ:
         raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
-    start = np.arange(count, dtype=np.float64) * beep.period_s
+    start = np.arange(beeps.start, beeps.stop, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
     _check_speeds(scene, walk, start, beep.duration_s)
 
@@ -124,14 +181,14 @@ def trace_walk(
         there = walk.pose(time_s)
         return there.position_m, there.body_heading_rad()
 
-    tracing = as_prepared(scene).tracing(phone, walk.pose(middle), middle, fidelity.mechanisms, carrier)
-    _check_passage(tracing, phone, walk, np.sort(np.concatenate([start, start + beep.duration_s])))
+    tracing = scene.tracing(phone, walk.pose(middle), middle, fidelity.mechanisms, carrier)
+    before = start[:1] - beep.period_s + beep.duration_s if beeps.start else start[:0]
+    _check_passage(tracing, phone, walk, np.sort(np.concatenate([before, start, start + beep.duration_s])))
     paths, found = traced(Search(tracing, phone, scene.air, fidelity))
     points = phone.geometry.speaker_m, phone.geometry.mics_m
-    motion = motion_within(
+    return paths, motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )
-    return paths, motion, count
 
 
 def _check_passage(tracing: Tracing, phone: Phone, walk: Walk, time_s: Floats) -> None:
@@ -150,27 +207,30 @@ def _check_speeds(scene: Scene | PreparedScene, walk: Walk, start_s: Floats, dur
         raise ValueError(f"phone and obstacles must close in at less than {limit:.1f} m/s, got up to {closing:.1f} m/s")
 
 
-def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int) -> Complexes:
-    """(2, n) complex envelopes about 20 kHz of all paths, at the envelope rate: all beeps, until all have arrived."""
+def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int, first_s: float = 0.0) -> Complexes:
+    """(2, n) complex envelopes about 20 kHz of all paths, at the envelope rate: all beeps, until all have arrived.
+
+    Args:
+        first_s: emission of the first beep, after the first sample of the sum; the motion counts from that sample, too.
+    """
     rate = envelope_rate(beep)
     table = beep_table(beep, paths.phone.speaker, paths.band_gain.shape[1], rate)
-    start = np.arange(count, dtype=np.float64) * beep.period_s
+    start = first_s + np.arange(count, dtype=np.float64) * beep.period_s
     sounds = [Sounds(start[paths.pose], paths.mic, band.coefficients(paths.band_gain), motion, paths.delay_s)]
     if paths.phone.structure_borne is not None:
-        sounds.append(_structure_borne(paths.phone.structure_borne, beep, count, paths.band_gain.shape[1]))
-    end = max(count * beep.period_s, *(sound.end_s(beep.duration_s) for sound in sounds))
+        sounds.append(_structure_borne(paths.phone.structure_borne, start, beep.duration_s, paths.band_gain.shape[1]))
+    end = max(first_s + count * beep.period_s, *(sound.end_s(beep.duration_s) for sound in sounds))
     total = np.zeros((2, int(np.ceil(end * rate)) + 1), dtype=np.complex128)
     for sound in sounds:
         add_sounds(total, rate, table, sound)
     return total
 
 
-def _structure_borne(sound: StructureBorne, beep: BeepDesign, count: int, terms: int) -> Sounds:
+def _structure_borne(sound: StructureBorne, start_s: Floats, duration_s: float, terms: int) -> Sounds:
     """Direct sound through the case: the same in every beep."""
-    pose, mic = (index.ravel() for index in np.indices((count, 2)))
-    start, delay = beep.period_s * pose.astype(np.float64), sound.delay_s[mic]
+    start, mic = np.repeat(start_s, 2), np.tile([0, 1], len(start_s))
+    delay = sound.delay_s[mic]
     weight = np.zeros((len(mic), terms), dtype=np.complex128)
     weight[:, 0] = sound.gain[mic]
-    middle = start + delay + 0.5 * beep.duration_s
-    still = Motion(middle, beep.duration_s, delay[:, None].copy(), np.ones((len(mic), 1)))
+    still = Motion(start + delay + 0.5 * duration_s, duration_s, delay[:, None].copy(), np.ones((len(mic), 1)))
     return Sounds(start, mic, weight, still, delay)

@@ -15,7 +15,7 @@ from simulator.phone.phone import Phone
 from simulator.waves.band import REFERENCE_HZ
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
-SILENCE_S = 0.1  # before the circle closes; of a sound are then left 1e-9, and 5e-5 after a galaxy-s5's microphone
+RING_S = 0.5  # before and after all sounds; further off a galaxy-s5's microphone rings with 2e-6, a flat one with 0
 
 
 def envelope_rate(beep: BeepDesign) -> float:
@@ -29,8 +29,18 @@ def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> 
     The envelopes must hold all sounds to their ends, as `sum_envelopes` leaves them: what breaks off rings over all of
     the recording.
     """
+    return ringing(envelope, phone, beep)[:, lead_samples(beep) :][:, :count]
+
+
+def lead_samples(beep: BeepDesign) -> int:
+    """Samples of `ringing` before the first of the envelopes."""
+    return round(RING_S * beep.sample_rate_hz)
+
+
+def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Floats:
+    """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring both ways."""
     rate = envelope_rate(beep)
-    size = scipy.fft.next_fast_len(envelope.shape[1] + round(SILENCE_S * rate))
+    size = scipy.fft.next_fast_len(envelope.shape[1] + round(2.0 * RING_S * rate))
     period = size / rate
     carrier = round(REFERENCE_HZ * period) / period  # the bin nearest to 20 kHz
     turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(envelope.shape[1]) / rate)
@@ -42,4 +52,4 @@ def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> 
     inside = (bins > 0) & (bins < fine // 2)
     half = np.zeros((2, fine // 2 + 1), dtype=np.complex128)
     half[:, bins[inside]] = spectrum[:, inside] * (0.5 * fine / size)
-    return scipy.fft.irfft(half, n=fine, axis=1)[:, :count]
+    return np.roll(scipy.fft.irfft(half, n=fine, axis=1), lead_samples(beep), axis=1)
