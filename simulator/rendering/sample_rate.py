@@ -38,7 +38,7 @@ def lead_samples(beep: BeepDesign) -> int:
 
 
 def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Floats:
-    """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring both ways."""
+    """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring before and after."""
     rate = envelope_rate(beep)
     size = scipy.fft.next_fast_len(envelope.shape[1] + round(2.0 * RING_S * rate))
     period = size / rate
