@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss
-from benchmarks.figures.bench.bins import errors_by_bin, missing_by_bin
 from benchmarks.figures.bench.budget import calibration, losses, range_budget
-from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table, cause_table_strata
+from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table
 from benchmarks.figures.bench.det import det
 from benchmarks.figures.bench.extremes import extremes_axes, extremes_map, extremes_table
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
@@ -34,7 +33,6 @@ from benchmarks.figures.paper.errors import (
     bearing_errors,
     bearing_errors_by_bin,
     radius_errors,
-    radius_errors_of_all,
 )
 from benchmarks.figures.paper.false_alerts import false_alert_rates
 from benchmarks.figures.paper.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
@@ -80,7 +78,6 @@ _BUILDERS: dict[str, Builder] = {
     "fig24": bearing_errors,
     "fig24_bins": bearing_errors_by_bin,
     "fig25": radius_errors,
-    "fig25_all": radius_errors_of_all,
     "fig26": false_alert_rates,
     "fig27": energy_figure,
     "table1": energy_table,
@@ -91,8 +88,6 @@ _BUILDERS: dict[str, Builder] = {
     "strata": rates_by_stratum,
     "points": rates_by_point,
     "error_budget": range_budget,
-    "error_bins": errors_by_bin,
-    "missing_bins": missing_by_bin,
     "calibration": calibration,
     "extremes": extremes_map,
     "extremes_axes": extremes_axes,
@@ -109,7 +104,6 @@ _BUILDERS: dict[str, Builder] = {
     "cause_budget": cause_budget,
     "cause_strata": cause_strata,
     "cause_table": cause_table,
-    "cause_table_strata": cause_table_strata,
     "claims": claims_table,
 }
 FIGURES: dict[str, Builder] = {

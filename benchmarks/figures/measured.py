@@ -76,32 +76,15 @@ def percents(found: Rate) -> tuple[float, float, float]:
     return 100.0 * found.value, 100.0 * found.low, 100.0 * found.high
 
 
-def binned_line(
-    detector: str,
-    edges: Sequence[float],
-    place: Floats,
-    measure: Callable[[Flags], tuple[float, float, float]],
-    aside: float = 0.0,
-) -> Line:
-    """One point a bin at the mean of its places, with whiskers; bins without a value are left out.
+def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flags, aside: float = 0.0) -> Line:
+    """Shares of (n,) hits by bin of their places, percent, with exact intervals, at the mean place of each bin.
 
-    Args:
-        place: (n,) what is cut into bins.
-        measure: from the (n,) mask of a bin to a value and its interval; NaN is no value, or no interval.
-        aside: added to the places, so that the whiskers of two detectors stay apart.
+    `aside` is added to the places, so that the whiskers of two detectors stay apart.
     """
     bins = [mask for low, high in pairwise(edges) if (mask := (place >= low) & (place < high)).any()]
-    found = np.array([measure(mask) for mask in bins]).reshape(-1, 3)
-    kept = np.isfinite(found[:, 0])
-    value, low, high = found[kept].T
-    x = np.array([place[mask].mean() for mask in bins])[kept] + aside
-    ends = (np.where(np.isfinite(end), end, value) for end in (low, high))
-    return Line(detector, detector, x, value, "points", *ends)
-
-
-def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flags, aside: float = 0.0) -> Line:
-    """Shares of (n,) hits by bin, in percent with exact intervals; see `binned_line`."""
-    return binned_line(detector, edges, place, lambda mask: percents(rate(hit[mask])), aside)
+    value, low, high = np.array([percents(rate(hit[mask])) for mask in bins]).reshape(-1, 3).T
+    x = np.array([place[mask].mean() for mask in bins]) + aside
+    return Line(detector, detector, x, value, "points", low, high)
 
 
 def part(table: Table, column: str, value: object) -> Table:

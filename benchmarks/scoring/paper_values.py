@@ -11,6 +11,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from scenes.streets.approaches import DATA_COLLECTION
+
 Relation = Literal["=", "~", ">", "<="]
 Unit = Literal["1", "m", "rad"]
 
@@ -71,14 +73,6 @@ def _cm(value_cm: float, source: str, relation: Relation = "=") -> PaperValue:
 def _degrees(value: float, source: str, relation: Relation = "=") -> PaperValue:
     return PaperValue(float(np.deg2rad(value)), "rad", source, relation)
 
-
-CASES = MappingProxyType(
-    {
-        "supermarket": MappingProxyType({"wall": 108, "dustbin": 312, "car": 157, "sign": 136, "pedestrian": 108}),
-        "campus": MappingProxyType({"wall": 48, "dustbin": 96, "car": 106, "pedestrian": 228}),
-    }
-)
-"""Approaches by scene and category: 821 + 478 = 1299 (section 4.1)."""
 
 OVERALL = _rates(93.0, 92.0, "section 4.2, Fig. 16", ">")
 """As printed. The case-weighted mean of its own scenes says otherwise of TN: see `case_weighted_mean`."""
@@ -151,18 +145,9 @@ ENERGY = (
 """Table 1."""
 
 
-def case_count(scene: str) -> int:
-    """Approaches in one scene.
-
-    Raises:
-        KeyError: a scene that the paper does not have.
-    """
-    return sum(CASES[scene].values())
-
-
 def case_weighted_mean() -> RatePair:
     """TP and TN over both scenes as the scenes' own rates and cases imply: 93.4 and 91.7 %."""
-    weights = [case_count(scene) for scene in BY_SCENE]
+    weights = [sum(DATA_COLLECTION[scene].cases.values()) for scene in BY_SCENE]
     tp, tn = (float(np.average([pair[k].value for pair in BY_SCENE.values()], weights=weights)) for k in range(2))
     source = "case-weighted mean of Fig. 17"
     return RatePair(PaperValue(tp, "1", source, "~"), PaperValue(tn, "1", source, "~"))

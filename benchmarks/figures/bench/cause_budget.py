@@ -89,12 +89,30 @@ def cause_strata(run: RunData) -> PlotFigure:
 
 def cause_table(run: RunData) -> TableFigure:
     """Rates, changes and errors of all walks with each cause removed."""
-    return _table(run, "cause_table", "TP, TN and errors with one cause of error removed", groups(run)[:1])
-
-
-def cause_table_strata(run: RunData) -> TableFigure:
-    """The same by kind of obstacle and by scene; long."""
-    return _table(run, "cause_table_strata", "One cause of error removed, by kind and scene", groups(run)[1:])
+    detectors = judged_detectors(run)
+    rows: list[tuple[str, ...]] = []
+    for detector in detectors:
+        points = points_of(run, detector)
+        prefix = detector + "; " if len(detectors) > 1 else ""
+        rows += [(prefix + point, *_cells(points, point)) for point in points]
+    heads = (
+        "removed", "TP, %", "change of TP, points", "however late, %", "TN, %", "change of TN, points",
+        "mean of both, %", "false alerts, %", "detected, %", "bearing, °", "same beeps, °", "range, cm",
+    )  # fmt: skip
+    return TableFigure(
+        "cause_table",
+        "TP, TN and errors with one cause of error removed",
+        heads,
+        tuple(rows),
+        (2.4, 1.0, 1.75, 1.2, 1.0, 1.75, 1.3, 1.2, 0.8, 0.9, 1.1, 0.9),
+        f"{len(rows)} rows." if rows else "No data.",
+        "Changes: on the same walks, with the exact 95 % interval; walks that are right now and were wrong as it is, "
+        "those the other way round, exact McNemar; one in twenty is below p = 0.05 by chance. However late: collisions "
+        "alerted before contact. Mean of both: of TP and TN, which a detector's threshold trades against each other. "
+        f"False alerts: over all walks. {DETECTED} Errors: the median, then what "
+        f"{100 * UPPER:.0f} % are below; same beeps: the median as it is, then now, over the beeps with an estimate in "
+        f"both. {rules_text(run)}",
+    )
 
 
 def _effects(count: Count, points: dict[str, Point]) -> dict[str, Effect]:
@@ -186,35 +204,6 @@ def _change(one: tuple[str, Effect]) -> str:
 def _most(effects: dict[str, Effect]) -> tuple[str, Effect] | None:
     known = [(name, one) for name, one in effects.items() if np.isfinite(one.value)]
     return max(known[1:], key=lambda pair: pair[1].value - pair[1].before, default=None)
-
-
-def _table(run: RunData, name: str, title: str, wanted: list[tuple[str, str, str]]) -> TableFigure:
-    detectors = judged_detectors(run)
-    rows: list[tuple[str, ...]] = []
-    for detector in detectors:
-        points = points_of(run, detector)
-        for group, column, value in wanted if points else ():
-            there = {each: point.of(column, value) for each, point in points.items()}
-            prefix = (detector, *(() if group == "all walks" else (group,)))
-            rows += [("; ".join((*prefix[len(detectors) == 1 :], point)), *_cells(there, point)) for point in there]
-    heads = (
-        "removed", "TP, %", "change of TP, points", "however late, %", "TN, %", "change of TN, points",
-        "mean of both, %", "false alerts, %", "detected, %", "bearing, °", "same beeps, °", "range, cm",
-    )  # fmt: skip
-    return TableFigure(
-        name,
-        title,
-        heads,
-        tuple(rows),
-        (2.4, 1.0, 1.75, 1.2, 1.0, 1.75, 1.3, 1.2, 0.8, 0.9, 1.1, 0.9),
-        f"{len(rows)} rows." if rows else "No data.",
-        "Changes: on the same walks, with the exact 95 % interval; walks that are right now and were wrong as it is, "
-        "those the other way round, exact McNemar; one in twenty is below p = 0.05 by chance. However late: collisions "
-        "alerted before contact. Mean of both: of TP and TN, which a detector's threshold trades against each other. "
-        f"False alerts: over all walks. {DETECTED} Errors: the median, then what "
-        f"{100 * UPPER:.0f} % are below; same beeps: the median as it is, then now, over the beeps with an estimate in "
-        f"both. {rules_text(run)}",
-    )
 
 
 def _cells(points: dict[str, Point], name: str) -> tuple[str, ...]:

@@ -92,12 +92,16 @@ def _standing_bearings(run: RunData) -> list[str]:
 def radius_errors(run: RunData) -> CurveFigure:
     """Figure 25, over targets up to `NARROW_M` in radius, as in the paper's Figure 11: people, signs, dustbins."""
     curves = _state_curves(run, "radius_m", "m", narrow_alone)
-    return _radius_figure("fig25", f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide", curves)
-
-
-def radius_errors_of_all(run: RunData) -> CurveFigure:
-    """Figure 25 over every target; the radius of a wall or a car is half its width, metres."""
-    return _radius_figure("fig25_all", "Fig. 25 · Radius error, all targets", _state_curves(run, "radius_m", "m"))
+    return CurveFigure(
+        name="fig25",
+        title=f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide",
+        x_label="absolute error of the radius, cm",
+        unit="cm",
+        curves=curves,
+        marks=RADIUS_MARKS,
+        reading=_curves_sentence(curves, RADIUS_MARKS),
+        note=f"{INTERVALS} The true radius is half the target's width across the walk.",
+    )
 
 
 def bearing_errors_by_bin(run: RunData) -> BarFigure:
@@ -130,19 +134,6 @@ DISTANCE_FIGURES = {
     name: partial(distance_errors, range_m=range_m, name=name)
     for name, range_m in (("fig21", 1.5), ("fig22", 3.0), ("fig23", 5.0))
 }
-
-
-def _radius_figure(name: str, title: str, curves: tuple[Curve, ...]) -> CurveFigure:
-    return CurveFigure(
-        name=name,
-        title=title,
-        x_label="absolute error of the radius, cm",
-        unit="cm",
-        curves=curves,
-        marks=RADIUS_MARKS,
-        reading=_curves_sentence(curves, RADIUS_MARKS),
-        note=f"{INTERVALS} The true radius is half the target's width across the walk.",
-    )
 
 
 def _distance_marks(range_m: float) -> tuple[Mark, ...]:

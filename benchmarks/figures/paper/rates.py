@@ -33,6 +33,7 @@ from benchmarks.scoring.scores import (
     true_positive_rate,
 )
 from benchmarks.scoring.statistics import Rate
+from scenes.streets.approaches import DATA_COLLECTION
 
 NO_PAPER = "The paper shows this figure as bars without numbers, so none are drawn."
 
@@ -69,7 +70,7 @@ def rates_by_scene(run: RunData) -> BarFigure:
 
 def rates_by_category(run: RunData) -> BarFigure:
     """Figure 19: by category of obstacle, over both scenes."""
-    groups = strata(run, "category") or list(paper_values.CASES["supermarket"])
+    groups = strata(run, "category") or list(DATA_COLLECTION["supermarket"].cases)
     note = f"{INTERVALS} {NO_PAPER}"
     return _by(run, "fig19", "category", groups, "Fig. 19 · TP and TN by kind of obstacle", {}, note)
 

@@ -16,7 +16,7 @@ from benchmarks.plan.suite import load_suite
 from benchmarks.plan.sweep import at_point
 from tests.benchmarks.synthetic_run import made_up_run, walk
 
-NAMES = ("cause_budget", "cause_strata", "cause_table", "cause_table_strata")
+NAMES = ("cause_budget", "cause_strata", "cause_table")
 TRACKING = ("TrackingDetector",)
 
 
@@ -130,10 +130,6 @@ def test_the_table_says_which_walks_differ(tmp_path):
     assert (plain["TP, %"], plain["TN, %"], plain["false alerts, %"]) == ("50.0 of 6", "50.0 of 4", "20.0")
     assert plain["mean of both, %"] == "50.0"
     assert plain["same beeps, °"] == "5.0, 5.0"
-    strata = FIGURES["cause_table_strata"](budget_run(tmp_path))
-    assert [row["removed"] for row in strata.rows()][:4] == [
-        "wall; as it is", "wall; quiet", "car; as it is", "car; quiet",
-    ]  # fmt: skip
 
 
 def test_a_walk_that_is_a_collision_at_one_point_alone_is_no_pair(tmp_path):

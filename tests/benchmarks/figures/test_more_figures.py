@@ -126,18 +126,6 @@ def test_error_budget_takes_the_reading_ahead_away(tmp_path):
     assert math.isnan(median[2])
 
 
-def test_errors_and_gaps_by_bin(tmp_path):
-    """Ranges of 4.0 (no estimate), 3.5, 3.0 and 2.5 m, each read 0.4 cm short; every second bearing clamped."""
-    run = made_up_run(tmp_path)
-    line = line_of(FIGURES["error_bins"](run), "PaperDetector")
-    np.testing.assert_allclose(line.y, -0.4, atol=1e-9)
-    np.testing.assert_allclose(line.x, [2.75, 3.75])  # middles of what lies in the bins 2.5-3.5 and 3.5-4.5 m
-    gaps = FIGURES["missing_bins"](run)
-    assert line_of(gaps, "PaperDetector").y.tolist() == [0.0, 50.0]  # 2.5 and 3.0 m; 3.5 and 4.0 m
-    clamped = line_of(gaps, "PaperDetector", 1)
-    assert clamped.y.tolist() == [pytest.approx(200.0 / 3.0)]
-
-
 def test_energy_is_the_stated_formula():
     model = EnergyModel(audio_w=0.4, core_w=0.8, slower=4.0, battery_v=4.0)
     assert model.charge_mah(0.00225, 0.09) == pytest.approx((0.4 + 0.1 * 0.8) * 0.5 / 4.0 * 1000.0)
