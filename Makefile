@@ -47,6 +47,12 @@ $(VENV)/.test-installed: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test]'
 	touch $@ $(VENV)/.bench-installed
 
+# All at once, for those who run everything: one search for what fits together instead of two.
+.PHONY: install
+install: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test,docs]'
+	touch $(addprefix $(VENV)/,.bench-installed .test-installed .docs-installed)
+
 $(VENV)/.docs-installed: pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
 	touch $@ $(VENV)/.bench-installed
