@@ -12,9 +12,9 @@ from click.core import ParameterSource
 from obstaclewatch import BeepDesign, write_recording
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
 from scenes.files.encounter import has_walk
-from simulator import Fidelity, Phone, render_walk
+from simulator import Fidelity, Phone, render_pieces
 from simulator.paths import Paths
-from simulator.render import trace_walk
+from simulator.render import beep_count, trace_walk
 
 SUFFIXES = (".wav", ".flac")
 STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
@@ -64,12 +64,12 @@ def simulate(
         walk = GaitWalk(_point(start), np.deg2rad(heading), speed, duration, np.deg2rad(pitch))
         held = Phone.named(phone).held_by(walker_body(phone_height_m=float(_point(start)[2])))
         met = Encounter(load_scene(scene, seed), walk, held, ())
-    recording = render_walk(met.scene, met.phone, met.walk, beep, fidelity, seed)
-    write_recording(recording, output)
+    write_recording(render_pieces(met.scene, met.phone, met.walk, beep, fidelity, seed), output)
     if paths is not None:
         traced = trace_walk(met.scene, met.phone, met.walk, beep, fidelity)[0]
         paths.write_text(_paths_json(traced), encoding="utf-8")
-    click.echo(f"{output}: {recording.duration_s:.2f} s, 2 microphones, {recording.sample_rate_hz:.0f} Hz")
+    duration_s = beep_count(met.walk, beep) * beep.period_s
+    click.echo(f"{output}: {duration_s:.2f} s, 2 microphones, {beep.sample_rate_hz:.0f} Hz")
 
 
 def _of_file(scene: str, seed: int, phone: str) -> Encounter:

@@ -6,10 +6,11 @@ The one module of the package that needs soundfile; it is imported on use, so th
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +24,19 @@ BITS = 24
 _STEPS = 1 << (BITS - 1)
 _MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
 _MAX_RATE_HZ = (1 << 31) - 1  # libsndfile's
+_PIECE = 1 << 20  # samples turned into steps at a time
 
 
-def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
-    """Write a .wav or .flac of 24 bits; the same recording always gives the same bytes.
+def write_recording(recording: Recording | Iterable[Recording], path: str | os.PathLike[str]) -> None:
+    """Write a .wav or .flac of 24 bits; the same recording always gives the same bytes, also in pieces.
 
     The file appears complete or not at all: it is written beside its place and renamed. Samples are rounded to 2^-23 of
-    full scale; +1 itself becomes the largest step, 1 - 2^-23.
+    full scale; +1 itself becomes the largest step, 1 - 2^-23. Pieces are written as they come, in constant memory.
 
     Raises:
         FileNotFoundError: the folder does not exist.
         ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
-            hertz or more than the format has, or more samples than a WAV holds.
+            hertz or more than the format has, more samples than a WAV holds, no pieces, or pieces of different rates.
 
     >>> import tempfile
     >>> from obstaclewatch import Recording, read_recording, write_recording
@@ -46,17 +48,11 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
     target = Path(path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder '{target.parent}' to write '{target.name}' to")
-    soundfile = _soundfile()
-    steps = _to_steps(recording.samples)
-    rate = _whole_rate(recording.sample_rate_hz)
-    file_format = _format_of(target, steps.size)
+    file_format = _format_of(target)
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         with partial.open("wb") as stream:
-            try:
-                soundfile.write(stream, steps.T, rate, subtype=f"PCM_{BITS}", format=file_format)
-            except soundfile.LibsndfileError as error:
-                raise ValueError(f"'{path}' cannot be written at {rate} Hz: {error.error_string}") from error
+            _write(_pieces(recording), stream, target, file_format)
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(partial, target)
@@ -100,6 +96,32 @@ def read_blocks(path: str | os.PathLike[str], block_samples: int) -> Iterator[Re
             yield Recording(samples, float(sound.samplerate))
 
 
+def _pieces(recording: Recording | Iterable[Recording]) -> Iterator[Recording]:
+    """The recording in pieces that cost little while they are written."""
+    for piece in [recording] if isinstance(recording, Recording) else recording:
+        for start in range(0, piece.samples.shape[1], _PIECE):
+            yield Recording(piece.samples[:, start : start + _PIECE], piece.sample_rate_hz)
+
+
+def _write(pieces: Iterator[Recording], stream: IO[bytes], target: Path, file_format: str) -> None:
+    """All pieces to an open file."""
+    soundfile, first = _soundfile(), next(pieces, None)
+    if first is None:
+        raise ValueError(f"'{target}' must hold at least one sample per microphone, got no pieces")
+    rate, written = _whole_rate(first.sample_rate_hz), 0
+    try:
+        with soundfile.SoundFile(stream, "w", rate, 2, f"PCM_{BITS}", format=file_format) as sound:
+            for piece in chain([first], pieces):
+                if piece.sample_rate_hz != rate:
+                    raise ValueError(f"all pieces must be of {rate} Hz, got one of {piece.sample_rate_hz:g} Hz")
+                written += piece.samples.size * BITS // 8
+                if file_format == "WAV" and written > _MAX_WAV_BYTES:
+                    raise ValueError(f"a WAV holds {_MAX_WAV_BYTES} bytes, '{target.name}' has more; write .flac")
+                sound.write(_to_steps(piece.samples).T)
+    except soundfile.LibsndfileError as error:
+        raise ValueError(f"'{target}' cannot be written at {rate} Hz: {error.error_string}") from error
+
+
 def _to_steps(samples: Singles) -> NDArray[np.int32]:
     """(2, N) samples to the upper 24 bits of int32."""
     beyond = np.abs(samples) > 1.0
@@ -118,13 +140,10 @@ def _whole_rate(sample_rate_hz: float) -> int:
     return round(sample_rate_hz)
 
 
-def _format_of(path: Path, values: int) -> str:
+def _format_of(path: Path) -> str:
     if path.suffix.lower() not in FORMATS:
         raise ValueError(f"recordings are written as {' or '.join(FORMATS)}, got '{path.name}'")
-    file_format = FORMATS[path.suffix.lower()]
-    if file_format == "WAV" and values * BITS // 8 > _MAX_WAV_BYTES:
-        raise ValueError(f"a WAV holds {_MAX_WAV_BYTES} bytes, got {values * BITS // 8} for '{path.name}'; write .flac")
-    return file_format
+    return FORMATS[path.suffix.lower()]
 
 
 def _opened(path: Path) -> Any:

@@ -81,16 +81,32 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, recording, monkeypatch):
     path = tmp_path / "walk.wav"
     write_recording(recording, path)
     before = path.read_bytes()
-    monkeypatch.setattr(soundfile, "write", _write_half)
+    monkeypatch.setattr(soundfile.SoundFile, "write", _full_disk)
     with pytest.raises(OSError, match="disk full"):
         write_recording(recording, path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["walk.wav"]
 
 
-def _write_half(stream, *_arguments, **_keywords):
-    stream.write(b"RIFF")
+def _full_disk(_sound, _steps):
     raise OSError("disk full")
+
+
+@pytest.mark.parametrize("suffix", [".wav", ".flac"])
+def test_pieces_give_the_bytes_of_the_recording(tmp_path, recording, suffix):
+    cuts = [recording.samples[:, a:b] for a, b in ((0, 7), (7, 3000), (3000, None))]
+    write_recording((Recording(cut, recording.sample_rate_hz) for cut in cuts), tmp_path / f"pieces{suffix}")
+    write_recording(recording, tmp_path / f"one{suffix}")
+    assert (tmp_path / f"pieces{suffix}").read_bytes() == (tmp_path / f"one{suffix}").read_bytes()
+
+
+def test_pieces_must_be_of_one_recording(tmp_path, recording):
+    other = Recording(recording.samples, 44_100.0)
+    with pytest.raises(ValueError, match="all pieces must be of 192000 Hz, got one of 44100 Hz"):
+        write_recording([recording, other], tmp_path / "walk.flac")
+    with pytest.raises(ValueError, match="got no pieces"):
+        write_recording([], tmp_path / "walk.flac")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
