@@ -22,6 +22,7 @@ from obstaclewatch.sound_speed import assumed_sound_speed
 from obstaclewatch.standing.detector import StandingDetector
 from obstaclewatch.support.former_places import keep
 from obstaclewatch.tracking.detector import TrackingDetector
+from obstaclewatch.tracking.settings import TrackingSettings
 
 __all__ = [
     "BeepDesign",
@@ -43,6 +44,7 @@ __all__ = [
     "RecordingHealth",
     "StandingDetector",
     "TrackingDetector",
+    "TrackingSettings",
     "assumed_sound_speed",
     "inspect_recording",
     "measure_mic_phase",

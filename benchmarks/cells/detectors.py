@@ -146,8 +146,11 @@ def check_detector(text: str, settings: PaperSettings) -> None:
         raise ValueError(f"detector '{text}' cannot be made: {error}") from error
 
 
-def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, PaperSettings, dict[str, Any]]:
-    """The class, the settings with its constants in brackets, and those constants that are its own."""
+def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, Any, dict[str, Any]]:
+    """The class, the settings with its constants in brackets, and those constants that are its own.
+
+    A class with a `settings_type` of its own gets those of the suite's settings that it knows.
+    """
     name = parse_detector(text)
     reading = name.arguments.get("reading", "")
     if reading and reading not in READINGS:
@@ -156,7 +159,15 @@ def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, PaperSetting
     own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA | {"reading"}}
     errata = {key: value for key, value in name.arguments.items() if key in ERRATA}
     changed = {key: _tuple(value) for key, value in name.arguments.items() if key in SETTINGS}
-    return detector_class(name), replace(settings, errata=replace(settings.errata, **errata), **changed), own
+    wanted, settings = detector_class(name), replace(settings, errata=replace(settings.errata, **errata), **changed)
+    taken = getattr(wanted, "settings_type", PaperSettings)
+    if taken is PaperSettings:
+        return wanted, settings, own
+    known = [each.name for each in fields(taken)]
+    unknown = sorted(name.arguments.keys() - own.keys() - set(known))
+    if unknown:
+        raise ValueError(f"detector '{text}' has no use for {unknown[0]}, only for {', '.join(known)}")
+    return wanted, taken(**{each: getattr(settings, each) for each in known}), own
 
 
 def _takes(wanted: type, argument: str) -> bool:

@@ -21,6 +21,7 @@ from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
 from obstaclewatch.tracking.moving_peaks import PeakFinder
 from obstaclewatch.tracking.range_fit import Timing, TrackRange
+from obstaclewatch.tracking.settings import TrackingSettings
 from obstaclewatch.tracking.track_before_detect import LineLikelihood
 from obstaclewatch.tracking.tracks import Approaches, Track
 from obstaclewatch.trajectories.posterior_grid import Expectation, TrajectoryGrid
@@ -63,6 +64,7 @@ class TrackingDetector(StreamingDetector):
         beep: the emitted signal.
         phone: where speaker and microphones are.
         settings: the ranges that are searched, the danger distance, the walker's width and the number of candidates.
+            Of `PaperSettings` no other constant may be changed.
         sound_speed_m_s: speed of sound that the detector assumes, whatever the air really does.
         pitch_rad: pitch of the phone, its top edge above the level; None to estimate it from the ground's echo.
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
@@ -91,20 +93,20 @@ class TrackingDetector(StreamingDetector):
     1.3 m/s, contact in 1.0 s
     """
 
+    settings_type = TrackingSettings
+
     def __init__(
         self,
         beep: BeepDesign,
         phone: PhoneGeometry,
-        settings: PaperSettings | None = None,
+        settings: TrackingSettings | PaperSettings | None = None,
         sound_speed_m_s: float = 343.0,
         pitch_rad: float | None = None,
         mic_phase_rad: float | None = 0.0,
     ) -> None:
         check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         check_mic_phase(mic_phase_rad)
-        self.settings = PaperSettings() if settings is None else settings
-        if self.settings.walker_half_width_m == 0.0:
-            raise ValueError("walker_half_width_m must be positive to judge trajectories, got 0.0")
+        self.settings = TrackingSettings.of(settings)
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
@@ -24,6 +23,7 @@ from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Reception, peak_readings
+from obstaclewatch.tracking.settings import TrackingSettings
 from obstaclewatch.walker.ground_height import HEIGHTS_M
 from obstaclewatch.walker.pitch_estimate import PitchEstimator
 from obstaclewatch.walker.pitch_oscillation import GroundEcho, ground_echo, ground_path_difference_m
@@ -97,7 +97,7 @@ class PeakFinder:
         self,
         beep: BeepDesign,
         phone: PhoneGeometry,
-        settings: PaperSettings,
+        settings: TrackingSettings,
         sound_speed_m_s: float,
         pitch_rad: float | None = 0.0,
     ) -> None:

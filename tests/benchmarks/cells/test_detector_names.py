@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from benchmarks.cells.compute import compute
-from benchmarks.cells.detectors import build_detector, detector_class, detector_label, parse_detector, source_digest
+from benchmarks.cells.detectors import (
+    build_detector,
+    check_detector,
+    detector_class,
+    detector_label,
+    parse_detector,
+    source_digest,
+)
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.situations.standing import standing_situation
 from benchmarks.cells.situations.variation import varied
@@ -136,3 +143,10 @@ def test_a_class_that_takes_no_speed_of_sound_is_not_told(module):
     )
     own = build_detector("mine_for_a_test.detectors:Own", BeepDesign(), PHONE, PaperSettings(), 0.5, 351.0)
     assert own.pitch_rad == 0.5
+
+
+def test_a_detector_with_settings_of_its_own_gets_those_alone():
+    """A suite's settings are for all its detectors; what stands in a detector's brackets is meant for it."""
+    check_detector("TrackingDetector(danger_m=2.0)", PaperSettings(cfar_factor=4.24))
+    with pytest.raises(ValueError, match="has no use for votes_needed, only for near_m, far_m"):
+        check_detector("TrackingDetector(votes_needed=3)", PaperSettings())

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from obstaclewatch import Flag, PaperSettings, Recording, StandingDetector, TrackingDetector
+from obstaclewatch import Flag, PaperSettings, Recording, StandingDetector, TrackingDetector, TrackingSettings
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record, recording, true_range
 
 GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
@@ -161,3 +161,11 @@ def test_a_phase_must_be_a_number_or_unknown(phase):
     with pytest.raises(ValueError, match="mic_phase_rad must be finite or None, got"):
         TrackingDetector(BEEP, PHONE, mic_phase_rad=phase)
     TrackingDetector(BEEP, PHONE, mic_phase_rad=None)
+
+
+def test_constants_of_the_paper_that_it_has_no_use_for_are_refused():
+    """They were ignored without a word: votes_needed=1 changed nothing."""
+    with pytest.raises(ValueError, match=r"TrackingDetector takes near_m, .*, got votes_needed=1"):
+        TrackingDetector(BEEP, PHONE, PaperSettings(votes_needed=1))
+    ours = TrackingDetector(BEEP, PHONE, TrackingSettings(danger_m=2.0)).settings
+    assert ours == TrackingDetector(BEEP, PHONE, PaperSettings(danger_m=2.0)).settings
