@@ -164,7 +164,8 @@ def _straight_crossings(mirrors, source, target, pose, order, sequence):
 @numba.njit(cache=True)
 def _images(mirrors, n, source, sequence, order, images):
     """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
-    images[0] = source
+    for x in range(3):
+        images[0, x] = source[x]
     for k in range(order):
         normal = mirrors.normal[n, sequence[k]]
         height = dot(images[k], normal) - mirrors.offset_m[n, sequence[k]]
@@ -180,7 +181,7 @@ def _backtrack(mirrors, n, images, sequence, depth, target, hits):
         images: (depth + 1, 3) the source, then its images.
         hits: (depth, 3) filled in.
     """
-    end = target.copy()
+    end = target
     for k in range(depth - 1, -1, -1):
         p, image = sequence[k], images[k + 1]
         normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
@@ -197,16 +198,18 @@ def _backtrack(mirrors, n, images, sequence, depth, target, hits):
         outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
         if not inside_patch(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
             return OUTSIDE
-        end[:] = hits[k]
+        end = hits[k]
     return REACHED
 
 
 @numba.njit(cache=True)
 def inside_patch(point, frame, normal, edges):
     """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
-    c, s = np.cos(frame[3]), np.sin(frame[3])
     dx, dy = point[0] - frame[0], point[1] - frame[1]
-    local = (c * dx + s * dy, -s * dx + c * dy, point[2] - frame[2])
+    if frame[3] != 0.0:
+        c, s = np.cos(frame[3]), np.sin(frame[3])
+        dx, dy = c * dx + s * dy, -s * dx + c * dy
+    local = (dx, dy, point[2] - frame[2])
     drop = 0
     for k in range(1, 3):
         if abs(normal[k]) > abs(normal[drop]):
@@ -216,11 +219,14 @@ def inside_patch(point, frame, normal, edges):
     odd = False
     for e in range(len(edges)):
         ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
+        if max(vi, vj) < v - BORDER_M or min(vi, vj) > v + BORDER_M or max(ui, uj) < u - BORDER_M:
+            continue  # not on the edge, and the edge not to the right
         du, dv = uj - ui, vj - vi
-        length2 = du * du + dv * dv
-        t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
-        if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
-            return True
+        if min(ui, uj) <= u + BORDER_M:
+            length2 = du * du + dv * dv
+            t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
+            if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
+                return True
         if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
             odd = not odd
     return odd
