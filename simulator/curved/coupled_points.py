@@ -8,45 +8,20 @@ Newton's method: four or five of them settle to rounding.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.curved import stationary as curved
+from simulator.curved.stationary import StationaryPoints, follow
 from simulator.surfaces.reflectors import SmoothSurface
-from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 
 TURNS, SETTLED_M = 16, 1e-11
-
-
-@dataclass(frozen=True)
-class Place:
-    """R points on a surface, world frame, as `curved.StationaryPoints`; `clear`: within the facet, on its front."""
-
-    face: Ints
-    uv: Floats
-    point_m: Floats
-    normal: Floats
-    curvature: Floats
-    clear: Flags
-
-    def __getitem__(self, index: NDArray) -> Place:
-        return Place(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
-
-    def with_rows(self, index: Ints, rows: Place) -> Place:
-        """A copy with some rows replaced."""
-        columns = [getattr(self, name).copy() for name in self.__dataclass_fields__]
-        for column, name in zip(columns, self.__dataclass_fields__, strict=True):
-            column[index] = getattr(rows, name)
-        return Place(*columns)
 
 
 def settle(
     surfaces: Sequence[SmoothSurface], frames: Sequence[Floats], source: Floats, receiver: Floats,
     guess: Sequence[tuple[Ints, Floats]], second_m: Floats,
-) -> tuple[Place, Place, Flags]:  # fmt: skip
+) -> tuple[StationaryPoints, StationaryPoints, Flags]:  # fmt: skip
     """Both reflection points of R paths from rough ones.
 
     Args:
@@ -59,8 +34,8 @@ def settle(
         The two places, and (R,) whether they settled, each within its facet and in front of its surface.
     """
     towards = second_m.copy()
-    first = followed(surfaces[0], frames[0], source, towards, *guess[0])
-    second = followed(surfaces[1], frames[1], first.point_m, receiver, *guess[1])
+    first = follow(surfaces[0], frames[0], source, towards, *guess[0])
+    second = follow(surfaces[1], frames[1], first.point_m, receiver, *guess[1])
     moving, settled = np.arange(len(towards)), np.zeros(len(towards), dtype=bool)
     for turn in range(TURNS):
         here, there = first[moving], second[moving]
@@ -73,23 +48,15 @@ def settle(
         if len(moving) == 0:
             break
         towards[moving] = there.point_m + _turns_to_come(step, source[moving], receiver[moving], here, there)
-        here = followed(surfaces[0], frames[0][moving], source[moving], towards[moving], here.face, here.uv)
-        there = followed(surfaces[1], frames[1][moving], here.point_m, receiver[moving], there.face, there.uv)
+        here = follow(surfaces[0], frames[0][moving], source[moving], towards[moving], here.face, here.uv)
+        there = follow(surfaces[1], frames[1][moving], here.point_m, receiver[moving], there.face, there.uv)
         first, second = first.with_rows(moving, here), second.with_rows(moving, there)
     return first, second, settled
 
 
-def followed(surface: SmoothSurface, frame: Floats, source: Floats, receiver: Floats, face: Ints, uv: Floats) -> Place:
-    """Stationary points between world points, walking from known ones."""
-    ends = into_rest(source, frame), into_rest(receiver, frame)
-    hit = curved.follow(surface, *ends, face, uv)
-    rises = np.stack([np.sum((end - hit.point_m) * hit.normal, axis=1) for end in ends])
-    clear = hit.inside_facet & (rises > 0.0).all(axis=0) & (hit.outside | (not surface.closed))
-    point, yaw = out_of_rest(hit.point_m, frame), frame[:, 3]
-    return Place(hit.face, hit.uv, point, rotated(hit.normal, yaw), rotated_tensor(hit.curvature, yaw), clear)
-
-
-def _turns_to_come(step: Floats, source: Floats, receiver: Floats, first: Place, second: Place) -> Floats:
+def _turns_to_come(
+    step: Floats, source: Floats, receiver: Floats, first: StationaryPoints, second: StationaryPoints
+) -> Floats:
     """(R, 3) the steps of all turns after the last: ((1 - J)^-1 - 1) step, in the tangent plane."""
     own_1, frame_1 = _hessian(first, source, second.point_m)
     own_2, frame_2 = _hessian(second, first.point_m, receiver)
@@ -100,11 +67,11 @@ def _turns_to_come(step: Floats, source: Floats, receiver: Floats, first: Place,
     flat = np.einsum("rai,ri->ra", frame_2, step)
     ahead = _solve(np.eye(2) - turn, flat[:, :, None])[:, :, 0]
     size, whole = np.linalg.norm(flat, axis=1), np.linalg.norm(ahead, axis=1)
-    ahead *= np.minimum(1.0, 10.0 * size / np.maximum(whole, 1e-300))[:, None]  # ten radii at the most
+    ahead *= np.minimum(1.0, 10.0 * size / np.maximum(whole, 1e-300))[:, None]  # no further than ten such steps
     return np.einsum("rai,ra->ri", frame_2, ahead - flat)
 
 
-def _hessian(place: Place, source: Floats, receiver: Floats) -> tuple[Floats, Floats]:
+def _hessian(place: StationaryPoints, source: Floats, receiver: Floats) -> tuple[Floats, Floats]:
     """(R, 2, 2) second derivatives of the length of both segments along the surface, and (R, 2, 3) the tangents."""
     normal = place.normal
     helper = np.where(np.abs(normal[:, :1]) < 0.6, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])

@@ -21,15 +21,15 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
-from simulator.curved.coupled_points import Place, settle
-from simulator.images.image_tree import Images, images_lighting
+from simulator.curved.coupled_points import settle
+from simulator.images.image_tree import Images, images_lighting, matches
 from simulator.images.plane_walks import last_image
-from simulator.images.unfolding import Turns, matches, straightened, unfolded
+from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated, nothing
-from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
+from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -171,11 +171,10 @@ def _sighted(tracing: Tracing, index: int, target: Floats, poses: Ints, mirrors:
     images = images_lighting(tracing, surface, middle, mirrors, limit_m, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]
-    hit = curved.find(surface, into_rest(images.point_m, frame), into_rest(target[images.pose], frame))
-    images, frame = images[hit.query], frame[hit.query]
-    points = np.stack([images.point_m, out_of_rest(hit.point_m, frame), target[images.pose]], axis=1)
-    normal, curvature = rotated(hit.normal, frame[:, 3]), rotated_tensor(hit.curvature, frame[:, 3])
-    amplitude = np.abs(spreading(points, normal[:, None], curvature[:, None], np.ones(len(hit), dtype=np.int64)))
+    hit = curved.find(surface, frame, images.point_m, target[images.pose])
+    images, once = images[hit.query], np.ones(len(hit), dtype=np.int64)
+    points = np.stack([images.point_m, hit.point_m, target[images.pose]], axis=1)
+    amplitude = np.abs(spreading(points, hit.normal[:, None], hit.curvature[:, None], once))
     length = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
     factor = np.minimum(amplitude * length, 1.0) * _loss(tracing, surface)
     return Sighting(images, hit.face, hit.uv, points[:, 1], factor)
@@ -233,7 +232,7 @@ def _both_directions(search: Search, pair: tuple[int, int], left: Sighting, righ
     return parts
 
 
-def _paths(search: Search, mic: int, met: list[tuple[int, Images, Place]]) -> Candidates:
+def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.StationaryPoints]]) -> Candidates:
     """Candidates over two settled places, each given with its surface and the images on its side."""
     tracing, ((one, before, first), (two, after, second)) = search.tracing, met
     points = np.stack([first.point_m, second.point_m], axis=1)

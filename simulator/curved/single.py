@@ -12,11 +12,11 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from simulator.curved import stationary as curved
-from simulator.images.image_tree import Images, images_lighting
-from simulator.images.unfolding import Turns, image_pairs, straightened, unfolded
+from simulator.images.image_tree import Images, image_pairs, images_lighting
+from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates, concatenated
-from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
+from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -32,7 +32,7 @@ def mixed(search: Search, index: int) -> Candidates:
         left, right = image_pairs(lit, received, search.max_order)
         before, after = lit[left], received[right]
         frame = tracing.placed[before.pose, surface.obstacle]
-        hit = curved.find(surface, into_rest(before.point_m, frame), into_rest(after.point_m, frame))
+        hit = curved.find(surface, frame, before.point_m, after.point_m)
         _book_missing(search, index, mic, before, after, hit)
         parts.append(_reflected(search, index, mic, before[hit.query], after[hit.query], hit))
     return concatenated(parts)
@@ -65,18 +65,16 @@ def _reflected(
     search: Search, index: int, mic: int, before: Images, after: Images, hit: curved.StationaryPoints
 ) -> Candidates:
     """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
-    tracing, surface = search.tracing, search.tracing.world.surfaces[index]
-    frame = tracing.placed[before.pose, surface.obstacle]
-    number = np.full(len(hit), tracing.world.numbering.number(Interaction.CURVED, index))
-    point = out_of_rest(hit.point_m, frame)
-    normal, curvature = rotated(hit.normal, frame[:, 3]), rotated_tensor(hit.curvature, frame[:, 3])
+    surface = search.tracing.world.surfaces[index]
+    number = np.full((len(hit), 1), search.tracing.world.numbering.number(Interaction.CURVED, index))
 
     def amplitude() -> Floats:
-        points = np.stack([before.point_m, point, after.point_m], axis=1)
-        return np.abs(spreading(points, normal[:, None], curvature[:, None], np.ones(len(point), dtype=np.int64)))
+        points = np.stack([before.point_m, hit.point_m, after.point_m], axis=1)
+        once = np.ones(len(hit), dtype=np.int64)
+        return np.abs(spreading(points, hit.normal[:, None], hit.curvature[:, None], once))
 
-    found, ok, place = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), amplitude)
+    found, ok, place = unfolded(search, Turns(mic, before, after, hit.point_m[:, None], number), amplitude)
     return found.with_reflection(
-        place, normal=normal[ok], curvature=curvature[ok], lift_m=2.0 * surface.sag_m[hit.face[ok]],
+        place, normal=hit.normal[ok], curvature=hit.curvature[ok], lift_m=2.0 * surface.sag_m[hit.face[ok]],
         face=hit.face[ok], uv=hit.uv[ok],
     )  # fmt: skip

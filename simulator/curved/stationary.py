@@ -8,15 +8,17 @@ positions and be many decibels too loud where found.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.surfaces.facet_groups import may_mirror
-from simulator.surfaces.quadratic_triangles import dot, surface_at, surface_moves, with_curvature
+from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
+from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
 CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
@@ -29,7 +31,7 @@ INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary p
 
 @dataclass(frozen=True)
 class StationaryPoints:
-    """Points where a surface mirrors one point into another.
+    """H points where a surface mirrors one point into another, world frame.
 
     Attributes:
         query: (H,) index of the pair of points; sorted.
@@ -38,8 +40,7 @@ class StationaryPoints:
         point_m: (H, 3).
         normal: (H, 3) unit normal on the side of the two points.
         curvature: (H, 3, 3) tensor K, dn = K dx along the surface, 1/m; positive where convex.
-        outside: (H,) whether that side is the mesh's outside.
-        inside_facet: (H,) whether the position is within the facet; not where a crease was run over.
+        clear: (H,) whether the place is within the facet, not where a crease was run over, and in front of it.
     """
 
     query: Ints
@@ -48,42 +49,61 @@ class StationaryPoints:
     point_m: Floats
     normal: Floats
     curvature: Floats
-    outside: Flags
-    inside_facet: Flags
+    clear: Flags
 
     def __len__(self) -> int:
         return len(self.query)
 
+    def __getitem__(self, index: NDArray) -> StationaryPoints:
+        return StationaryPoints(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
-def find(surface: SmoothSurface, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
+    def with_rows(self, index: Ints, rows: StationaryPoints) -> StationaryPoints:
+        """A copy with some rows replaced but for their queries."""
+        columns = {name: getattr(self, name).copy() for name in self.__dataclass_fields__ if name != "query"}
+        for name, column in columns.items():
+            column[index] = getattr(rows, name)
+        return replace(self, **columns)
+
+
+def find(surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
     """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points.
+
+    Args:
+        frame: (Q, 4) where the surface stands for each pair.
+        source_m, receiver_m: (Q, 3) in the world.
 
     Raises:
         ValueError: more of them than a smooth surface has.
     """
-    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
-    pieces = surface.clusters
+    pieces, ends = surface.clusters, _ends_at_rest(frame, source_m, receiver_m)
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, source, receiver
-    )  # type: ignore[call-arg]
+        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, *ends
+    )  # type: ignore[call-arg]  # fmt: skip
     if (count > MAX_HITS).any():
         raise ValueError(
             f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
             f"{np.round(surface.center_m, 3).tolist()} m from the phone: smooth its mesh, or call it flat"
         )
-    query = np.repeat(np.arange(len(source)), count)
+    query = np.repeat(np.arange(len(frame)), count)
     slot = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
-    return _complete(surface, source, receiver, query, face[query, slot], uv[query, slot])
+    return _complete(surface, frame, ends, query, face[query, slot], uv[query, slot])
 
 
-def follow(surface: SmoothSurface, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats) -> StationaryPoints:
+def follow(
+    surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats
+) -> StationaryPoints:
     """The stationary point of each of Q pairs that continues a known one, walking from facet to facet.
 
     At a crease the last facet is extended: a path that ends within a beep keeps its smooth delay to the end of it.
     """
-    source, receiver = np.ascontiguousarray(source_m), np.ascontiguousarray(receiver_m)
-    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, source, receiver, face, uv)
-    return _complete(surface, source, receiver, np.arange(len(source)), new_face, new_uv)
+    ends = _ends_at_rest(frame, source_m, receiver_m)
+    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, *ends, face, uv)  # type: ignore[call-arg]
+    return _complete(surface, frame, ends, np.arange(len(frame)), new_face, new_uv)
+
+
+def _ends_at_rest(frame: Floats, source_m: Floats, receiver_m: Floats) -> tuple[Floats, Floats]:
+    """(Q, 3) sources and receivers as the surface sees them."""
+    return np.ascontiguousarray(into_rest(source_m, frame)), np.ascontiguousarray(into_rest(receiver_m, frame))
 
 
 def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
@@ -91,28 +111,31 @@ def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
 
 
 def _complete(
-    surface: SmoothSurface, source: Floats, receiver: Floats, query: Ints, face: Ints, uv: Floats
+    surface: SmoothSurface, frame: Floats, ends: tuple[Floats, Floats], query: Ints, face: Ints, uv: Floats
 ) -> StationaryPoints:
+    """What is known of the surface at places that mirror ends at rest, back in the world."""
     point, normal, curvature = with_curvature(*_arrays(surface), surface.curvature, face, uv)
-    side = np.sign(
-        np.sum(normal * (source[query] - point), axis=1) + np.sum(normal * (receiver[query] - point), axis=1)
-    )
-    side = np.where(side == 0.0, 1.0, side)
+    rises = np.stack([np.sum(normal * (end[query] - point), axis=1) for end in ends])
+    side = np.where(rises.sum(axis=0) < 0.0, -1.0, 1.0)
     eta, zeta = uv[:, 0], uv[:, 1]
     within = (zeta >= -INSIDE) & (eta <= 1.0 + INSIDE) & (zeta <= eta + INSIDE)
+    clear = within & (side * rises > 0.0).all(axis=0) & ((side > 0.0) | (not surface.closed))
+    yaw = frame[query, 3]
     return StationaryPoints(
-        query, face, uv, point, normal * side[:, None], curvature * side[:, None, None], side > 0.0, within
-    )
+        query, face, uv, out_of_rest(point, frame[query]), rotated(normal * side[:, None], yaw),
+        rotated_tensor(curvature * side[:, None, None], yaw), clear,
+    )  # fmt: skip
 
 
 @numba.njit(cache=True)
-def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work):
+def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet.
 
-    Place, unit normal and that sum are left in the first rows of `work`, where rows 3 and 4 hold the axes.
+    Place, unit normal and that sum are left in the first rows of `work`, where rows 3 and 4 hold the axes. The (2, 2)
+    derivatives by eta and by zeta are filled into the columns of `slope`.
     """
-    x, n, h = work[0], work[1], work[2]
-    surface_at(corner, normal, bulge, eta, zeta, x, n)
+    x, n, h, dh = work[0], work[1], work[2], work[9]
+    surface_around(corner, normal, bulge, eta, zeta, x, n, work[5:7], work[7:9])
     ls = lr = 0.0
     for k in range(3):
         ls += (source[k] - x[k]) ** 2
@@ -121,6 +144,16 @@ def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work):
     for k in range(3):
         h[k] = (source[k] - x[k]) * ls + (receiver[k] - x[k]) * lr
     along = dot(h, n)
+    for side in range(2):
+        dx, dn = work[5 + side], work[7 + side]
+        for k in range(3):
+            dh[k] = 0.0
+        _add_turn(x, dx, source, ls, dh)
+        _add_turn(x, dx, receiver, lr, dh)
+        change = dot(dh, n) + dot(h, dn)
+        for i in range(2):
+            axis = work[3 + i]
+            slope[i, side] = dot(dh, axis) - change * dot(n, axis) - along * dot(dn, axis)
     f = g = 0.0
     for k in range(3):
         t = h[k] - along * n[k]
@@ -130,31 +163,13 @@ def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work):
 
 
 @numba.njit(cache=True)
-def _slopes(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
-    """Fill in (2, 2) derivatives of the mismatch, by eta and by zeta in columns, from what `_mismatch` has left."""
-    x, n, h, dx, dn, dh = work[0], work[1], work[2], work[5], work[6], work[7]
-    along = dot(h, n)
-    for side in range(2):
-        surface_moves(corner, normal, bulge, eta, zeta, side, dx, dn)
-        for k in range(3):
-            dh[k] = 0.0
-        _add_turn(x, dx, source, dh)
-        _add_turn(x, dx, receiver, dh)
-        change = dot(dh, n) + dot(h, dn)
-        for i in range(2):
-            axis = work[3 + i]
-            slope[i, side] = dot(dh, axis) - change * dot(n, axis) - along * dot(dn, axis)
-
-
-@numba.njit(cache=True)
-def _add_turn(x, dx, end, dh):
+def _add_turn(x, dx, end, inverse, dh):
     """Add the change of the unit vector u from x to an end as x moves by dx: (u (u . dx) - dx) / distance."""
-    square = product = 0.0
+    product = 0.0
     for k in range(3):
-        square += (end[k] - x[k]) ** 2
         product += (end[k] - x[k]) * dx[k]
     for k in range(3):
-        dh[k] += ((end[k] - x[k]) * product / square - dx[k]) / np.sqrt(square)
+        dh[k] += ((end[k] - x[k]) * product * inverse * inverse - dx[k]) * inverse
 
 
 @numba.njit(cache=True)
@@ -185,9 +200,8 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     of a sliver, which are nearly one direction, what is across them would drown in rounding.
     """
     _facet_axes(corner, work[3], work[4])
-    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work)
+    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
     for _ in range(40):
-        _slopes(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
         a, b, c, d = slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1]
         det = a * d - b * c
         if det == 0.0:
@@ -200,7 +214,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
         merit, lower = f * f + g * g, False
         for _half in range(HALVINGS):
             there = eta - share * de, zeta - share * dz
-            f, g = _mismatch(corner, normal, bulge, source, receiver, there[0], there[1], work)
+            f, g = _mismatch(corner, normal, bulge, source, receiver, there[0], there[1], work, slope)
             lower = f * f + g * g < merit
             if lower:
                 break
@@ -252,7 +266,7 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
     face = np.zeros((queries, MAX_HITS), np.int64)
     uv = np.zeros((queries, MAX_HITS, 2))
     count = np.zeros(queries, np.int64)
-    point, work, slope = np.zeros((MAX_HITS, 3)), np.empty((8, 3)), np.empty((2, 2))
+    point, work, slope = np.zeros((MAX_HITS, 3)), np.empty((10, 3)), np.empty((2, 2))
     for q in range(queries):
         piece = 0
         while piece < len(facet):
@@ -280,7 +294,7 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
     eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1], work, slope)
     if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
         return False, eta, zeta
-    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work)
+    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
     x, cosines = work[0], dot(work[1], work[2])
     if (cosines if closed else abs(cosines)) <= RUNS_THROUGH:
         return False, eta, zeta
@@ -303,7 +317,7 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
 def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
     """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
     face, uv = face0.copy(), uv0.copy()
-    work, slope = np.empty((8, 3)), np.empty((2, 2))
+    work, slope = np.empty((10, 3)), np.empty((2, 2))
     for q in range(len(source)):
         t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
         came_from, returns = -1, 0

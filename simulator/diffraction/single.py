@@ -21,9 +21,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
-from simulator.images.image_tree import EdgeImages, images_of
+from simulator.images.image_tree import EdgeImages, images_of, matches
 from simulator.images.plane_walks import last_image
-from simulator.images.unfolding import Turns, matches, straightened, unfolded
+from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import out_of_rest, rotated

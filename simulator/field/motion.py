@@ -23,7 +23,7 @@ from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
+from simulator.world.frames import rotated
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -221,11 +221,9 @@ def _reflect_smoothly(
             continue
         at = place[rows]
         frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck_s[rows, at])
-        ends = into_rest(lit[rows], frame), into_rest(received[rows], frame)
-        hit = curved.follow(surface, *ends, moment.face[rows, at], moment.uv[rows, at])
-        moment.points_m[rows, at + 1] = out_of_rest(hit.point_m, frame)
-        moment.normal[rows, at] = rotated(hit.normal, frame[:, 3])
-        moment.curvature[rows, at] = rotated_tensor(hit.curvature, frame[:, 3])
+        hit = curved.follow(surface, frame, lit[rows], received[rows], moment.face[rows, at], moment.uv[rows, at])
+        moment.points_m[rows, at + 1] = hit.point_m
+        moment.normal[rows, at], moment.curvature[rows, at] = hit.normal, hit.curvature
         moment.face[rows, at], moment.uv[rows, at] = hit.face, hit.uv
 
 

@@ -132,6 +132,21 @@ def images_lighting(
     return found[in_turn(found.pose, found.sequence)]
 
 
+def image_pairs(lit: Images, received: Images, max_order: int) -> tuple[Ints, Ints]:
+    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
+    left, right = matches(lit.pose, received.pose)
+    keep = lit.order[left] + received.order[right] + 1 <= max_order
+    return left[keep], right[keep]
+
+
+def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
+    """Indices of every pair of equal elements, in order; `other` is sorted."""
+    first = np.searchsorted(other, key, "left")
+    count = np.searchsorted(other, key, "right") - first
+    left = np.repeat(np.arange(len(key)), count)
+    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+
+
 def images_of(tracing: Tracing, point_m: Floats, max_order: int, limit_m: float) -> EdgeImages:
     """Images of (N, 3) points, one a pose, with up to `max_order` mirrors; the point itself has none."""
     patches, mirrors = tracing.world.patches, tracing.mirrors

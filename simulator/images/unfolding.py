@@ -11,7 +11,6 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.images.image_method import MISSES, REACHED, crossed, straight
-from simulator.images.image_tree import Images
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.rejection_log import Rejected
 from simulator.world.search_context import Search
@@ -28,14 +27,6 @@ class Mirrors(Protocol):
 
     @property
     def sequence(self) -> Ints: ...
-
-
-def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
-    """Indices of every pair of equal elements, in order; `other` is sorted."""
-    first = np.searchsorted(other, key, "left")
-    count = np.searchsorted(other, key, "right") - first
-    left = np.repeat(np.arange(len(key)), count)
-    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
 
 
 @dataclass(frozen=True)
@@ -108,10 +99,3 @@ def _assembled(search: Search, turns: Turns, rows: Ints, hits_before: Floats, hi
         sequence[each, place + k], hits[each, place + k] = turns.reflector[rows, k], turns.point_m[rows, k]
     found = candidates(search.tracing, before.pose[rows], np.full(len(rows), turns.mic), sequence, hits)
     return with_plane_normals(search.tracing, found)
-
-
-def image_pairs(lit: Images, received: Images, max_order: int) -> tuple[Ints, Ints]:
-    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
-    left, right = matches(lit.pose, received.pose)
-    keep = lit.order[left] + received.order[right] + 1 <= max_order
-    return left[keep], right[keep]

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.images.image_tree import Images, images_lighting
-from simulator.images.unfolding import image_pairs
+from simulator.images.image_tree import Images, image_pairs, images_lighting
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing

@@ -59,22 +59,23 @@ def surface_at(corner, normal, bulge, eta, zeta, x, n):
 
 
 @numba.njit(cache=True)
-def surface_moves(corner, normal, bulge, eta, zeta, side, dx, dn):
-    """Derivatives of `surface_at` by eta (side 0) or zeta (side 1): of the position, and of the unit normal."""
-    size = along = 0.0
+def surface_around(corner, normal, bulge, eta, zeta, x, n, dx, dn):
+    """Position and unit normal as `surface_at`, and their derivatives by eta and zeta, (2, 3) each."""
+    surface_at(corner, normal, bulge, eta, zeta, x, n)
+    size = 0.0
     for k in range(3):
         c1, c2, c3 = bulge[0, k], bulge[1, k], bulge[2, k]
         cross = c3 - c1 - c2
-        if side == 0:
-            dx[k] = corner[1, k] - corner[0, k] - c1 + cross * zeta + 2.0 * c1 * eta
-        else:
-            dx[k] = corner[2, k] - corner[1, k] + c1 - c3 + cross * eta + 2.0 * c2 * zeta
-        dn[k] = normal[side + 1, k] - normal[side, k]
-        n = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
-        size, along = size + n * n, along + n * dn[k]
-    for k in range(3):
-        n = (1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k]
-        dn[k] = (dn[k] - along / size * n) / np.sqrt(size)
+        dx[0, k] = corner[1, k] - corner[0, k] - c1 + cross * zeta + 2.0 * c1 * eta
+        dx[1, k] = corner[2, k] - corner[1, k] + c1 - c3 + cross * eta + 2.0 * c2 * zeta
+        size += n[k] * ((1.0 - eta) * normal[0, k] + (eta - zeta) * normal[1, k] + zeta * normal[2, k])
+    for side in range(2):
+        along = 0.0
+        for k in range(3):
+            dn[side, k] = (normal[side + 1, k] - normal[side, k]) / size
+            along += dn[side, k] * n[k]
+        for k in range(3):
+            dn[side, k] -= along * n[k]
 
 
 @numba.njit(cache=True)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
-from simulator.world.frames import rotated
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -139,11 +138,10 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
 
 def with_plane_normals(tracing: Tracing, found: Candidates) -> Candidates:
     """The same with the normals of the planar reflections, on the incident side."""
-    patches, frames, normals = tracing.world.patches, tracing.placed, found.normal.copy()
+    normals = found.normal.copy()
     for k in range(found.sequence.shape[1]):
         flat = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
-        patch = found.sequence[flat, k]
-        normal = rotated(patches.normal[patch], frames[found.pose[flat], patches.obstacle[patch], 3])
+        normal = tracing.mirrors.normal[found.pose[flat], found.sequence[flat, k]]
         arriving, leaving = (
             np.sum(normal * (found.points_m[flat, k + 1 + i] - found.points_m[flat, k + i]), axis=1) for i in (0, 1)
         )
