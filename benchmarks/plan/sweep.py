@@ -12,8 +12,8 @@ from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import scipy
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
-from scipy.stats import qmc
 
 from benchmarks.cells.spec import Cell, first_error, variant_text
 
@@ -148,7 +148,7 @@ class Sweep(BaseModel, extra="forbid", frozen=True):
     def _sampled(self) -> list[Point]:
         rng, shape = np.random.default_rng(self.seed), (self.samples, len(self.over))
         latin = self.method == "latin-hypercube"
-        shares = qmc.LatinHypercube(shape[1], rng=rng).random(shape[0]) if latin else rng.random(shape)
+        shares = scipy.stats.qmc.LatinHypercube(shape[1], rng=rng).random(shape[0]) if latin else rng.random(shape)
         ranges = [each for each in self.over.values() if isinstance(each, Range)]
         return [
             {name: each.at(float(share)) for name, each, share in zip(self.over, ranges, row, strict=True)}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from benchmarks.scoring.statistics import BOOTSTRAP, mcnemar
 
@@ -82,7 +82,7 @@ def shift_of(
     value = float(summary(difference))
     if len(difference) == 1:
         return Shift(value, value, value, 1, had, has)
-    low, high = stats.bootstrap(
+    low, high = scipy.stats.bootstrap(
         (difference,), summary, n_resamples=BOOTSTRAP, batch=max(1, BATCH_VALUES // len(difference)), vectorized=True,
         confidence_level=2.0 * confidence - 1.0, method="percentile", rng=seed,
     ).confidence_interval  # fmt: skip

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from obstaclewatch.support.arrays import Floats
 
@@ -45,7 +45,7 @@ def exact_rate(k: int, n: int, confidence: float = 0.95) -> Rate:
         raise ValueError(f"k must lie within 0..n, got {k} of {n}")
     if n == 0:
         return Rate(0, 0, float("nan"), float("nan"))
-    interval = stats.binomtest(k, n).proportion_ci(confidence, method="exact")
+    interval = scipy.stats.binomtest(k, n).proportion_ci(confidence, method="exact")
     return Rate(k, n, float(interval.low), float(interval.high))
 
 
@@ -53,7 +53,7 @@ def lower_bound(k: int, n: int, confidence: float = 0.95) -> float:
     """One-sided exact lower bound of a proportion (Clopper and Pearson 1934), for gates; NaN where n is 0."""
     if n == 0:
         return float("nan")
-    return float(stats.binomtest(k, n, alternative="greater").proportion_ci(confidence, method="exact").low)
+    return float(scipy.stats.binomtest(k, n, alternative="greater").proportion_ci(confidence, method="exact").low)
 
 
 def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
@@ -76,14 +76,14 @@ def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) 
     The k-th smallest of n values lies above the quantile unless fewer than k lie below it; their number is binomial.
     """
     ranked = np.sort(np.asarray(values, dtype=np.float64))
-    k = int(stats.binom.ppf(confidence, len(ranked), q))
+    k = int(scipy.stats.binom.ppf(confidence, len(ranked), q))
     return float(ranked[k]) if k < len(ranked) else float("nan")
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
     """Exact two-sided p of two detectors on the same walks, from the discordant pairs (McNemar 1947)."""
     discordant = only_first + only_second
-    return 1.0 if discordant == 0 else float(stats.binomtest(only_first, discordant, 0.5).pvalue)
+    return 1.0 if discordant == 0 else float(scipy.stats.binomtest(only_first, discordant, 0.5).pvalue)
 
 
 def paired_interval(gained: int, lost: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -101,8 +101,10 @@ def paired_interval(gained: int, lost: int, n: int, confidence: float = 0.95) ->
         raise ValueError(f"gained and lost must be 0 or more and n at most together, got {gained}, {lost} and {n}")
     if n == 0:
         return float("nan"), float("nan")
-    few, many = stats.binomtest(differing, n).proportion_ci(confidence, method="exact")
-    least, most = stats.binomtest(gained, differing).proportion_ci(confidence, method="exact") if differing else (0, 1)
+    few, many = scipy.stats.binomtest(differing, n).proportion_ci(confidence, method="exact")
+    least, most = (
+        scipy.stats.binomtest(gained, differing).proportion_ci(confidence, method="exact") if differing else (0, 1)
+    )
     low, high = 2.0 * least - 1.0, 2.0 * most - 1.0
     return float(low * (many if low < 0.0 else few)), float(high * (many if high > 0.0 else few))
 
@@ -147,7 +149,7 @@ def _cluster_bootstrap(data: Floats, labels: NDArray, q: float, seed: int) -> tu
         weight = np.cumsum(np.bincount(drawn, minlength=len(names))[owner])
         return float(ranked[np.searchsorted(weight, max(q * weight[-1], 1.0))])
 
-    found = stats.bootstrap(
+    found = scipy.stats.bootstrap(
         (np.arange(len(names)),), quantile, n_resamples=BOOTSTRAP, method="percentile", vectorized=False, rng=seed
     )
     return float(found.confidence_interval.low), float(found.confidence_interval.high)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from obstaclewatch.support.arrays import Floats
 
@@ -83,7 +83,7 @@ def _excess_power(samples: NDArray[np.floating], rate_hz: float) -> tuple[Floats
     frame, hop = round(FRAME_S * rate_hz), round(HOP_S * rate_hz)
     if len(samples) < 4 * frame:
         return np.zeros((1, 1)), np.zeros(1)
-    frequency, _, spectrum = signal.stft(
+    frequency, _, spectrum = scipy.signal.stft(
         samples, rate_hz, nperseg=frame, noverlap=frame - hop, boundary=None, padded=False
     )
     kept = frequency >= LOWEST_HZ
@@ -98,10 +98,10 @@ def _period_frames(energy: Floats) -> float | None:
     total = float(varying @ varying)
     if len(energy) < 2 * low or total <= 0.0:
         return None
-    lags = signal.correlate(varying, varying)[len(energy) - 1 :]
+    lags = scipy.signal.correlate(varying, varying)[len(energy) - 1 :]
     lags = lags / (total * (1.0 - np.arange(len(energy)) / len(energy)))
     high = min(high, len(energy) // 2)
-    peaks, shape = signal.find_peaks(lags[low : high + 1], height=LEAST_PERIODICITY)
+    peaks, shape = scipy.signal.find_peaks(lags[low : high + 1], height=LEAST_PERIODICITY)
     if len(peaks) == 0:
         return None
     first = peaks[np.argmax(shape["peak_heights"] >= 0.8 * shape["peak_heights"].max())] + low

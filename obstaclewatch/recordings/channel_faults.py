@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from obstaclewatch.recording import Recording
 from obstaclewatch.recordings.faults import Fault, Finding
@@ -65,8 +65,10 @@ def inverted_channel(recording: Recording) -> Finding | None:
     rate = recording.sample_rate_hz
     if recording.samples.shape[1] < rate / AMBIENT_HZ[0] * 10:
         return None
-    filtered = signal.sosfiltfilt(
-        signal.butter(2, AMBIENT_HZ, "bandpass", fs=rate, output="sos"), recording.samples.astype(np.float64), axis=1
+    filtered = scipy.signal.sosfiltfilt(
+        scipy.signal.butter(2, AMBIENT_HZ, "bandpass", fs=rate, output="sos"),
+        recording.samples.astype(np.float64),
+        axis=1,
     )
     power = np.sum(filtered**2, axis=1)
     steps = [quantisation_step(row) for row in recording.samples]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.alerts import plain_detectors
@@ -103,7 +103,7 @@ def calibration(run: RunData) -> PlotFigure:
                 style: Style = "line" if kind == "approach" else "dashed"
                 lines.append(Line(f"{detector}, {state}", detector, k, share, style))
                 said.append(f"{title}, {detector} {state}: {100 * np.mean(ratio <= 1.0):.0f} % within one deviation")
-        ideal = Line("normal errors", "muted", k, 100.0 * (2.0 * stats.norm.cdf(k) - 1.0), "dotted")
+        ideal = Line("normal errors", "muted", k, 100.0 * (2.0 * scipy.stats.norm.cdf(k) - 1.0), "dotted")
         panels.append(
             Panel(
                 title,
@@ -157,7 +157,7 @@ def _budget(run: RunData, walking: Table, still: Table, biased: bool) -> tuple[F
     ahead = beep.range_doppler_s * closing_speed(walking)
     both = np.concatenate([walking["snr_db"], still["snr_db"]])
     bound = 0.5 * SPEED_M_S / (2 * np.pi * rms_bandwidth_hz(beep)) * 10.0 ** (-both / 20.0)
-    normal = np.abs(stats.norm.ppf((np.arange(len(bound)) + 0.5) / max(len(bound), 1)))
+    normal = np.abs(scipy.stats.norm.ppf((np.arange(len(bound)) + 0.5) / max(len(bound), 1)))
     noise = np.random.default_rng(0).permutation(normal) * bound
     rest = np.abs(error + ahead) if biased else np.full(len(error), np.nan)
     return np.abs(error), rest, np.abs(still["range_m"] - still["true_range_m"]), noise

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from benchmarks.cells.detectors import parse_detector
 from benchmarks.figures.measured import rate_text, sentences, walking_detectors
@@ -50,13 +50,13 @@ def _panel(tables: dict[str, Table], left_m: float) -> Panel:
     lines = [line for name, table in tables.items() for line in _lines(name, table, left_m)]
     end = max([2.2, *(0.1 + float(np.abs(np.concatenate([line.x, line.y])).max()) for line in lines)])
     chance = Line("", "muted", np.array([-end, end]), np.array([end, -end]), "dashed")
-    places = ((float(stats.norm.ppf(0.01 * share)), f"{share}") for share in SHARES)
+    places = ((float(scipy.stats.norm.ppf(0.01 * share)), f"{share}") for share in SHARES)
     return Panel(
         f"{left_m:g} m left" if left_m else "before contact",
         "false alerts, % of walks without a collision",
         "collisions missed, %",
         (*lines, chance) if lines else (),
-        tuple(Guide("x", float(stats.norm.ppf(1.0 - tnr)), "") for tnr in TRUE_NEGATIVE_RATES),
+        tuple(Guide("x", float(scipy.stats.norm.ppf(1.0 - tnr)), "") for tnr in TRUE_NEGATIVE_RATES),
         x_range=(-end, end),
         y_range=(-end, end),
         places=tuple(place for place in places if abs(place[0]) <= end),
@@ -76,4 +76,4 @@ def _lines(name: str, table: Table, left_m: float) -> list[Line]:
 
 
 def _deviate(share: ArrayLike, count: int) -> Floats:
-    return np.asarray(stats.norm.ppf(np.clip(share, 0.5 / count, 1.0 - 0.5 / count)), dtype=np.float64)
+    return np.asarray(scipy.stats.norm.ppf(np.clip(share, 0.5 / count, 1.0 - 0.5 / count)), dtype=np.float64)

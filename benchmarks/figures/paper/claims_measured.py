@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from benchmarks.figures.bench.sensitivity import side_calls
 from benchmarks.figures.bench.variants import band_name, variants
@@ -141,7 +141,7 @@ def radius_correlation(run: RunData, detector: str) -> Measurement:
     true, found = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
     if len(true) < 4 or np.ptp(true) == 0.0 or np.ptp(found) == 0.0:
         return NO_MEASUREMENT
-    result = stats.pearsonr(true, found)
+    result = scipy.stats.pearsonr(true, found)
     ends = result.confidence_interval(0.95)
     return Measurement(
         float(result.statistic), float(ends.low), float(ends.high), len(true), f"{len(true)} objects", ""
@@ -201,7 +201,7 @@ def side_known(run: RunData, detector: str) -> Measurement:
     found = measured_rate(scores.rate(right[bearing >= 5.0]))
     if found.n == 0:
         return NO_MEASUREMENT
-    test = stats.binomtest(int(right[bearing >= 5.0].sum()), found.n, 0.5)
+    test = scipy.stats.binomtest(int(right[bearing >= 5.0].sum()), found.n, 0.5)
     words = f"{found.shown(found.value)} of sides right"
     return Measurement(found.value - 0.5, np.nan, np.nan, found.n, f"{found.n} beeps", "1", float(test.pvalue), words)
 
@@ -225,7 +225,7 @@ def more_often(first: Flags, second: Flags) -> Measurement:
     if len(first) == 0 or len(second) == 0:
         return NO_MEASUREMENT
     counts = [[int(part.sum()), int((~part).sum())] for part in (first, second)]
-    p = float(stats.fisher_exact(counts).pvalue)
+    p = float(scipy.stats.fisher_exact(counts).pvalue)
     words = f"{100 * first.mean():.1f} against {100 * second.mean():.1f} %"
     number = len(first) + len(second)
     return Measurement(
@@ -237,12 +237,12 @@ def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
     kept = np.isfinite(x) & np.isfinite(y)
     if kept.sum() < 3 or np.ptp(y[kept]) == 0.0:
         return NO_MEASUREMENT
-    result = stats.spearmanr(x[kept], y[kept])
+    result = scipy.stats.spearmanr(x[kept], y[kept])
     count, p = int(kept.sum()), float(result.pvalue)
     if count <= FEW:
         # scipy's p is asymptotic: 0 for any perfect order, which 4 objects reach by chance 1 time in 12
-        p = float(stats.permutation_test(
-            (x[kept],), lambda a: stats.spearmanr(a, y[kept]).statistic, permutation_type="pairings",
+        p = float(scipy.stats.permutation_test(
+            (x[kept],), lambda a: scipy.stats.spearmanr(a, y[kept]).statistic, permutation_type="pairings",
             n_resamples=np.inf, vectorized=False,
         ).pvalue)  # fmt: skip
     return Measurement(

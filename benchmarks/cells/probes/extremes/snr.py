@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.stats import ncx2
+import scipy
 
 from benchmarks.cells.probes.extremes.mirrors import MICS_M, SOUND_M_S, SPEAKER_M
 from benchmarks.cells.probes.extremes.sound import chirp
@@ -27,7 +27,7 @@ def detector_snr(snr_db: float) -> Errors:
     found = _range_errors_m(snr_db)
     near = found[np.abs(found) < NEAR_M]
     missed = 1.0 - len(near) / TRIALS
-    expected = float(ncx2.cdf(THRESHOLD**2, 2, 10.0 ** (snr_db / 10.0)))
+    expected = float(scipy.stats.ncx2.cdf(THRESHOLD**2, 2, 10.0 ** (snr_db / 10.0)))
     sampling = 3.0 * math.sqrt(max(expected * (1.0 - expected), 1.0 / TRIALS) / TRIALS)
     errors = {"missed": Error(missed - expected, sampling + 0.05)}
     if snr_db >= 20.0:
