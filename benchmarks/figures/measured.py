@@ -87,12 +87,6 @@ def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flag
     return Line(detector, detector, x, value, "points", low, high)
 
 
-def part(table: Table, column: str, value: object) -> Table:
-    """The rows in which a column has that value."""
-    rows = table[column] == value
-    return {name: values[rows] for name, values in table.items()}
-
-
 def rate_bar(group: str, series: str, found: Rate, paper: PaperValue | None = None) -> Bar:
     """A rate in percent with its exact interval."""
     return Bar(group, series, *percents(found), f"{found.k}/{found.n}", found.n, paper)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.gates.config import Gates, MedianClaim, RateClaim
-from benchmarks.gates.quantities import QUANTITIES, per_walk_of, rows_where, tables_where, walk_tables
+from benchmarks.gates.quantities import QUANTITIES, per_walk_of, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import (
@@ -13,6 +13,7 @@ from benchmarks.scoring.scores import (
     approach_table,
     chosen,
     recipe_of,
+    rows_where,
     swept,
     true_negative_rate,
     true_positive_rate,

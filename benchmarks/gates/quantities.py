@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen
+from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen, rows_where
 from obstaclewatch.support.arrays import Floats
 
 Worse = Literal["up", "either"]
@@ -108,12 +108,3 @@ def judged_right(run: RunData, detector: str) -> dict[str, tuple[bool, bool]]:
 def tables_where(tables: WalkTables, **values: str | float | None) -> WalkTables:
     """Both tables cut to rows whose columns have these values; None leaves a column free."""
     return WalkTables(rows_where(tables.beeps, **values), rows_where(tables.walks, **values))
-
-
-def rows_where(table: Table, **values: str | float | None) -> Table:
-    """The rows whose columns have these values; None, or a column that the table lacks, leaves them free."""
-    mask = np.ones(len(table["label"]), dtype=bool)
-    for column, value in values.items():
-        if value is not None and column in table:
-            mask &= table[column] == value
-    return chosen(table, mask)

@@ -10,10 +10,10 @@ from itertools import product
 import numpy as np
 
 from benchmarks.cells.spec import counts_as
-from benchmarks.figures.measured import detectors_of, judged_detectors, part, strata
+from benchmarks.figures.measured import detectors_of, judged_detectors, strata
 from benchmarks.report.verdict import Measured, rate_measured
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import Table, approach_table, chosen, true_negative_rate, true_positive_rate
+from benchmarks.scoring.scores import Table, approach_table, chosen, rows_where, true_negative_rate, true_positive_rate
 from obstaclewatch.support.arrays import Ints, Strings
 
 UNKNOWN = "unknown"
@@ -59,9 +59,12 @@ def strata_table(run: RunData) -> list[Stratum]:
         for c in run.cells
         if counts_as(c["cell"], "approach")
     }
-    every = product(*(strata(run, column) for column in ("scene", "category", "phone")))
+    columns = ("scene", "category", "phone")
+    every = product(*(strata(run, column) for column in columns))
     return [
-        Stratum(*key, tuple(_both_rates(_narrowed(tables[name], *key)) for name in names))
+        Stratum(
+            *key, tuple(_both_rates(rows_where(tables[name], **dict(zip(columns, key, strict=True)))) for name in names)
+        )
         for key in every
         if key in planned
     ]
@@ -91,10 +94,6 @@ def failures(run: RunData) -> list[tuple[str, str]]:
 
 def _both_rates(table: Table) -> tuple[Measured, Measured]:
     return rate_measured(true_positive_rate(table)), rate_measured(true_negative_rate(table))
-
-
-def _narrowed(table: Table, scene: str, category: str, phone: str) -> Table:
-    return part(part(part(table, "scene", scene), "category", category), "phone", phone)
 
 
 def _missed(run: RunData, name: str, table: Table, most: int) -> WorstCases:

@@ -17,7 +17,6 @@ from benchmarks.figures.measured import (
     against_paper,
     detectors_of,
     judged_detectors,
-    part,
     quantile_over_walks,
     significant,
 )
@@ -38,6 +37,7 @@ from benchmarks.scoring.scores import (
     false_alerts_over_negatives,
     narrow_alone,
     recipe_of,
+    rows_where,
     swept,
     true_negative_rate,
     true_positive_rate,
@@ -251,7 +251,7 @@ def _error(
 
 
 def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quantile: float, range_m: float) -> Measured:
-    there = Tables(tables.walks, tables.walking, part(tables.standing, "standing_range_m", range_m))
+    there = Tables(tables.walks, tables.walking, rows_where(tables.standing, standing_range_m=range_m))
     return _error("standing", column, "m", quantile, there, paper)
 
 

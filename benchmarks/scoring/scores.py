@@ -161,9 +161,13 @@ def _score(decisions: Mapping[str, Any], collides: bool, left_m: float) -> float
     return max((p for p, left in stated if not collides or left >= left_m), default=0.0)
 
 
-def by(table: Table, column: str) -> dict[Any, Table]:
-    """The table cut by the values of a column, in sorted order."""
-    return {value: chosen(table, table[column] == value) for value in np.unique(table[column])}
+def rows_where(table: Table, **values: str | float | None) -> Table:
+    """The rows whose columns have these values; None, or a column that the table lacks, leaves them free."""
+    mask = np.ones(len(table["label"]), dtype=bool)
+    for column, value in values.items():
+        if value is not None and column in table:
+            mask &= table[column] == value
+    return chosen(table, mask)
 
 
 def chosen(table: Table, mask: Flags) -> Table:

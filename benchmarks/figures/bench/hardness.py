@@ -22,8 +22,9 @@ WIDTHS = (3.7, 1.5, 1.75, 1.75, 1.75, 1.75)
 def rates_by_stratum(run: RunData) -> TableFigure:
     """TP at every distance left and TN of each stratum and detector."""
     tables = {name: approach_table(run, name) for name in plain_detectors(run)}
-    names = next((list(strata(table)) for table in tables.values()), [])
-    rows = [_row(s, d, chosen(table, strata(table)[s])) for s in names for d, table in tables.items()]
+    cut = {name: strata(table) for name, table in tables.items()}
+    names = dict.fromkeys(stratum for found in cut.values() for stratum in found)
+    rows = [_row(s, d, chosen(tables[d], cut[d][s])) for s in names for d in tables if s in cut[d]]
     note = (
         "In brackets: exact 95 % interval, %. Overlap: how far the target reaches into the walker's half width, seen "
         "from the line of the phone. Index: 2E/N0 of the target's strongest echo at microphone 0 between 2 and 1 m, "

@@ -14,13 +14,12 @@ from benchmarks.figures.measured import (
     NO_DATA,
     error_curve,
     judged_detectors,
-    part,
     quantile_over_walks,
     significant,
 )
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
-from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, narrow_alone
+from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, narrow_alone, rows_where
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
 INTERVALS = "In brackets: 95 % bootstrap intervals over walks."
@@ -35,7 +34,7 @@ def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
     """
     curves: list[Curve] = []
     for detector in judged_detectors(run):
-        table = part(beep_table(run, detector, "standing"), "standing_range_m", range_m)
+        table = rows_where(beep_table(run, detector, "standing"), standing_range_m=range_m)
         curves += [
             error_curve(table, f"{column}_m", f"true_{column}_m", "m", f"{detector}, {label}", detector, 0.9, dashed)
             for column, label, dashed in DISTANCES

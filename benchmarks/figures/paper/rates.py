@@ -13,7 +13,6 @@ from benchmarks.figures.measured import (
     TOP,
     extreme,
     judged_detectors,
-    part,
     rate_against,
     rate_pair,
     rate_text,
@@ -29,6 +28,7 @@ from benchmarks.scoring.scores import (
     Table,
     approach_table,
     recipe_of,
+    rows_where,
     true_negative_rate,
     true_positive_rate,
 )
@@ -92,7 +92,7 @@ def _by(
     panels = []
     for detector in detectors:
         known = {} if detector == BASELINE else paper
-        bars = [b for g in groups for b in rate_pair(g, part(tables[detector], column, g), known.get(g))]
+        bars = [b for g in groups for b in rate_pair(g, rows_where(tables[detector], **{column: g}), known.get(g))]
         panels.append(BarPanel(detector, tuple(bars)))
     readings = [_group_sentence(d, column, groups, tables[d], paper) for d in detectors]
     return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(readings), note, TOP)
@@ -118,7 +118,7 @@ def _sentence(detector: str, table: Table, paper: RatePair | None) -> str:
 
 
 def _group_sentence(detector: str, column: str, groups: list[str], table: Table, paper: Mapping[str, RatePair]) -> str:
-    tables = {group: part(table, column, group) for group in groups}
+    tables = {group: rows_where(table, **{column: group}) for group in groups}
     if paper and detector != BASELINE:
         return " ".join(_sentence(f"{detector} in {g}", tables[g], paper.get(g)) for g in groups)
     tp = {group: true_positive_rate(t) for group, t in tables.items()}

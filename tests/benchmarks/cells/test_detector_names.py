@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,11 +67,18 @@ def test_constants_in_brackets_reach_settings_errata_and_class():
         ("PaperDetector(votes_needed=open('x'))", "must hold constant=value"),
         ("PaperDetector(no_such=1)", "cannot be made.*no_such"),
         ("PaperDetector(votes_needed=99)", "votes_needed must be"),
+        ("PaperDetector(reading='aloud')", r"reading must be one of \['as_printed', 'calibrated'\], got 'aloud'"),
     ],
 )
 def test_wrong_names_are_one_clear_error(text, message):
     with pytest.raises(ValueError, match=message):
         build_detector(text, BeepDesign(), PHONE, PaperSettings(), None)
+
+
+def test_a_reading_is_a_group_of_settings_on_which_others_come():
+    built = build_detector("PaperDetector(reading='calibrated', threshold_factor=3.0)", BeepDesign(), PHONE,
+                           PaperSettings(near_m=0.4), None)  # fmt: skip
+    assert built.settings == replace(PaperSettings.calibrated(near_m=0.4), threshold_factor=3.0)
 
 
 def test_a_module_is_left_out_of_the_label():

@@ -277,6 +277,15 @@ def test_rates_by_stratum_count_the_walks_of_each(tmp_path):
     assert counts["target moves"] == ["1/1", "1/1", "1/1", "–"]
 
 
+def test_strata_of_a_run_whose_standing_phones_have_a_detector_of_their_own(tmp_path):
+    """A detector without walks has no categories: the table ended in a KeyError, and with it the run."""
+    cells = [walk(detectors=["PaperDetector"]), standing(1.5, detectors=["OtherDetector"])]
+    for order in (cells, cells[::-1]):
+        rows = FIGURES["strata"](made_up_run(tmp_path, order)).cells
+        assert {row[1] for row in rows} == {"PaperDetector"}
+        assert ("wall", "PaperDetector") in [row[:2] for row in rows]
+
+
 def test_only_walks_of_the_paper_s_recipe_are_held_against_it(tmp_path):
     """Close calls and people who cross were compared with the rates of a field test that had neither."""
     for recipe, held in (("paper", True), ("mixed", False)):

@@ -203,6 +203,21 @@ def test_blocks_without_a_time_follow_the_last_that_had_one():
     assert np.diff(times) == pytest.approx([7.0, BEEP.period_s, BEEP.period_s], abs=1e-9)
 
 
+def test_a_calibrated_radius_follows_its_line_and_decides_by_it():
+    """Radius by a line over the crest as printed (Fig. 11), collision angle by that radius."""
+    point, line = Point(2.0, 0.3), {"errata": Errata(pulse_width_removed=False)}
+    crest_m = np.diff(
+        [_standing([point], PaperSettings(crest_radius=(0.1, slope), **line)).radius_m[0] for slope in (0.0, 1.0)]
+    )
+    assert crest_m > 0.0
+    found = _standing([point], PaperSettings(crest_radius=(0.05, 2.0), **line))
+    assert found.radius_m == pytest.approx(0.05 + 2.0 * crest_m, abs=1e-9)
+    assert not found.flags[0] & Flag.NO_RADIUS
+    assert _standing([point], PaperSettings.calibrated()).radius_m == pytest.approx([0.306], abs=0.005)
+    with pytest.raises(ValueError, match="crest_radius must be two numbers, with the crest as printed"):
+        PaperSettings(crest_radius=(0.1, 0.0))
+
+
 def test_bad_input_is_one_clear_error():
     detector = PaperDetector(BEEP, PHONE)
     with pytest.raises(ValueError, match=r"192000.0 Hz, got 44100.0 Hz"):
