@@ -117,18 +117,7 @@ def integrated_chains(
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
     """
     over = Panel(search, panel, min(longest, LONGEST), loudest)
-    wanted = _reached(search, panel)
-    bound = _bound(search, panel, wanted & ~taken)
-    large = float(search.tracing.world.wedges[panel].length_m.sum()) > LONGEST_RIM_M
-    for reason, where in {
-        Reason.LEFT_TO_INTEGRAL: taken,
-        Reason.DROWNED_BY_MIRROR: mirrored,
-        Reason.FAINT_CHAIN: ~search.audible(bound, np.maximum(loudest, bound)),
-        Reason.LARGE_PANEL: np.full_like(wanted, large),
-    }.items():
-        described = _levels if reason is Reason.DROWNED_BY_MIRROR and not large else partial(_bounds, bound=bound)
-        _reject_all(over, reason, wanted & where, described)
-        wanted &= ~where
+    wanted = _wanted(over, mirrored, taken)
     pose, mic, row = ([np.zeros(0, dtype=np.int64)] for _ in range(3))
     pressure = [np.zeros((0, len(over.wavenumber)), dtype=np.complex128)]
     for n in np.flatnonzero(wanted.any(axis=1)):
@@ -141,6 +130,22 @@ def integrated_chains(
             pressure.append(found.pressure[loud])
     paths = over.paths(np.concatenate(row), np.concatenate(pose), np.concatenate(mic))
     return _kept(over, paths, np.concatenate(pressure))
+
+
+def _wanted(over: Panel, mirrored: Flags, taken: Flags) -> Flags:
+    """(N, 2) where chains are integrated; where they are not, the log books them with the reason."""
+    wanted = _reached(over.search, over.edge)
+    bound = _bound(over, wanted & ~taken & ~mirrored)
+    rim_m = float(over.search.tracing.world.wedges[over.edge].length_m.sum())
+    for reason, where, described in (
+        (Reason.LEFT_TO_INTEGRAL, taken, _bounds),
+        (Reason.DROWNED_BY_MIRROR, mirrored, _levels if rim_m <= LONGEST_RIM_M else _bounds),
+        (Reason.FAINT_CHAIN, ~over.search.audible(bound, np.maximum(over.loudest, bound)), _bounds),
+        (Reason.LARGE_PANEL, np.full_like(wanted, rim_m > LONGEST_RIM_M), _bounds),
+    ):
+        _reject_all(over, reason, wanted & where, described)
+        wanted = wanted & ~where
+    return wanted
 
 
 def _reached(search: Search, panel: Ints) -> Flags:
@@ -158,14 +163,14 @@ def _reached(search: Search, panel: Ints) -> Flags:
     return reached.reshape(-1, 2)
 
 
-def _bound(search: Search, panel: Ints, wanted: Flags) -> Floats:
+def _bound(over: Panel, wanted: Flags) -> Floats:
     """(N, 2) what no chain is louder than where it is wanted, 0 elsewhere."""
-    tracing, wedges = search.tracing, search.tracing.world.wedges[panel]
+    tracing, wedges = over.search.tracing, over.search.tracing.world.wedges[over.edge]
     pose, mic = np.nonzero(wanted)
     frame = tracing.placed[pose, wedges.obstacle[0]]
     source, receiver = into_rest(tracing.source_m[pose], frame), into_rest(tracing.mics_m[pose, mic], frame)
     out = np.zeros(wanted.shape)
-    out[wanted] = chain_bounds(wedges, linked_edges(wedges), source, receiver, search.wavenumber_1_m)
+    out[wanted] = chain_bounds(wedges, linked_edges(wedges), source, receiver, over.search.wavenumber_1_m)
     return out
 
 
@@ -280,10 +285,11 @@ def _levels(over: Panel, where: Flags) -> Rejected:
     return _rejected(over, row, pose, mic, bound)
 
 
-def _bounds(over: Panel, where: Flags, bound: Floats) -> Rejected:
+def _bounds(over: Panel, where: Flags) -> Rejected:
     """The same, all at the level that none of them exceeds."""
     pose, mic = (np.repeat(each, len(over.chains)) for each in np.nonzero(where))
-    return _rejected(over, np.tile(np.arange(len(over.chains)), int(where.sum())), pose, mic, bound[pose, mic])
+    row = np.tile(np.arange(len(over.chains)), int(where.sum()))
+    return _rejected(over, row, pose, mic, _bound(over, where)[pose, mic])
 
 
 def _rejected(over: Panel, row: Ints, pose: Ints, mic: Ints, bound: Floats) -> Rejected:
