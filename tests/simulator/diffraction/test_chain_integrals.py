@@ -217,7 +217,7 @@ def test_faint_panels_are_not_integrated(monkeypatch, box):
 
 def test_nothing_is_integrated_where_kirchhoff_s_integral_takes_care(monkeypatch):
     monkeypatch.setattr("simulator.diffraction.chain_integrals.face_of", None)
-    args = traced([_panel()], towards(60.0), towards(63.0), mechanisms=("edges", "kirchhoff"))
+    args = traced([_panel()], towards(60.0), towards(63.0), mechanisms=("edges", "kirchhoff"), facet_m=0.1)
     rejected = trace_rejected(*args, limit=50)
     assert rejected.counts["left to Kirchhoff's integral"] > 2000
     assert np.isfinite(rejected.level_db).all()
