@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
-from simulator.images.image_tree import Goal, distance, dot, grown, image_levels, in_turn
+from simulator.images.image_tree import Goal, distance, dot, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.mirrors import BORDER_M
 from simulator.world.rejection_log import Reason, Rejected
@@ -51,13 +51,13 @@ def _reached(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool
     for level in image_levels(mirrors, every, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
         if level.order == 0:
             continue
-        found, hits, codes = _carrying(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, mics, limit_m, keep_missed
-        )  # type: ignore[call-arg]
-        row, mic, code = found.T
-        where = np.column_stack([level.pose[row], mic, np.full(len(row), level.order), code])
-        parts.append((where, level.sequence[row], hits))
-        counts += codes
+        apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)
+        row, mic = np.nonzero(apart <= limit_m)
+        pose, sequence, order = level.pose[row], level.sequence[row], np.full(len(row), level.order)
+        code, hits = crossed(tracing, tracing.source_m[pose], mics[pose, mic], pose, order, sequence)
+        counts += np.bincount(code, minlength=3)
+        kept = np.flatnonzero((code == REACHED) | keep_missed)
+        parts.append((np.column_stack([pose, mic, order, code])[kept], sequence[kept], hits[kept]))
     where, sequence, hits = (np.concatenate(column) for column in zip(*parts, strict=True))
     rows = in_turn(where[:, 0], sequence)
     return where[rows], sequence[rows], hits[rows], counts
@@ -89,40 +89,6 @@ def straight(
     """(R, N, 3) where unfolded paths cross their planes, inside the patches or not, and (R,) their lengths."""
     ends = np.ascontiguousarray(start_m), np.ascontiguousarray(target_m)
     return _straight_crossings(tracing.mirrors, *ends, pose, order, sequence)  # type: ignore[call-arg]
-
-
-@numba.njit(cache=True)
-def _carrying(mirrors, order, pose, sequence, images, receivers, limit, keep_missed):
-    """Which images of one order carry sound to which receivers, walls transparent.
-
-    Args:
-        order, pose, sequence, images: an `image_tree.Level`.
-        receivers: (N, M, 3).
-        limit: longest path, m.
-        keep_missed: return sequences that miss their patches as well; their hits mean nothing.
-
-    Returns:
-        where: (R, 3) image, receiver, code; hits: (R, K, 3); counts: (3,) sequences REACHED, BEHIND and OUTSIDE.
-    """
-    where, points = np.empty((256, 3), np.int64), np.empty((256,) + (sequence.shape[1], 3))
-    found, counts = 0, np.zeros(3, np.int64)
-    hits = np.zeros((sequence.shape[1], 3))
-    for r in range(len(pose)):
-        for m in range(receivers.shape[1]):
-            receiver = receivers[pose[r], m]
-            if distance(images[r, order], receiver) > limit:
-                continue
-            code = _backtrack(mirrors, pose[r], images[r], sequence[r], order, receiver, hits)
-            counts[code] += 1
-            if code != REACHED and not keep_missed:
-                continue
-            if found == len(where):
-                where, points = grown(where), grown(points)
-            where[found, 0], where[found, 1], where[found, 2] = r, m, code
-            points[found] = hits
-            points[found, order:] = 0.0
-            found += 1
-    return where[:found], points[:found], counts
 
 
 @numba.njit(cache=True)

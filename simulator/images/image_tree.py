@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.images.plane_walks import mirrored
 from simulator.world.frames import out_of_rest
 from simulator.world.mirrors import BORDER_M, Mirrors
 from simulator.world.world import Tracing
@@ -200,11 +201,15 @@ def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: i
 
 def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> Level:
     """Images of a level in one more mirror each."""
-    columns = _mirrored(
+    row, patch = _onwards(
         mirrors, allowed, level.order, level.pose, level.sequence, level.images_m,
         np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,
     )  # type: ignore[call-arg]  # fmt: skip
-    return Level(level.order + 1, *columns)
+    pose, sequence, images = level.pose[row], level.sequence[row], level.images_m[row]
+    sequence[:, level.order] = patch
+    planes = mirrors.normal[pose, patch], mirrors.offset_m[pose, patch]
+    images[:, level.order + 1] = mirrored(images[:, level.order], *planes)
+    return Level(level.order + 1, pose, sequence, images)
 
 
 def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
@@ -213,11 +218,9 @@ def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
 
 
 @numba.njit(cache=True)
-def _mirrored(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius, limit):
-    """Columns of the level after `depth` mirrors."""
-    size = max(256, len(pose))
-    poses, sequences = np.empty(size, np.int64), np.empty((size, sequence.shape[1]), np.int64)
-    points = np.empty((size,) + images.shape[1:])
+def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius, limit):
+    """(R,) image of a level after `depth` mirrors and (R,) patch of all that it is mirrored in."""
+    rows, patches = np.empty(256, np.int64), np.empty(256, np.int64)
     found = 0
     for r in range(len(pose)):
         n, before = pose[r], images[r, depth]
@@ -225,8 +228,8 @@ def _mirrored(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius
         for p in range(len(allowed)):
             if not allowed[p] or (depth > 0 and not mirrors.follows[last, p]):
                 continue
-            normal, center, radius = mirrors.normal[n, p], mirrors.center_m[n, p], mirrors.radius_m[p]
-            height = dot(before, normal) - mirrors.offset_m[n, p]
+            center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
+            height = dot(before, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
             if height == 0.0 or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
                 continue
             window, window_radius = center, 0.0
@@ -234,14 +237,11 @@ def _mirrored(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius
                 window, window_radius = mirrors.center_m[n, last], mirrors.radius_m[last]
             if far_or_aside(before, center, radius, window, window_radius, goal[n], goal_radius, limit):
                 continue
-            if found == len(poses):
-                poses, sequences, points = grown(poses), grown(sequences), grown(points)
-            poses[found], sequences[found], points[found] = n, sequence[r], images[r]
-            sequences[found, depth] = p
-            for x in range(3):
-                points[found, depth + 1, x] = before[x] - 2.0 * height * normal[x]
+            if found == len(rows):
+                rows, patches = grown(rows), grown(patches)
+            rows[found], patches[found] = r, p
             found += 1
-    return poses[:found], sequences[:found], points[:found]
+    return rows[:found], patches[:found]
 
 
 @numba.njit(cache=True)
@@ -334,7 +334,8 @@ def distance(a, b):
 
 
 @numba.njit(cache=True)
-def grown(array):
-    bigger = np.empty((2 * len(array),) + array.shape[1:], array.dtype)
-    bigger[: len(array)] = array
+def grown(numbers):
+    bigger = np.empty(2 * len(numbers), np.int64)
+    for i in range(len(numbers)):
+        bigger[i] = numbers[i]
     return bigger
