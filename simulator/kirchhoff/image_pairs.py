@@ -74,7 +74,7 @@ def swapped_too(pairs: Pairs, chosen: Flags) -> Flags:
     return any_chosen[group]
 
 
-def ways_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
+def sequences_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
     """(R, 2 + width) pose, microphone and the reflectors met in order, -1 padded."""
     sequence = np.full((len(pairs), width), -1)
     each, place, late_order = np.arange(len(pairs)), pairs.before.order, pairs.after.order
@@ -95,7 +95,7 @@ def run_over(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> Flags:
 
 
 def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:
-    """(R,) greatest amplitude (C,) of the candidates that run over each way; 0 without one."""
+    """(R,) greatest amplitude (C,) of the candidates that run over each pair; 0 without one."""
     rays, numbers = _numbered(tracing, found, [pairs])
     loudest = np.zeros(max(rays.max(initial=0), numbers.max(initial=0)) + 1)
     np.maximum.at(loudest, rays, amplitude)
@@ -105,12 +105,12 @@ def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: 
 def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple[Ints, Ints]:
     """(C,) and (R,) numbers of the images that candidates and pairs run over; equal ones have equal numbers."""
     world, width = tracing.world, found.sequence.shape[1]
-    whole = np.full(len(world.obstacles) + 1, -1)
+    body = np.full(len(world.obstacles) + 1, -1)
     bodies = [pairs.obstacle for pairs in chosen]
-    whole[bodies] = world.numbering.number(Interaction.KIRCHHOFF, bodies)
-    as_whole = whole[world.obstacle_of(found.sequence)]
-    way = np.column_stack([found.pose, found.mic, np.where(as_whole >= 0, as_whole, found.sequence)])
-    every = np.concatenate([way] + [ways_of(tracing, pairs, width) for pairs in chosen])
+    body[bodies] = world.numbering.number(Interaction.KIRCHHOFF, bodies)
+    as_body = body[world.obstacle_of(found.sequence)]
+    path = np.column_stack([found.pose, found.mic, np.where(as_body >= 0, as_body, found.sequence)])
+    every = np.concatenate([path] + [sequences_of(tracing, pairs, width) for pairs in chosen])
     number = np.unique(every, axis=0, return_inverse=True)[1].ravel()
     return number[: len(found)], number[len(found) :]
 

@@ -86,10 +86,12 @@ def spots_of(facets: Facets, spot_m: float) -> Spots:
 
 def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
     """(F,) rows by voxel and direction of the normal, and (S,) where each group begins among them."""
-    voxel = np.floor(point_m / voxel_m).astype(np.int64)
-    direction = np.rint(NORMAL_STEPS * normal).astype(np.int64)
-    _, which, count = np.unique(np.column_stack([voxel, direction]), axis=0, return_inverse=True, return_counts=True)
-    return np.argsort(which.ravel(), kind="stable"), np.cumsum(count) - count
+    voxel = np.floor((point_m - point_m.min(axis=0)) / voxel_m).astype(np.int64)
+    direction = np.rint(NORMAL_STEPS * normal).astype(np.int64) + NORMAL_STEPS
+    sizes = (*(voxel.max(axis=0) + 1), *[2 * NORMAL_STEPS + 1] * 3)
+    number = np.ravel_multi_index((*voxel.T, *direction.T), sizes)
+    rows = np.argsort(number, kind="stable")
+    return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))
 
 
 def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> tuple[Flags, Ints]:
@@ -225,7 +227,11 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
     """(R,) whether sound comes to each facet through the mirrors of its view, with every segment free."""
     world, frame = tracing.world, tracing.placed[views.pose, facets.obstacle]
     target = out_of_rest(facets.middle_m[facet], frame)
-    code, hits = crossed(tracing, views.start_m, target, views.pose, views.order, views.sequence)
+    code, hits = np.full(len(facet), REACHED), np.zeros((*views.sequence.shape, 3))
+    over = np.flatnonzero(views.order > 0)
+    code[over], hits[over] = crossed(
+        tracing, views.start_m[over], target[over], views.pose[over], views.order[over], views.sequence[over]
+    )
     normal = rotated(facets.normal[facet], frame[:, 3])
     gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)
     patches = world.patches.normal, world.patches.obstacle

@@ -145,7 +145,7 @@ def _together(tracing: Tracing, pairs: Pairs, error_db: Floats) -> Floats:
 def rim_error_db(
     tracing: Tracing, index: int, pairs: Pairs, echoes: Candidates, audible: Audible, wavenumber: float
 ) -> Floats:
-    """(R,) estimated error that the rim of smooth surface `index` makes on each way; infinite where it is the echo.
+    """(R,) estimated error that the rim of smooth surface `index` makes on each pair; infinite where it is the echo.
 
     Args:
         echoes: what the rays found, of any obstacle.

@@ -48,7 +48,8 @@ def _spots(normal: Floats, radius: Floats) -> list[Floats]:
 def _this_side(found: Candidates, slot: Ints, place: Floats) -> Flags:
     """(C,) whether a place lies before the mirrors met just before and after, as the reflection point does.
 
-    Beyond them the zone goes on over the obstacle's image in them, which the way round the other way makes up for.
+    Beyond them the zone goes on over the obstacle's image in them, which the path that meets the mirror on the other
+    side makes up for.
     """
     each, before = np.arange(len(found)), np.ones(len(found), dtype=bool)
     for step in (-1, 1):

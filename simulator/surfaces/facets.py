@@ -92,13 +92,14 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
     flat, sides = corner_m.mean(axis=1), corner_m[:, 1:] - corner_m[:, :1]
     rise = 0.75 * (over - flat)  # mean over a quadratic triangle
-    center = 0.5 * (corner_m.min(axis=(0, 1)) + corner_m.max(axis=(0, 1)))
+    every = corner_m.reshape(-1, 3)
+    center = 0.5 * (every.min(axis=0) + every.max(axis=0))
     return Facets(
         obstacle=obstacle, corner_m=corner_m, middle_m=flat + rise, normal=normal,
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
         lift_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
-        center_m=center, radius_m=float(np.linalg.norm(corner_m - center, axis=2).max()),
+        center_m=center, radius_m=float(np.linalg.norm(every - center, axis=1).max()),
     )  # fmt: skip
 
 
