@@ -9,6 +9,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from benchmarks.runs.store import write_atomically
 from obstaclewatch import BeepDesign, write_recording
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
 from scenes.files.encounter import has_walk
@@ -67,7 +68,7 @@ def simulate(
     write_recording(render_pieces(met.scene, met.phone, met.walk, beep, fidelity, seed), output)
     if paths is not None:
         traced = trace_walk(met.scene, met.phone, met.walk, beep, fidelity)[0]
-        paths.write_text(_paths_json(traced), encoding="utf-8")
+        write_atomically(paths, _paths_json(traced))
     duration_s = beep_count(met.walk, beep) * beep.period_s
     click.echo(f"{output}: {duration_s:.2f} s, 2 microphones, {beep.sample_rate_hz:.0f} Hz")
 

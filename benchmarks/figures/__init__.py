@@ -48,6 +48,7 @@ from benchmarks.figures.paper.sizes import crest_against_distance, crest_shapes,
 from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
 from benchmarks.plan.figure_names import FIGURE_RULES, known_figures
 from benchmarks.runs.results import RunData
+from benchmarks.runs.store import write_bytes_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -179,7 +180,7 @@ def write_figures(folder: Path, figures: Sequence[DrawnFigure]) -> list[Path]:
         contents = {"png": picture_bytes(drawn.canvas, "png"), "svg": drawn.svg, "csv": csv_text(drawn.figure).encode()}
         for kind, content in contents.items():
             written.append(folder / "figures" / f"{drawn.figure.name}.{kind}")
-            written[-1].write_bytes(content)
+            write_bytes_atomically(written[-1], content)
     return written
 
 

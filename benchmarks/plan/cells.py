@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks.cells.check import check_cell, check_place
 from benchmarks.cells.detectors import parse_detector, source_digest
+from benchmarks.cells.memory import check_memory
 from benchmarks.cells.situations.own_scene import scene_digest
 from benchmarks.cells.spec import Cell, Conditions
 from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
@@ -112,6 +113,7 @@ def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Itera
         phone = phones[index % len(phones)]
         seed = cell_seed(suite, f"scene/{own.file}", index)
         met = load_encounter(own.file, seed, phone)
+        check_memory(met.walk.duration_s, suite.beep.sample_rate_hz)
         yield Cell(
             kind="scene",
             scene=met.scene.name,

@@ -38,6 +38,16 @@ def write_atomically(path: Path, text: str) -> None:
     _replace(path, text, sync=os.fsync)
 
 
+def write_bytes_atomically(path: Path, data: bytes) -> None:
+    """The same of bytes, as pictures are."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        partial.write_bytes(data)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
 def write_cell(path: Path, record: str) -> None:
     """Store a record, JSON text from `to_json`, with the checksum of that text as its first entry.
 

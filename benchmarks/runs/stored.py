@@ -47,6 +47,19 @@ class StoredCost(_Stored):
     beeps: int = 0
 
 
+class _Decisions(_Stored):
+    """What a detector stated on the way, in columns."""
+
+    left_m: list[Number]
+    probability: list[float]
+
+    @model_validator(mode="after")
+    def _even(self) -> _Decisions:
+        if len(self.left_m) != len(self.probability):
+            raise ValueError(f"decisions must pair, got {len(self.left_m)} and {len(self.probability)}")
+        return self
+
+
 class _Entry(_Stored):
     """One detector on one walk."""
 
@@ -56,12 +69,12 @@ class _Entry(_Stored):
     alert_distance_m: Number
     alert_lead_s: Number
     outcome: Literal["TP", "FN", "TN", "FP"]
-    decisions: dict[str, list[Number]]
+    decisions: _Decisions
     beeps: list[dict[str, list[Number | bool]]]
 
     @model_validator(mode="after")
     def _even(self) -> _Entry:
-        for columns in (self.decisions, *self.beeps):
+        for columns in self.beeps:
             lengths = {len(column) for column in columns.values()}
             if len(lengths) > 1:
                 raise ValueError(f"columns over beeps must be equally long, got {sorted(lengths)}")
@@ -69,8 +82,22 @@ class _Entry(_Stored):
 
 
 class _Result(_Stored):
-    truth: dict[str, Any] = {}
-    detectors: dict[str, _Entry] = {}
+    truth: dict[str, Any]
+    detectors: dict[str, _Entry]
+
+
+class _Truth(_Stored):
+    """Of a walk that detectors were judged on."""
+
+    collides: bool
+    line_collides: bool
+    moving: bool
+    duration_s: float
+    contact_time_s: Number
+    miss_distance_m: Number
+    overlap_m: Number
+    clearance_m: Number
+    detection_index_db: Number
 
 
 class _Walk(_Stored):
@@ -82,7 +109,7 @@ class _Walk(_Stored):
     phone: str
     index: int
     seed: int
-    range_m: Number = None
+    range_m: Number
     detectors: list[str] = []
 
 
@@ -100,6 +127,11 @@ class StoredCell(_Stored):
     def _one_or_the_other(self) -> StoredCell:
         if (self.result is None) is (self.status == "ok") or (self.error is None) is (self.status == "failed"):
             raise ValueError(f"a cell must have a result or an error, as its status '{self.status}' says")
+        if self.result is not None and self.result.detectors:
+            truth = _Truth.model_validate(self.result.truth)
+            left = [value for entry in self.result.detectors.values() for value in entry.decisions.left_m]
+            if truth.collides and None in left:
+                raise ValueError("decisions on a walk that collides must say what was left of it")
         return self
 
 

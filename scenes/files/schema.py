@@ -124,6 +124,10 @@ class ObstacleSpec(Strict):
             unknown = sorted(set(self.parameters) - set(known))
             if unknown:
                 raise ValueError(f"parameters of kind '{self.kind}' must be among {known}, got {unknown}")
+            parameters = inspect.signature(KINDS[self.kind].mesh).parameters
+            missing = [name for name in known if parameters[name].default is inspect.Parameter.empty]
+            if left := sorted(set(missing) - set(self.parameters)):
+                raise ValueError(f"parameters of kind '{self.kind}' must include {left}")
             large = {name: value for name, value in self.parameters.items() if _exceeds(value, GREATEST)}
             if large:
                 raise ValueError(f"parameters of kind '{self.kind}' must be at most {GREATEST:g}, got {large}")
@@ -194,5 +198,5 @@ def _made(kind: Kind, spec: ObstacleSpec) -> trimesh.Trimesh:
     """
     try:
         return kind.mesh(**spec.parameters)
-    except TypeError as error:
+    except (TypeError, IndexError) as error:  # a word for a number, two numbers for three
         raise ValueError(f"parameters of kind '{spec.kind}' must fit it, got {spec.parameters}: {error}") from error

@@ -19,6 +19,8 @@ from simulator.phone.presets import list_phones
 from simulator.phone.transducers import StructureBorne
 
 Point = tuple[Number, Number, Number]
+LONGEST_S = 4.0 * 3600.0
+"""A walk is followed step by step, 100 a second."""
 STRAIGHT_S = 4.0
 """How long a straight walk lasts if the file does not say."""
 
@@ -131,7 +133,10 @@ def walk_of(spec: WalkSpec, seed: int) -> GaitWalk | RouteWalk:
     speed = spec.speed_m_s + drawn.faster_m_s
     gait = Gait() if spec.gait == "none" else Gait.at_speed(speed, drawn.phase_rad)
     route = _route(spec, speed)
-    return _straight(spec, speed, gait, drawn) if route is None else _routed(spec, route, speed, gait, drawn)
+    walk = _straight(spec, speed, gait, drawn) if route is None else _routed(spec, route, speed, gait, drawn)
+    if walk.duration_s > LONGEST_S:
+        raise ValueError(f"a walk must last at most {LONGEST_S:g} s, got {walk.duration_s:.3g} s")
+    return walk
 
 
 def _straight(spec: WalkSpec, speed_m_s: float, gait: Gait, drawn: Drawn) -> GaitWalk:

@@ -37,6 +37,7 @@ def fake_work(wait_s: float = 0.0, failing: tuple[int, ...] = ()) -> Work:
         if cell.index in failing:
             raise ValueError(f"no such thing as {cell.index}")
         numbers = [float((cell.seed * 7919 + k) % 1009) / 7.0 for k in range(20)]
-        return {"truth": {"collides": cell.collision}, "numbers": numbers, "cost": {"total_s": time.perf_counter()}}
+        truth = {"collides": cell.collision}
+        return {"truth": truth, "detectors": {}, "numbers": numbers, "cost": {"total_s": time.perf_counter()}}
 
     return work

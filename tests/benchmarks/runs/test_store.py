@@ -14,8 +14,15 @@ DIGEST = "ab" + 62 * "0"
 
 def stored(**result: object) -> dict[str, object]:
     """A record that holds no walk."""
-    cell = {"kind": "numerics", "scene": "a", "category": "b", "phone": "ideal", "index": 0, "seed": 0}
-    return {"digest": DIGEST, "status": "ok", "label": "a", "cell": cell, "result": result, "error": None}
+    cell = {"kind": "numerics", "scene": "a", "category": "b", "phone": "ideal", "index": 0, "seed": 0, "range_m": None}
+    return {
+        "digest": DIGEST,
+        "status": "ok",
+        "label": "a",
+        "cell": cell,
+        "result": {"truth": {}, "detectors": {}} | result,
+        "error": None,
+    }
 
 
 def test_a_cell_comes_back_as_written(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ MISTAKES = [
     ),
     ("{kind: wall, name: x, parameters: {length_m: -3}}", 4, r"obstacles\[0\]: .*must be positive, got -3"),
     ("{kind: wall, name: x, parameters: {length_m: long}}", 4, r"obstacles\[0\]: .*'long'"),
-    ("{kind: box, name: x}", 4, r"obstacles\[0\]: parameters of kind 'box' must fit .*got \{\}"),
+    ("{kind: box, name: x}", 4, r"obstacles\[0\]: parameters of kind 'box' must include \['size_m'\]"),
     ("{kind: wall, name: x, material: cheese}", 4, r"obstacles\[0\].material: material must be one of .*got 'cheese'"),
     ("{kind: wall, name: x, at_m: [3]}", 4, r"obstacles\[0\].at_m\[1\]: is missing"),
     ("{kind: wall, name: x, at_m: [3, far]}", 4, r"obstacles\[0\].at_m\[1\]: must be a valid number.*got 'far'"),
@@ -102,6 +102,12 @@ MISTAKES = [
     ("{kind: wall, name: x}\nwalk: {speed_m_s: 1, vary: {speed_m_s: 1}}", 5, r"walk: vary must leave the speed 1 pos"),
     ("{kind: wall, name: x}\nwalk:\n  stops:\n  - {at_s: 1}", 7, r"walk.stops\[0\].for_s: is missing"),
     ("{kind: wall, name: x}\nphone: {preset: nokia}", 5, r"phone.preset: phone must be one of .*got 'nokia'"),
+    (
+        "{kind: box, name: x, parameters: {size_m: [1]}}",
+        4,
+        r"obstacles\[0\]: parameters of kind 'box' must fit it, got",
+    ),
+    ("{kind: wall, name: x, parameters: {length_m: 1.0e+9}}", 4, r"obstacles\[0\]: parameters .*at most 1000, got"),
     ("[unclosed", 5, r"a scene file must be YAML"),
 ]
 
@@ -125,6 +131,7 @@ def test_mistakes_in_a_file_are_named_with_line_and_field(tmp_path: Path, line: 
          "scene.yaml:5: walk: parts of a route must be at least twice"),
         (WALK + "phone: {length_m: 0.15, mics_m: [[0, 1, 0], [0, 0, 0]], speaker_m: [0, 0, 1]}",
          "scene.yaml:6: phone: a phone must have either"),
+        (WALK.replace("duration_s: 3", "duration_s: 1.0e+9"), "scene.yaml:5: walk: a walk must last at most 14400 s"),
         ("- 1", "scene.yaml:1: a scene file must be a mapping"),
         ("", "scene.yaml:1: a scene file must be a mapping"),
     ],

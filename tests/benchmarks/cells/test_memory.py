@@ -1,0 +1,55 @@
+"""A walk that memory does not hold is refused before it is rendered, and an interrupted write leaves the old file."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cells import memory
+from benchmarks.figures import FIGURES, DrawnFigure, write_figures
+from benchmarks.runs.store import write_atomically, write_bytes_atomically
+from tests.benchmarks.synthetic_run import made_up_run
+
+
+def test_a_walk_too_long_for_memory_is_refused_with_both_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cause: a suite over a walk of an hour ended in MemoryError or the system's killer."""
+    monkeypatch.setattr(memory, "free_bytes", lambda: 1e9)
+    memory.check_memory(120.0, 192_000.0)
+    with pytest.raises(ValueError, match=r"a walk of 600 s at 192000 Hz takes 2\.8 GB to render, 1\.0 GB are free"):
+        memory.check_memory(600.0, 192_000.0)
+
+
+def test_this_machine_says_what_is_free() -> None:
+    assert 1e6 < memory.free_bytes() < 1e15
+
+
+@pytest.mark.parametrize("write", [lambda p: write_bytes_atomically(p, b"new"), lambda p: write_atomically(p, "new")])
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write) -> None:
+    """Cause: pictures were written in place, so that an interruption left half of one."""
+    path = tmp_path / "a.png"
+    write(path)
+    path.write_bytes(b"old")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="No space left"):
+        write(path)
+    assert path.read_bytes() == b"old"
+    assert [each.name for each in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_figures_are_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = DrawnFigure(FIGURES["miss_distance"](made_up_run(tmp_path)))
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_figures(tmp_path, [drawn])
+    assert list((tmp_path / "figures").iterdir()) == []

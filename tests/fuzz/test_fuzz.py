@@ -1,0 +1,73 @@
+"""Nothing that can be read ends in a traceback, a hang, or a message that says nothing.
+
+300 inputs a format by default; `OBSTACLEWATCH_FUZZ=10000` asks for more, from other streams with
+`OBSTACLEWATCH_FUZZ_SEED=7`. A case that once failed is kept in `corpus/<format>/` and tried first.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+import warnings
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+
+from tests.fuzz.formats import FORMATS, Format
+
+COUNT = int(os.environ.get("OBSTACLEWATCH_FUZZ", "300"))
+SEED = int(os.environ.get("OBSTACLEWATCH_FUZZ_SEED", "0"))
+CORPUS = Path(__file__).parent / "corpus"
+SLOWEST_S = 5.0
+TOLD = (ValueError, OSError, click.ClickException, click.exceptions.Abort)
+"""What `benchmarks.cli.main` says in one line with exit code 2."""
+UNCLEAR = re.compile(
+    "zero-size|has no attribute|not subscriptable|unsupported operand|NoneType|object is not|broadcast|unhashable|"
+    "positional"
+)
+TRIMESH = "that trimesh reads"
+"""After these words a message is what a library of half a dozen formats said."""
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_input_ends_clearly(name: str, tmp_path: Path) -> None:
+    kept = sorted((CORPUS / name).glob("*"))
+    tried = ((path.name, _wrong(FORMATS[name], path.read_bytes(), tmp_path)) for path in kept)
+    bad = [f"corpus {file}: {said}" for file, said in tried if said]
+    key = sorted(FORMATS).index(name)
+    for k in range(COUNT):
+        data = FORMATS[name].make(np.random.default_rng([SEED, key, k]))
+        said = _wrong(FORMATS[name], data, tmp_path)
+        if said:
+            _keep(name, k, data)
+            bad.append(f"seed {SEED}, {k}: {said}")
+    assert bad == []
+
+
+def _wrong(form: Format, data: bytes, folder: Path) -> str:
+    """What is wrong with how an input ends; empty if nothing is."""
+    begin = time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            form.read(data, folder)
+    except TOLD as error:
+        text = error.format_message() if isinstance(error, click.ClickException) else str(error)
+        if not text.strip() or UNCLEAR.search(text.partition(TRIMESH)[0]):
+            return f"unclear: {type(error).__name__}: {text[:200]!r}"
+    except Exception as error:  # what the command line would call its own defect
+        return f"{type(error).__name__}: {str(error)[:200]}"
+    spent = time.process_time() - begin
+    return f"{spent:.1f} s" if spent > SLOWEST_S else ""
+
+
+def _keep(name: str, number: int, data: bytes) -> None:
+    """Store an input that failed where `OBSTACLEWATCH_FUZZ_KEEP` says, to be looked at and put into the corpus."""
+    folder = os.environ.get("OBSTACLEWATCH_FUZZ_KEEP")
+    if folder:
+        path = Path(folder) / name
+        path.mkdir(parents=True, exist_ok=True)
+        (path / f"{SEED}-{number}").write_bytes(data)
