@@ -34,19 +34,19 @@ UNKNOWNS = (
 def with_unknowns(cell: Cell) -> Cell:
     """The walk with every unknown drawn, by its own seed: the same walk, phone and people, at other levels."""
     rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(len(UNKNOWNS),)))
-    beep_db, noise_db, person_db, rear_db = (round(float(rng.uniform(u.low_db, u.high_db)), 3) for u in UNKNOWNS)
+    beep_db, noise_db, person_db, rear_db = (float(rng.uniform(u.low_db, u.high_db)) for u in UNKNOWNS)
     preset, asked = Phone.named(cell.phone), cell.phone_change
     level_db = preset.level_spl_db if asked.level_spl_db is None else asked.level_spl_db
     floor_db = preset.noise_spl_db if asked.noise_spl_db is None else asked.noise_spl_db
     changes = {
-        "level_spl_db": level_db + beep_db,
-        "noise_spl_db": floor_db + noise_db,
-        "mic_level_db": (asked.mic_level_db[0], asked.mic_level_db[1] + rear_db),
+        "level_spl_db": round(level_db + beep_db, 3),
+        "noise_spl_db": round(floor_db + noise_db, 3),
+        "mic_level_db": (asked.mic_level_db[0], round(asked.mic_level_db[1] + rear_db, 3)),
     }
     return cell.model_copy(
         update={
             "phone_change": PhoneChange.model_validate(asked.model_dump() | changes),
-            "scene_change": cell.scene_change.model_copy(update={"person_level_db": person_db}),
+            "scene_change": cell.scene_change.model_copy(update={"person_level_db": round(person_db, 3)}),
             "variant": {"name": DRAWN},
         }
     )
