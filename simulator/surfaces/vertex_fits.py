@@ -10,7 +10,6 @@ means of facet normals are off by the spacing times the irregularity, which refi
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
@@ -19,8 +18,10 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 # Ridge in columns of norm 1, for what the neighbours do not settle: on a strip between two rims the bend across it is
 # unknown, and the given normal decides before a bend is made up.
 RIDGE_SLOPE, RIDGE_BEND = 1e-7, 1e-9
+RIDGE = np.diag([RIDGE_SLOPE] * 2 + [RIDGE_BEND] * 6)
 STEEPEST = 2.0  # secant of 60 degrees: a fit that turns the normal farther than that is refused
 NO_QUADRIC = 0.02  # share of the heights (over distance squared) that a fit may miss and still count as a quadric
+AT_A_TIME = 2000  # vertices that are fitted together: some 20 MB
 HUB = 16  # neighbours are not shared through a vertex of more edges than this (the pole of a fan)
 
 
@@ -53,86 +54,67 @@ def fit_quadrics(point_m: Floats, normal: Floats, held: Flags, ring: csr_matrix)
         (V, 3) unit normals, (V, 3, 3) curvature tensors, dn = K dx, 1/m, and (V,) whether the neighbours lie on the
         quadric. A vertex whose fit is refused keeps its normal; its curvature is NaN.
     """
-    return _fit(point_m, normal, held, ring.indptr.astype(np.int64), ring.indices.astype(np.int64))
-
-
-@numba.njit(cache=True)
-def _fit(point, normal, held, start, neighbor):
-    count = len(point)
-    out, curvature = normal.copy(), np.full((count, 3, 3), np.nan)
-    true = np.zeros(count, dtype=np.bool_)
-    frame = np.empty((3, 3))
-    for v in range(count):
-        rows = start[v + 1] - start[v]
-        if rows == 0:
-            continue
-        gap = np.empty((rows, 3))
-        for i in range(rows):
-            gap[i] = point[neighbor[start[v] + i]] - point[v]
-        _frame(gap, normal[v], frame)
-        basis, height = _rows(gap @ frame.T, held[v])
-        size = np.sqrt(np.sum(basis**2, axis=0)) + 1e-300
-        basis /= size
-        first = 0 if held[v] else 2
-        gram = basis.T @ basis
-        for i in range(len(gram)):
-            gram[i, i] += RIDGE_SLOPE if i < first else RIDGE_BEND
-        shape = np.linalg.solve(gram, basis.T @ height) / size
-        if not np.isfinite(shape).all():
-            continue
-        gradient = np.zeros(3)
-        gradient[2] = 1.0
-        if first == 2:
-            gradient[0], gradient[1] = -shape[0], -shape[1]
-        hessian = np.empty((3, 3))
-        hessian[0, 0], hessian[1, 1], hessian[2, 2] = -shape[first], -shape[first + 2], -shape[first + 5]
-        hessian[0, 1] = hessian[1, 0] = -shape[first + 1]
-        hessian[0, 2] = hessian[2, 0] = -shape[first + 3]
-        hessian[1, 2] = hessian[2, 1] = -shape[first + 4]
-        length = np.sqrt(np.sum(gradient**2))
-        if length > STEEPEST:
-            continue
-        gradient /= length
-        onto = np.eye(3) - np.outer(gradient, gradient)
-        out[v] = gradient @ frame
-        true[v] = np.abs(basis @ (shape * size) - height).max() <= NO_QUADRIC * np.abs(height).max()
-        curvature[v] = frame.T @ (onto @ (hessian / length) @ onto) @ frame
+    out, curvature = normal.copy(), np.full((len(point_m), 3, 3), np.nan)
+    true = np.zeros(len(point_m), dtype=bool)
+    vertices = np.flatnonzero(np.diff(ring.indptr))
+    for first in range(0, len(vertices), AT_A_TIME):
+        block = vertices[first : first + AT_A_TIME]
+        around = ring[block]
+        center = np.repeat(block, np.diff(around.indptr))
+        gap = point_m[around.indices] - point_m[center]
+        accepted, *fit = _fit(gap, around.indptr[:-1], normal[block], held[block])
+        for whole, part in zip((out, curvature, true), fit, strict=True):
+            whole[block[accepted]] = part[accepted]
     return out, curvature, true
 
 
-@numba.njit(cache=True)
-def _frame(gap, normal, frame):
-    """Rows: the principal directions of the neighbours at right angles to the normal, and the normal."""
-    flat = gap - np.outer(gap @ normal, normal)
-    _, vector = np.linalg.eigh(flat.T @ flat + 0.0)
-    axis = vector[:, 2] - normal * np.sum(vector[:, 2] * normal)
-    axis /= np.sqrt(np.sum(axis**2))
-    frame[0] = axis
-    frame[1] = np.cross(normal, axis)
-    frame[2] = normal
+def _fit(gap: Floats, start: Ints, normal: Floats, held: Flags) -> tuple[Flags, Floats, Floats, Flags]:
+    """(B,) whether each of B fits is accepted, and of each what `fit_quadrics` returns.
+
+    Args:
+        gap: (N, 3) from each vertex to its neighbours, vertex by vertex.
+        start: (B,) where those of each vertex begin.
+        normal, held: (B, 3) and (B,) of the vertices.
+    """
+    row = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(gap))))
+    frame = _frames(gap, start, row, normal)
+    basis, height = _columns(np.einsum("nij,nj->ni", frame[row], gap), held[row])
+    size = np.sqrt(np.add.reduceat(basis**2, start)) + 1e-300
+    basis /= size[row]
+    gram = np.add.reduceat(basis[:, :, None] * basis[:, None, :], start) + RIDGE
+    scaled = np.linalg.solve(gram, np.add.reduceat(basis * height[:, None], start)[..., None])[..., 0]
+    off = np.abs(np.einsum("nk,nk->n", basis, scaled[row]) - height)
+    true = np.maximum.reduceat(off, start) <= NO_QUADRIC * np.maximum.reduceat(np.abs(height), start)
+    a, b, c, d, e, g, h, i = (scaled / size).T
+    gradient = np.stack([-a, -b, np.ones(len(a))], axis=1)
+    length = np.linalg.norm(gradient, axis=1)
+    gradient /= length[:, None]
+    hessian = -np.stack([c, d, g, d, e, h, g, h, i], axis=1).reshape(-1, 3, 3) / length[:, None, None]
+    onto = np.eye(3) - gradient[:, :, None] * gradient[:, None, :]
+    back = frame.transpose(0, 2, 1)
+    accepted = np.isfinite(scaled).all(axis=1) & (length <= STEEPEST)
+    return accepted, np.einsum("vij,vj->vi", back, gradient), back @ (onto @ hessian @ onto) @ frame, true
 
 
-@numba.njit(cache=True)
-def _rows(gap, held):
-    """Weighted columns of the quadric (without the slopes if the normal is held) and weighted heights.
+def _frames(gap: Floats, start: Ints, row: Ints, normal: Floats) -> Floats:
+    """(B, 3, 3) in rows: the principal directions of the neighbours at right angles to the normal, and the normal."""
+    flat = gap - np.einsum("ni,ni->n", gap, normal[row])[:, None] * normal[row]
+    _, vector = np.linalg.eigh(np.add.reduceat(flat[:, :, None] * flat[:, None, :], start))
+    axis = vector[:, :, 2] - np.einsum("vi,vi->v", vector[:, :, 2], normal)[:, None] * normal
+    with np.errstate(invalid="ignore"):  # neighbours at the vertex itself have no direction: such a fit is refused
+        axis /= np.linalg.norm(axis, axis=1)[:, None]
+    return np.stack([axis, np.cross(normal, axis), normal], axis=1)
+
+
+def _columns(gap: Floats, held: Flags) -> tuple[Floats, Floats]:
+    """(N, 8) weighted columns of the quadric (slopes 0 where the normal is held) and (N,) weighted heights.
 
     Weights fall as the heights grow, so that the nearest decide where no quadric fits.
     """
-    first = 0 if held else 2
-    count = len(gap)
-    basis, height = np.empty((count, first + 6)), np.empty(count)
-    for i in range(count):
-        x, y, z = gap[i, 0], gap[i, 1], gap[i, 2]
-        square = x * x + y * y + z * z
-        weight = 1.0 / square if square > 0.0 else 0.0  # nothing to learn from the same vertex across a crease
-        if first == 2:
-            basis[i, 0], basis[i, 1] = x, y
-        basis[i, first] = 0.5 * x * x
-        basis[i, first + 1] = x * y
-        basis[i, first + 2] = 0.5 * y * y
-        basis[i, first + 3] = x * z
-        basis[i, first + 4] = y * z
-        basis[i, first + 5] = 0.5 * z * z
-        basis[i] *= weight
-        height[i] = weight * z
-    return basis, height
+    x, y, z = gap.T
+    slope = np.where(held, 0.0, 1.0)
+    columns = [slope * x, slope * y, 0.5 * x * x, x * y, 0.5 * y * y, x * z, y * z, 0.5 * z * z]
+    square = x * x + y * y + z * z
+    # nothing to learn from the same vertex across a crease
+    weight = np.divide(1.0, square, out=np.zeros_like(square), where=square > 0.0)
+    return np.stack(columns, axis=1) * weight[:, None], weight * z
