@@ -90,12 +90,14 @@ def _follow(
     images, planes, frame = np.zeros((width + 2, 3)), np.zeros((width, 4)), np.zeros(4)
     struck, fixed = np.empty(width), np.zeros(width + 1)
     for c in range(len(reception)):
-        frame[:] = 0.0
+        for k in range(4):
+            frame[k] = 0.0
         reflections = mirror[c, : order[c]], normal[c], offset[c], point[c], obstacle[c]
         for m in range(reception.shape[1]):
             time, path = reception[c, m], along[c, -1]
             _on_track(start, pieces, MICS + 3 * mic[c], time, images[order[c] + 1])
-            struck[:] = along[c, :-1] / speed
+            for k in range(width):
+                struck[k] = along[c, k] / speed
             for _ in range(count):
                 emitted = time - path / speed
                 _on_track(start, pieces, SPEAKER, emitted, images[0])
@@ -135,19 +137,18 @@ def _unfold(reflections, k, frame, images, planes, fixed):
 @numba.njit(cache=True, error_model="numpy")
 def _strike(mirror, images, planes, fixed, speed, struck):
     """Fill in how long after emission every reflector is struck, from the receiver back."""
-    target = images[len(mirror) + 1].copy()
+    last = len(mirror) + 1
+    x, y, z = images[last, 0], images[last, 1], images[last, 2]
     for k in range(len(mirror) - 1, -1, -1):
-        image, share = images[k + 1], 1.0
+        a, b, c = images[k + 1, 0], images[k + 1, 1], images[k + 1, 2]
+        share = 1.0
         if mirror[k]:
-            here = there = -planes[k, 3]
-            for i in range(3):
-                here, there = here + planes[k, i] * target[i], there + planes[k, i] * image[i]
+            here = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z - planes[k, 3]
+            there = planes[k, 0] * a + planes[k, 1] * b + planes[k, 2] * c - planes[k, 3]
             share = here / (here - there) if here != there else 0.0
-        left = 0.0
-        for i in range(3):
-            target[i] += share * (image[i] - target[i])
-            left += (image[i] - target[i]) ** 2
-        struck[k] = (fixed[k + 1] + np.sqrt(left)) / speed
+        x, y, z = x + share * (a - x), y + share * (b - y), z + share * (c - z)
+        left = np.sqrt((a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2)
+        struck[k] = (fixed[k + 1] + left) / speed
 
 
 @numba.njit(cache=True, error_model="numpy")
