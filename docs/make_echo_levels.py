@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from docs.studies.echo_levels import EchoLevels, echo_levels
 from simulator import Phone
-from studies.echo_levels import EchoLevels, echo_levels
 
 CATEGORIES = ("wall", "sign", "car", "dustbin", "pedestrian", "clutter")
 DISTANCES_M = (1.5, 3.0, 5.0)

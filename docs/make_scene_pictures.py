@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from docs.studies.approach_statistics import approach_statistics, plot_statistics, statistics_table
 from scenes import GaitWalk, load_scene, walker_body
 from scenes.preview.page import preview_html
 from simulator import Phone
-from studies.approach_statistics import approach_statistics, plot_statistics, statistics_table
 
 DOCS = Path(__file__).parent
 CAMERAS = {

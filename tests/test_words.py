@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("benchmarks", "scenes", "simulator", "obstaclewatch", "studies")
+PACKAGES = ("benchmarks", "scenes", "simulator", "obstaclewatch", "docs/studies")
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 SUFFIXES = (".py", ".md", ".yaml", ".j2", ".html")
 EVERYWHERE = {

@@ -151,4 +151,4 @@ READINGS: dict[str, dict[str, Any]] = {
 """Named settings of the paper's detector; by default its formulas are corrected. "calibrated" was chosen on 40
 development walks of the recipe `paper`. With lambda 2, 2.5 and 3 it has TP 7 and TN 20 of 20 (as corrected TP 1; with
 1.5, TN 19), with 3 the most alerts a metre before contact. The line is the least-squares fit to its 18 narrow targets,
-whose crests hardly tell the radius: correlation 0.05 (`studies.crest_calibration`)."""
+whose crests hardly tell the radius: correlation 0.05 (`docs.studies.crest_calibration`)."""

@@ -1,6 +1,6 @@
 """Pedestrians with the shapes of real people: two sexes, three builds, standing, reading a phone, or walking.
 
-The meshes come from the base mesh of MakeHuman (CC0); `studies/make_people.py` made them and says how.
+The meshes come from the base mesh of MakeHuman (CC0); `docs/studies/make_people.py` made them and says how.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from docs.studies.approach_statistics import ApproachStatistics, approach_statistics, plot_statistics, statistics_table
 from scenes.streets.approaches import DATA_COLLECTION
-from studies.approach_statistics import ApproachStatistics, approach_statistics, plot_statistics, statistics_table
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from studies.beep_cost import HEADER, beep_cost_ms, cost_row
+from docs.studies.beep_cost import HEADER, beep_cost_ms, cost_row
 
 
 class _Slow:

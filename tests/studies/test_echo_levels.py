@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from docs.studies.echo_levels import EchoLevels, echo_levels
 from simulator import Phone
-from studies.echo_levels import EchoLevels, echo_levels
 
 PHONE = Phone.ideal(speaker_m=[0.0, 0.05, 0.0], mics_m=[[0.0, 0.15, 0.0], [0.0, -0.05, 0.0]])
 

@@ -10,9 +10,9 @@ import pytest
 
 from benchmarks.plan.suite import load_suite
 from benchmarks.runs.results import RunData
+from docs.studies.crest_calibration import calibration_line, crest_m
+from docs.studies.errata_table import HEADER, errata_rows, markdown
 from obstaclewatch import Errata
-from studies.crest_calibration import calibration_line, crest_m
-from studies.errata_table import HEADER, errata_rows, markdown
 
 
 def cell(kind, outcome, error_m, candidates):

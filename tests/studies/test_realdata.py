@@ -10,9 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from obstaclewatch import BeepDesign, Fault, Flag, PaperSettings, PaperStandingDetector, Recording, inspect_recording
-from simulator import Phone
-from studies.real_traces import (
+from docs.studies.real_traces import (
     Trace,
     false_detections,
     learn,
@@ -21,7 +19,7 @@ from studies.real_traces import (
     track_from_hold,
     voted,
 )
-from studies.real_vs_simulated import (
+from docs.studies.real_vs_simulated import (
     CASES,
     excitation,
     line_db,
@@ -30,6 +28,8 @@ from studies.real_vs_simulated import (
     to_db,
     to_magnitude,
 )
+from obstaclewatch import BeepDesign, Fault, Flag, PaperSettings, PaperStandingDetector, Recording, inspect_recording
+from simulator import Phone
 
 SHARED = Path(os.environ.get("OBSTACLEWATCH_SHARED", Path(__file__).resolve().parents[3] / "shared"))
 DATA = SHARED / "realdata" / "open"

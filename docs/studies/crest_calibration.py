@@ -1,7 +1,7 @@
 """The paper's Fig. 11 on walks of one's own: radius by the width of crests, a line fitted to narrow targets.
 
 obstaclewatch run paper --split dev --set "detectors=[PaperDetector(pulse_width_removed=False, local_threshold=False)]"
-python -m studies.crest_calibration results/paper/latest
+python -m docs.studies.crest_calibration results/paper/latest
 """
 
 from __future__ import annotations

