@@ -10,8 +10,9 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from benchmarks.cells.spec import first_error
 
-Number = float | None
-"""JSON lacks NaN: no number is null."""
+Number = Annotated[float, Field(ge=-1e18, le=1e18)] | None
+"""JSON lacks NaN: no number is null. The bound is that of 64-bit integers, as which beeps are counted."""
+Natural = Annotated[int, Field(ge=0, lt=1 << 63)]
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 """Names a file of the run, so it must be no path."""
 
@@ -107,8 +108,8 @@ class _Walk(_Stored):
     scene: str
     category: str
     phone: str
-    index: int
-    seed: int
+    index: Natural
+    seed: Natural
     range_m: Number
     detectors: list[str] = []
 
