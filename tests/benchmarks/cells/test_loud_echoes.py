@@ -186,7 +186,7 @@ def test_errors_against_echoes_stand_beside_those_against_the_truth(tmp_path):
     assert "PaperDetector, Distance2 against the nearest loud echo" not in curves
     rows = {row.label: row.cells[0].text for row in verdict_rows(run) if "diagnostic" in row.label}
     assert rows["Distance1 against the nearest loud echo, median (diagnostic)"] == "0.30 cm"
-    assert rows["Distance2 against the nearest loud echo, P90 (diagnostic)"] == "no data"
+    assert rows["Distance2 against the nearest loud echo, P90 (diagnostic)"] == "no estimate"
 
 
 def test_runs_from_before_echoes_were_told_are_read_as_they_were(tmp_path):

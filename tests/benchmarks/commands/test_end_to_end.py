@@ -157,7 +157,7 @@ def test_a_mesh_with_nan_vertices_is_refused(monkeypatch, capsys, tmp_path):
         (["gate", "run", "--seed", "-1"], "'--seed': -1"),
         (["scene", "check", "supermarket", "--seed", "-1"], "'--seed': -1"),
         (["baseline", "update", "run"], "obstaclewatch baseline update: Missing option '--reason'"),
-        (["status", "run"], "lacks argv, suite, tier, split, seed, plan"),
+        (["status", "run"], "must be a JSON object, got list"),
     ],
 )
 def test_what_cannot_be_written_read_or_meant_is_one_line_too(monkeypatch, capsys, tmp_path, arguments, says):
