@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from obstaclewatch import BeepDesign, PhoneGeometry
 from obstaclewatch.signal.local_noise import local_noise
-from obstaclewatch.tracking.detector import WAITS_M, due, is_pressing, next_to_judge
+from obstaclewatch.tracking.detector import WAITS_M, TrackingDetector, due, is_pressing, next_to_judge
 from obstaclewatch.tracking.track_before_detect import CHANGE, LineLikelihood, log_ratio
 from obstaclewatch.tracking.tracks import Track
 from obstaclewatch.trajectories.posterior_grid import Expectation, Posterior
@@ -119,13 +120,33 @@ def test_what_was_not_heard_since_is_not_judged_again():
 
 @pytest.mark.parametrize(
     ("collision", "left_m", "misses", "pressing"),
-    [(0.4, 1.3, 0, True), (0.4, 1.5, 0, True), (0.2, 1.3, 0, False), (0.9, 2.0, 0, False), (0.9, 1.3, 1, False)],
+    [
+        (0.4, 1.3, 0, True),
+        (0.4, 1.5, 0, True),
+        (0.4, 0.3, 0, True),
+        (0.4, -0.1, 0, False),
+        (0.2, 1.3, 0, False),
+        (0.9, 2.0, 0, False),
+        (0.9, 1.3, 1, False),
+    ],
 )
 def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
     track = _track(1.6, 0.9, 0.9)
     assert not is_pressing(track)  # nothing is expected of it yet
     track.trajectory, track.misses = Expectation(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
     assert is_pressing(track) == pressing
+
+
+@pytest.mark.parametrize(("left_m", "alarming"), [(1.4, False), (1.3, True), (0.8, True), (0.2, True), (-0.1, False)])
+def test_an_alert_may_come_late(left_m, alarming):
+    """Alerts were forbidden with less than a metre left: four of ten collisions had none although followed."""
+    detector = TrackingDetector(BeepDesign(), PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]]))
+    track = _track(1.6, 0.9, 0.9)
+    for k in range(8):
+        track.past.append((PERIOD_S * k, 2.0 - 0.12 * k, 0.01))
+    expected = Expectation(0.93, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9)
+    assert detector._is_alarming(track, expected) == alarming
+    assert not detector._is_alarming(track, expected._replace(collision=0.85))
 
 
 def test_what_is_far_waits_while_tracks_are_searched_for():
