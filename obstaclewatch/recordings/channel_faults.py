@@ -19,6 +19,9 @@ FEWEST_LEVELS = 64
 AMBIENT_HZ = (60.0, 500.0)
 """Where microphones 16 cm apart receive the surroundings alike: the wavelength is 0.7 m and more."""
 OPPOSED = -0.7
+SEGMENT_S, FEWEST_SEGMENTS = 0.1, 5
+"""Correlations are taken over segments, and their median counts: where a recording begins within a beep or lacks
+samples, the jump rings below 500 Hz with the phases of the beep, for less than a segment."""
 LEAST_AMBIENT_STEPS = 1.0
 
 
@@ -63,7 +66,9 @@ def inverted_channel(recording: Recording) -> Finding | None:
     Not told by the beep: a phone's channels differ by any phase at 20 kHz. Nor without sound below 500 Hz.
     """
     rate = recording.sample_rate_hz
-    if recording.samples.shape[1] < rate / AMBIENT_HZ[0] * 10:
+    length = round(SEGMENT_S * rate)
+    count = recording.samples.shape[1] // length
+    if count < FEWEST_SEGMENTS:
         return None
     filtered = scipy.signal.sosfiltfilt(
         scipy.signal.butter(2, AMBIENT_HZ, "bandpass", fs=rate, output="sos"),
@@ -75,7 +80,9 @@ def inverted_channel(recording: Recording) -> Finding | None:
     least = LEAST_AMBIENT_STEPS * np.array(steps) * np.sqrt(filtered.shape[1])
     if (power <= np.maximum(least**2, np.finfo(np.float64).tiny)).any():
         return None
-    alike = float(filtered[0] @ filtered[1] / np.sqrt(power[0] * power[1]))
+    first, second = filtered[:, : count * length].reshape(2, count, length)
+    scale = np.sqrt(np.sum(first**2, axis=1) * np.sum(second**2, axis=1))
+    alike = float(np.median(np.sum(first * second, axis=1) / np.maximum(scale, np.finfo(np.float64).tiny)))
     if alike > OPPOSED:
         return None
     return Finding(

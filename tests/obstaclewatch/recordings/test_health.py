@@ -152,6 +152,12 @@ def test_start_level_and_noise_raise_no_alarm(start, gain, seed):
     assert (Fault.MID_BEEP_START in health.faults) == (start < 9_600) or not 600 < start < 6_000
 
 
+def test_a_start_in_mid_beep_inverts_no_channel():
+    """The jump rings below 500 Hz with the beep's phases, which may be opposed between the microphones."""
+    clean = walk("galaxy-note5")
+    assert inspect((clean + noise(clean.shape, 1e-4, 0))[:, 1730:], "galaxy-note5").faults == {Fault.MID_BEEP_START}
+
+
 def test_touching_a_wall_is_not_a_gap():
     """At 6 cm its echo runs into the direct sound and moves it by samples, as in the last beep of a rendered walk."""
     points = [Point(0.5, gain=8.0)]
