@@ -79,9 +79,9 @@ def walked(cell: Cell) -> Walked:
     pitch_rad = mean_pitch_rad(walk)
     axis = np.cos(pitch_rad) * heading + [0.0, 0.0, np.sin(pitch_rad)]
     mic_m = walk.start_m + walk.speed_m_s * middle_s[:, None] * heading + phone.geometry.mics_m[0, 1] * axis
-    echo = []
+    echo, met = [], paths.obstacles_met()
     for row in np.flatnonzero((paths.mic == 0) & (paths.order > 0)):
-        parts = str(paths.obstacle[row]).split(" > ")
+        parts = met[row]
         if target in parts and set(parts) <= {target, "ground"}:
             point, beep = paths.points_m[row, 1 + parts.index(target)], paths.pose[row]
             echo.append([beep, *seen(point, mic_m[beep], axis, heading, "ground" in parts), abs(paths.gain[row])])

@@ -131,6 +131,12 @@ class Paths:
         }  # fmt: skip
         return replace(self, **rows)
 
+    def obstacles_met(self) -> list[tuple[str, ...]]:
+        """Names of the obstacles that each path meets, in turn; empty for the direct sound."""
+        names, which = np.unique(self.obstacle, return_inverse=True)
+        met = [tuple(name.split(" > ")) if name else () for name in names.tolist()]
+        return [met[k] for k in which.tolist()]
+
     def gain_at(self, frequency_hz: ArrayLike) -> Complexes:
         """(P, F) gains at any frequency; held at their end values outside 15-25 kHz."""
         return band.evaluate(band.coefficients(self.band_gain), np.atleast_1d(np.asarray(frequency_hz, np.float64)))

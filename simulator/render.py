@@ -146,9 +146,7 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
 
 def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
     """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
-    names, which = np.unique(paths.obstacle, return_inverse=True)
-    kept = np.array([name == "" or not set(name.split(" > ")) <= set(obstacles) for name in names], dtype=bool)
-    return kept[which] if len(paths) else np.zeros(0, dtype=bool)
+    return np.array([not met or not set(met) <= set(obstacles) for met in paths.obstacles_met()], dtype=bool)
 
 
 def _known(names: Collection[str], scene: PreparedScene) -> Collection[str]:

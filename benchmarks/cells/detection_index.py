@@ -52,8 +52,8 @@ def detection_index_db(setting: Situation, truth: GroundTruth, beep: BeepDesign,
 
 def of_target(paths: Paths, target: str, grounds: Collection[str]) -> Flags:
     """(P,) whether a path meets the target, and nothing else but the ground."""
-    met = [set(way.split(" > ")) for way in paths.obstacle.tolist()]
-    return np.array([target in names and names <= {target, *grounds} for names in met], dtype=bool)
+    own = {target, *grounds}
+    return np.array([target in met and own.issuperset(met) for met in paths.obstacles_met()], dtype=bool)
 
 
 def _peak(paths: Paths, beep: BeepDesign) -> float:

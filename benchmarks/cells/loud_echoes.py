@@ -68,7 +68,7 @@ def one_way_m(points_m: Floats, met: Sequence[str], target: str, mic_m: Floats) 
 
 def _of_one(paths: Paths, target: str, grounds: Collection[str], mic_m: Floats) -> list[float]:
     """Ascending ranges of the loud echoes among one microphone's paths."""
-    met = [way.split(" > ") for way in paths.obstacle.tolist()]
+    met = paths.obstacles_met()
     own = of_target(paths, target, grounds)
     level = np.where(own, np.abs(paths.gain), 0.0)
     loud = np.flatnonzero(own & (level >= level.max(initial=0.0) * 10.0 ** (-LOUD_DB / 20.0)))

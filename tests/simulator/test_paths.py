@@ -31,6 +31,12 @@ def test_no_paths_print_too(paths):
     assert repr(paths[:0]).splitlines()[0] == "Paths(0 at 2 poses)"
 
 
+def test_obstacles_met_are_those_in_turn(paths):
+    assert paths[:0].obstacles_met() == []
+    assert [" > ".join(met) for met in paths.obstacles_met()] == paths.obstacle.tolist()
+    assert {len(met) for met in paths[paths.order == 0].obstacles_met()} == {0}
+
+
 def test_a_notebook_shows_a_table_with_names_escaped(paths):
     page = paths._repr_html_()
     assert page.count("<tr>") == len(paths) + 1

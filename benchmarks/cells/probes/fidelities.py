@@ -124,9 +124,7 @@ def peak_levels_db(envelopes: Complexes) -> list[float]:
 
 def of_target(paths: Paths, target: str) -> Flags:
     """(P,) paths that meet the target."""
-    names, which = np.unique(paths.obstacle, return_inverse=True)
-    meets = np.array([target in name.split(" > ") for name in names], dtype=bool)
-    return meets[which] if len(paths) else np.zeros(0, dtype=bool)
+    return np.array([target in met for met in paths.obstacles_met()], dtype=bool)
 
 
 def _envelopes(paths: Paths, mask: Flags) -> Complexes:

@@ -98,7 +98,7 @@ def _track(range_m, judged_s, detected_s):
     return Track(range_m, 1.3, np.eye(2), detected_s, 12.0, detected_s=detected_s, judged=judged)
 
 
-def test_one_course_is_judged_at_a_time_the_nearest_most_often():
+def test_one_trajectory_is_judged_at_a_time_the_nearest_most_often():
     tracks = [_track(1.5, 0.0, 0.0), _track(3.5, 0.0, 0.0), _track(7.0, None, 0.0)]
     turns = []
     for beep in range(1, 41):
@@ -112,7 +112,7 @@ def test_one_course_is_judged_at_a_time_the_nearest_most_often():
     assert turns.count(0) > turns.count(1) > turns.count(2) >= 4
 
 
-def test_what_was_not_heard_since_is_not_judged_again():
+def test_what_was_not_received_since_is_not_judged_again():
     silent = _track(1.5, 0.9, 0.9)
     assert due([silent], 1.8) is due([], 1.8) is None
     assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).range_m == 5.0
