@@ -46,7 +46,7 @@ def render_walk(
     beep: BeepDesign,
     fidelity: Fidelity | None = None,
     seed: int = 0,
-    unheard: Collection[str] = (),
+    gated: Collection[str] = (),
 ) -> Recording:
     """What the phone's two microphones record on a walk; beep 0 leaves the speaker at sample 0.
 
@@ -57,7 +57,7 @@ def render_walk(
         beep: the emitted signal; its rate is the recording's.
         fidelity: what is modelled; None takes the defaults.
         seed: of the noise; the same seed gives the same samples bit for bit.
-        unheard: names of obstacles whose own echoes an oracle gates out: paths that meet these obstacles and no other.
+        gated: names of obstacles whose own echoes an oracle gates out: paths that meet these obstacles and no other.
             What they hide, and what they add to the echoes of others, stays.
 
     Raises:
@@ -77,7 +77,7 @@ def render_walk(
         >>> recording.samples.shape, recording.sample_rate_hz  # one beep of 90 ms at both microphones
         ((2, 17280), 192000.0)
     """
-    pieces = render_pieces(scene, phone, walk, beep, fidelity, seed, unheard)
+    pieces = render_pieces(scene, phone, walk, beep, fidelity, seed, gated)
     samples, done = np.empty((2, beep_count(walk, beep) * beep.period_samples), dtype=np.float32), 0
     for piece in pieces:
         samples[:, done : done + piece.samples.shape[1]] = piece.samples
@@ -92,7 +92,7 @@ def render_pieces(
     beep: BeepDesign,
     fidelity: Fidelity | None = None,
     seed: int = 0,
-    unheard: Collection[str] = (),
+    gated: Collection[str] = (),
 ) -> Iterator[Recording]:
     """The samples of `render_walk`, bit for bit, in pieces of seconds: in memory that no walk is too long for.
 
@@ -110,15 +110,15 @@ def render_pieces(
     check_seed(seed=seed)
     scene = as_prepared(scene)
     check_types(phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign), fidelity=(fidelity, Fidelity))
-    count, unheard = beep_count(walk, beep), _known(unheard, scene)
+    count, gated = beep_count(walk, beep), _known(gated, scene)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     early = int(np.ceil(SKIRT_S * beep.sample_rate_hz))
 
     def sounds(first: int) -> tuple[int, Floats]:
         among = range(first, min(first + BLOCK_BEEPS, count))
         paths, motion = _traced_beeps(scene, phone, walk, beep, fidelity, among)
-        if unheard:
-            kept = heard_without(paths, unheard)
+        if gated:
+            kept = ungated(paths, gated)
             paths, motion = paths[kept], motion[kept]
         motion = replace(motion, middle_s=motion.middle_s - first * beep.period_s + early / beep.sample_rate_hz)
         envelope = sum_envelopes(paths, motion, beep, len(among), early / beep.sample_rate_hz)
@@ -144,7 +144,7 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     return count
 
 
-def heard_without(paths: Paths, obstacles: Collection[str]) -> Flags:
+def ungated(paths: Paths, obstacles: Collection[str]) -> Flags:
     """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
     return np.array([not met or not set(met) <= set(obstacles) for met in paths.obstacles_met()], dtype=bool)
 
@@ -153,7 +153,7 @@ def _known(names: Collection[str], scene: PreparedScene) -> Collection[str]:
     there = [obstacle.name for obstacle in scene.obstacles]
     unknown = sorted(set(names) - set(there))
     if unknown:
-        raise ValueError(f"unheard must be names of the scene's obstacles, {there}, got {unknown}")
+        raise ValueError(f"gated must be names of the scene's obstacles, {there}, got {unknown}")
     return names
 
 

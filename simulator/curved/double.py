@@ -21,7 +21,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
-from simulator.curved.coupled_points import settle
+from simulator.curved.stationary_pairs import settle
 from simulator.images.image_tree import Images, images_lighting, matches
 from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, straightened, unfolded
@@ -249,7 +249,7 @@ def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.Station
     for k, (index, place_met) in enumerate(((one, first[ok]), (two, second[ok]))):
         sag_m = tracing.world.surfaces[index].sag_m[place_met.face]
         found = found.with_reflection(
-            place + k, normal=place_met.normal, curvature=place_met.curvature, lift_m=2.0 * sag_m,
+            place + k, normal=place_met.normal, curvature=place_met.curvature, standoff_m=2.0 * sag_m,
             face=place_met.face, uv=place_met.uv,
         )  # fmt: skip
     return found

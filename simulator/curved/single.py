@@ -75,6 +75,6 @@ def _reflected(
 
     found, ok, place = unfolded(search, Turns(mic, before, after, hit.point_m[:, None], number), amplitude)
     return found.with_reflection(
-        place, normal=hit.normal[ok], curvature=hit.curvature[ok], lift_m=2.0 * surface.sag_m[hit.face[ok]],
+        place, normal=hit.normal[ok], curvature=hit.curvature[ok], standoff_m=2.0 * surface.sag_m[hit.face[ok]],
         face=hit.face[ok], uv=hit.uv[ok],
     )  # fmt: skip

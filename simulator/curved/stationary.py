@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.surfaces.facet_groups import may_mirror
+from simulator.surfaces.facet_bounds import may_mirror
 from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor

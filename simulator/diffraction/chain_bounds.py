@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
-from simulator.diffraction.btm import strength_bound
 from simulator.diffraction.edge_view import APEX, END, START
+from simulator.diffraction.finite_edge import strength_bound
 from simulator.diffraction.single import seen
 from simulator.surfaces.wedges import Wedges
 

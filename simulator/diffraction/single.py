@@ -19,8 +19,8 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator.diffraction.btm import edge_terms, strength_bound
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.diffraction.finite_edge import edge_terms, strength_bound
 from simulator.images.image_tree import EdgeImages, images_of, matches
 from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, straightened, unfolded

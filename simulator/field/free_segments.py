@@ -24,7 +24,7 @@ def segments_free(tracing: Tracing, found: Candidates) -> Flags:
 def _displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, N + 1, 3) starts and ends of the segments, clear of the surfaces that they leave and meet."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    clearance = found.lift_m + OFFSET * extent
+    clearance = found.standoff_m + OFFSET * extent
     displaced = found.points_m.copy()
     inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
     displaced[:, 1:-1] += np.where(inner[:, :, None], clearance[:, :, None] * found.normal, 0.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.diffraction.btm import FACE_0, FACE_N, edge_terms
 from simulator.diffraction.edge_view import APEX, END, EdgeView
+from simulator.diffraction.finite_edge import FACE_0, FACE_N, edge_terms
 from simulator.diffraction.single import views_of
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air

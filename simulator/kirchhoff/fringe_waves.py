@@ -22,8 +22,8 @@ import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.kirchhoff.lit_ends import Ends
-from simulator.kirchhoff.path_cells import STEP_M, Grid
+from simulator.kirchhoff.illuminating_images import Ends
+from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.creases import Creases
 
 ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts cancel by more digits than there are

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.kirchhoff.facet_sums import WIDE, add_facets
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
-from simulator.kirchhoff.lit_ends import Ends
-from simulator.kirchhoff.path_cells import STEP_M, Grid, stand_ins, standing
+from simulator.kirchhoff.illuminating_images import Ends
+from simulator.kirchhoff.path_length_grid import STEP_M, Grid, stand_ins, standing
 from simulator.surfaces.facets import Facets
 
 RANK_SHARE = 1e-3  # of a surface's reflection: what it varies by beyond that over frequency is kept

@@ -236,8 +236,8 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
     gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)
     patches = world.patches.normal, world.patches.obstacle
     stops = _displaced_stops(
-        views.start_m, hits, target, normal, facets.lift_m[facet], views.pose, views.order, views.sequence, *patches,
-        tracing.placed, gap,
+        views.start_m, hits, target, normal, facets.standoff_m[facet], views.pose, views.order, views.sequence,
+        *patches, tracing.placed, gap,
     )  # type: ignore[call-arg]  # fmt: skip
     free = code == REACHED
     for k in range(views.sequence.shape[1] + 1):

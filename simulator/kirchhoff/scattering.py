@@ -14,10 +14,10 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Ints
 from simulator.curved.single import Images
 from simulator.images.unfolding import Turns, straightened, unfolded
+from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.image_pairs import Pairs
 from simulator.kirchhoff.integral import Cells, scattered
 from simulator.kirchhoff.lighting import Light, Sights, lit_spots, spots_of
-from simulator.kirchhoff.lit_ends import Ends
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets
 from simulator.world.audible import Audible
@@ -127,7 +127,7 @@ def _over_body(
     each = np.arange(len(ok))
     arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
     normal = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
-    found = found.with_reflection(place, normal=normal, lift_m=facets.lift_m[cells.facet[ok]])
+    found = found.with_reflection(place, normal=normal, standoff_m=facets.standoff_m[cells.facet[ok]])
     return replace(found, cell=first + ok)
 
 

@@ -25,7 +25,7 @@ def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: fl
     l, m = (np.linalg.norm(end - point, axis=1) for end in ends)
     radius = np.sqrt(2.0 * np.pi / wavenumber * l * m / np.maximum(l + m, 1e-300))
     gap = OFFSET * max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    lifted = point + (found.lift_m[each, slot] + gap)[:, None] * normal
+    lifted = point + (found.standoff_m[each, slot] + gap)[:, None] * normal
     places = [lifted + spot for spot in _spots(normal, radius)]
     seen = np.stack([_seen(tracing, found.pose, ends, place) for place in places], axis=1)
     counted = np.stack([_this_side(found, slot, place) for place in places], axis=1)

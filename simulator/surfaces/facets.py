@@ -12,7 +12,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.creases import Creases, creases_of
-from simulator.surfaces.facet_groups import leaves
+from simulator.surfaces.facet_bounds import leaves
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 from simulator.surfaces.subdivision import cut_up
 
@@ -38,7 +38,7 @@ class Facets:
         middle_m: (F, 3) centroid of the rounded surface over the triangle.
         normal: (F, 3) unit normals over the triangle's middle.
         area_m2: (F,).
-        lift_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
+        standoff_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
         start: (B + 1,) where each block begins.
         closed: only the outside scatters.
         creases: convex ones at which a smooth surface ends.
@@ -50,7 +50,7 @@ class Facets:
     middle_m: Floats
     normal: Floats
     area_m2: Floats
-    lift_m: Floats
+    standoff_m: Floats
     start: Ints
     closed: bool
     creases: Creases
@@ -97,7 +97,7 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     return Facets(
         obstacle=obstacle, corner_m=corner_m, middle_m=flat + rise, normal=normal,
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
-        lift_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
+        standoff_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(np.linalg.norm(every - center, axis=1).max()),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.scene.scene import Obstacle, with_area
 from simulator.surfaces.cone_tips import tips_opened
-from simulator.surfaces.facet_groups import Clusters, clusters
+from simulator.surfaces.facet_bounds import Clusters, clusters
 from simulator.surfaces.quadratic_triangles import bulges
 from simulator.surfaces.thin_plate_rims import rims
 from simulator.surfaces.vertex_normals import vertex_geometry

@@ -26,7 +26,7 @@ class Candidates:
         points_m: (C, N + 2, 3) source, reflection points, receiver (repeated to the end of the row).
         normal: (C, N, 3) unit normals on the incident side.
         curvature: (C, N, 3, 3) curvature tensors, 0 for planes.
-        lift_m: (C, N) how far the true surface may stand off its mesh there.
+        standoff_m: (C, N) how far the true surface may stand off its mesh there.
         face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
         part: (C,) edges.APEX, START or END of that edge.
@@ -44,7 +44,7 @@ class Candidates:
     points_m: Floats
     normal: Floats
     curvature: Floats
-    lift_m: Floats
+    standoff_m: Floats
     face: Ints
     uv: Floats
     edge: Ints
@@ -89,7 +89,7 @@ def _widened(found: Candidates, width: int) -> Candidates:
     if more == 0:
         return found
     wide = {"points_m": np.repeat(found.points_m[:, -1:], more, axis=1)}
-    for name in ("sequence", "interaction", "normal", "curvature", "lift_m", "face", "uv"):
+    for name in ("sequence", "interaction", "normal", "curvature", "standoff_m", "face", "uv"):
         column = getattr(found, name)
         blank = -1 if name in ("sequence", "interaction", "face") else 0
         wide[name] = np.full((len(found), more, *column.shape[2:]), blank, dtype=column.dtype)

@@ -25,21 +25,21 @@ class Situation:
     Attributes:
         scene, walk, phone: what is rendered.
         targets: names of the obstacles whose estimates are judged.
-        unheard: names of those whose own echoes are left out; see `simulator.render_walk`.
+        gated: names of those whose own echoes are left out; see `simulator.render_walk`.
     """
 
     scene: Scene
     walk: Walk
     phone: Phone
     targets: tuple[str, ...]
-    unheard: tuple[str, ...] = ()
+    gated: tuple[str, ...] = ()
 
 
 def rendered(setting: Situation, cell: Cell) -> Recording:
     """What the phone records on the walk, with the cell's beep, fidelity and seed."""
     beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
     return render_walk(
-        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, unheard=setting.unheard
+        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, gated=setting.gated
     )
 
 

@@ -28,7 +28,7 @@ def varied(setting: Situation, cell: Cell) -> Situation:
     if walk is not setting.walk:
         walk = until_contact(walk, scene, setting.targets)
     phone = changed_phone(setting.phone, cell.phone_change)
-    return replace(setting, scene=scene, walk=walk, phone=phone, unheard=_unheard(scene, cell.scene_change))
+    return replace(setting, scene=scene, walk=walk, phone=phone, gated=_gated(scene, cell.scene_change))
 
 
 def air_of(cell: Cell) -> Air:
@@ -82,7 +82,7 @@ def _louder(mic: Transducer, level_db: float) -> Transducer:
     return mic if level_db == 0.0 else replace(mic, response_db=mic.response_db + level_db)
 
 
-def _unheard(scene: Scene, change: SceneChange) -> tuple[str, ...]:
+def _gated(scene: Scene, change: SceneChange) -> tuple[str, ...]:
     return () if change.ground_echo else tuple(o.name for o in scene.obstacles if o.category == "ground")
 
 

@@ -18,7 +18,7 @@ from scenes.obstacles import ground, wall
 from scenes.streets.approaches import AFTER_CONTACT_S
 from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk, render_walk
-from simulator.render import heard_without, trace_walk
+from simulator.render import trace_walk, ungated
 
 BEEP = BeepDesign()
 PERIOD_S = BEEP.period_s
@@ -189,16 +189,17 @@ def test_the_ground_s_own_echo_is_gated_out_and_its_corner_with_the_wall_stays()
     phone, scene, speed = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.01, 0.0], [0.0, -0.01, 0.0]]), wall_on_ground(), 0.0
     walk = StraightWalk(np.array([0.0, 0.0, 1.3]), 0.0, speed, 2 * PERIOD_S)
     paths = trace_walk(scene, phone, walk, BEEP, Fidelity(max_order=2))[0]
-    kept = heard_without(paths, ["ground"])
+    kept = ungated(paths, ["ground"])
     assert set(paths.obstacle[~kept]) == {"ground"}
     np.testing.assert_allclose(paths.delay_s[~kept] * scene.air.sound_speed_m_s, 2.6, atol=1e-3)
     assert {"", "wall", "wall > ground", "ground > wall"} <= set(paths.obstacle[kept])
-    heard, gated = (render_walk(scene, phone, walk, BEEP, unheard=names).samples for names in ((), ("ground",)))
+    full = render_walk(scene, phone, walk, BEEP).samples
+    without = render_walk(scene, phone, walk, BEEP, gated=("ground",)).samples
     alone = render_walk(Scene(scene.obstacles[:1]), phone, walk, BEEP).samples
     direct = render_walk(Scene(()), phone, walk, BEEP).samples
-    np.testing.assert_allclose(heard - gated, alone - direct, atol=2e-7 * np.abs(heard).max())
+    np.testing.assert_allclose(full - without, alone - direct, atol=2e-7 * np.abs(full).max())
     with pytest.raises(ValueError, match=r"names of the scene's obstacles, .* got \['sky'\]"):
-        render_walk(scene, phone, walk, BEEP, unheard=("sky",))
+        render_walk(scene, phone, walk, BEEP, gated=("sky",))
 
 
 def test_a_cell_without_the_ground_s_echo_names_its_ground():
@@ -207,9 +208,9 @@ def test_a_cell_without_the_ground_s_echo_names_its_ground():
         detectors=("PaperDetector",), scene_change=SceneChange(ground_echo=False),
     )  # fmt: skip
     plain = approach_situation(cell)
-    assert plain.unheard == ()
+    assert plain.gated == ()
     changed = varied(plain, cell)
-    assert changed.unheard == ("ground",)
+    assert changed.gated == ("ground",)
     assert changed.scene.obstacles == plain.scene.obstacles
 
 

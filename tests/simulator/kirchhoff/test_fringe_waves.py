@@ -10,8 +10,8 @@ import trimesh
 
 from simulator import Material, Obstacle
 from simulator.kirchhoff.fringe_waves import _about, _fringe, add_fringe_waves
-from simulator.kirchhoff.lit_ends import Ends
-from simulator.kirchhoff.path_cells import Grid
+from simulator.kirchhoff.illuminating_images import Ends
+from simulator.kirchhoff.path_length_grid import Grid
 from simulator.surfaces.creases import Creases, creases_of
 from simulator.surfaces.facets import facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in

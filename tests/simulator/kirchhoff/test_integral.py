@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from obstaclewatch import BeepDesign
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, trace_paths
+from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
-from simulator.kirchhoff.lit_ends import Ends
 from simulator.render import sum_envelopes, trace_walk
 from simulator.surfaces.creases import no_creases
 from simulator.surfaces.facets import facets_of

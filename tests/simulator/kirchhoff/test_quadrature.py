@@ -13,8 +13,8 @@ import pytest
 import trimesh
 
 from simulator import Material, Obstacle
+from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
-from simulator.kirchhoff.lit_ends import Ends
 from simulator.surfaces.creases import no_creases
 from simulator.surfaces.facets import facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in

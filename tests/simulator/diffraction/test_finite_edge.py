@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from simulator.diffraction.btm import FACE_0, edge_terms
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.diffraction.finite_edge import FACE_0, edge_terms
 from simulator.waves import band
 
 C = 343.0
