@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 
+LEAST_TAPER = 0.01  # what rises faster is a click
 LOWEST_HZ = 1000.0  # no phone makes a beam of lower sound; 18 stands for 18 kHz
 
 
@@ -26,11 +27,13 @@ class BeepDesign:
         duration_s: length of the beep.
         gap_s: time without sound between the end of a beep and the start of the next.
         sample_rate_hz: rate at which the phone plays and records.
+        taper: share of the beep over which the window rises and falls; 1 is the paper's Hann window, less a Tukey
+            window, which emits more energy at the same peak.
 
     Raises:
         ValueError: a time is not a positive number, a frequency is below 1 kHz (kHz given for Hz), the two frequencies
-            are equal, the band passes half the sample rate, the beep is shorter than two samples, or the period is not
-            a whole number of samples.
+            are equal, the band passes half the sample rate, the beep is shorter than two samples, the period is not
+            a whole number of samples, or the taper is not between 0.01 and 1.
 
     >>> beep = BeepDesign()
     >>> beep.period_samples, len(beep.samples())
@@ -44,11 +47,12 @@ class BeepDesign:
     duration_s: float = 0.050
     gap_s: float = 0.040
     sample_rate_hz: float = 192_000.0
+    taper: float = 1.0
 
     def __post_init__(self) -> None:
         check_numbers(
             start_hz=self.start_hz, stop_hz=self.stop_hz, duration_s=self.duration_s, gap_s=self.gap_s,
-            sample_rate_hz=self.sample_rate_hz,
+            sample_rate_hz=self.sample_rate_hz, taper=self.taper,
         )  # fmt: skip
         for name in ("start_hz", "stop_hz", "duration_s", "sample_rate_hz"):
             value = getattr(self, name)
@@ -69,6 +73,8 @@ class BeepDesign:
             )
         if round(self.duration_s * self.sample_rate_hz) < 2:  # the window's first sample is 0
             raise ValueError(f"duration_s must be two samples or more, got {self.duration_s} s")
+        if not LEAST_TAPER <= self.taper <= 1.0:
+            raise ValueError(f"taper must be a share of the beep, {LEAST_TAPER} to 1, got {self.taper}")
         if abs(self.period_s * self.sample_rate_hz - self.period_samples) > 1e-6:
             raise ValueError(f"duration_s + gap_s must be a whole number of samples, got {self.period_s} s")
 
@@ -98,10 +104,11 @@ class BeepDesign:
         return self.center_hz / self.chirp_rate_hz_s
 
     def window(self, time_s: ArrayLike) -> Floats:
-        """Hann window at times after the start of the beep; exactly zero outside it."""
+        """Hann window, or Tukey's, at times after the start of the beep; exactly zero outside it."""
         t = np.asarray(time_s, dtype=np.float64)
-        inside = (t >= 0.0) & (t <= self.duration_s)
-        return np.where(inside, np.sin(np.pi * t / self.duration_s) ** 2, 0.0)
+        to_end = np.minimum(t, self.duration_s - t)
+        risen = np.minimum(np.maximum(to_end, 0.0) / (self.taper * self.duration_s), 0.5)
+        return np.sin(np.pi * risen) ** 2
 
     def phase_rad(self, time_s: ArrayLike) -> Floats:
         """Phase of the chirp, 2 pi (f0 t + k t^2 / 2), rad."""
@@ -116,3 +123,13 @@ class BeepDesign:
         """(n,) the beep sampled at `sample_rate_hz`; 9600 samples for the paper's beep."""
         count = round(self.duration_s * self.sample_rate_hz)
         return self.waveform(np.arange(count) / self.sample_rate_hz)
+
+    def replica(self) -> Floats:
+        """(n,) what a receiver correlates with, so that an echo is compressed to a Hann chirp's pulse.
+
+        Under the Hann window that is the beep. A Tukey window's own pulse has sidelobes 13 dB down; where the echo's
+        window times the replica's is Hann's squared, they are 47 dB down as ever.
+        """
+        time = np.arange(len(self.samples())) / self.sample_rate_hz
+        hann, own = np.sin(np.pi * time / self.duration_s) ** 2, self.window(time)
+        return hann * np.divide(hann, own, out=np.zeros_like(own), where=own > 0.0) * np.cos(self.phase_rad(time))

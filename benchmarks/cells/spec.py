@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
-from obstaclewatch.beep import LOWEST_HZ
+from obstaclewatch.beep import LEAST_TAPER, LOWEST_HZ
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
@@ -26,6 +26,7 @@ class BeepSetting(BaseModel, extra="forbid", frozen=True):
     duration_s: Positive = 0.050
     gap_s: Annotated[float, Field(ge=0.0)] = 0.040
     sample_rate_hz: Positive = 192_000.0
+    taper: Annotated[float, Field(ge=LEAST_TAPER, le=1.0)] = 1.0
 
     @property
     def period_s(self) -> float:

@@ -145,11 +145,11 @@ class MatchedFilter:
         return fft.ifft(spectrum, norm="forward", overwrite_x=True)
 
     def _conjugate_replica(self, reverse: bool) -> Complexes:
-        """Conjugate spectrum of the beep, scaled to unit gain and delayed so that the output starts `lead_s` early."""
-        samples = self.beep.samples()
-        bins = self._band((samples[::-1] if reverse else samples)[None])[0]
+        """Conjugate spectrum of the replica, scaled to unit gain, delayed so that the output starts `lead_s` early."""
+        replica, beep = self.beep.replica(), self.beep.samples()
+        bins, emitted = (self._band((x[::-1] if reverse else x)[None])[0] for x in (replica, beep))
         shift = -2j * np.pi * self._slots * self._lead / self._count
-        return bins.conj() * np.exp(shift) / np.sum(np.abs(bins) ** 2)
+        return bins.conj() * np.exp(shift) / np.sum(bins.conj() * emitted).real
 
     def _check_arguments(self, reach_s: float, lead_s: float, rate_hz: float) -> None:
         for name, delay_s in (("reach_s", reach_s), ("lead_s", lead_s)):

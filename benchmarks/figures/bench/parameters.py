@@ -23,6 +23,7 @@ _WORDS: dict[str, tuple[str, float]] = {
     "air.relative_humidity": ("relative humidity", 1.0),
     "beep.start_hz": ("start of the beep, kHz", 1e-3),
     "beep.stop_hz": ("end of the beep, kHz", 1e-3),
+    "beep.taper": ("share of the beep in which it rises and falls", 1.0),
     "interferer.distance_m": ("distance of the second phone, m", 1.0),
 }
 """Parameter -> words with unit, and the factor to that unit."""

@@ -268,13 +268,22 @@ def test_rates_by_stratum_count_the_walks_of_each(tmp_path):
     cells[0]["result"]["truth"] |= {"moving": True, "detection_index_db": 9.0}
     figure = FIGURES["strata"](made_up_run(tmp_path, cells))
     rows = {row[0]: row[2:] for row in figure.cells if row[1] == "PaperDetector"}
-    counts = {name: [cell.rpartition(" ")[2] for cell in row] for name, row in rows.items()}
+    counts = {name: [cell.rpartition(" ")[2] for cell in row[:4]] for name, row in rows.items()}
     assert counts["all walks"] == ["1/2", "2/2", "2/2", "1/2"]
     assert counts["close: overlap < 10 cm, clearance < 30 cm"] == ["1/1", "1/1", "1/1", "0/1"]
     assert counts["between: overlap 10–20 cm, clearance 30–50 cm"] == ["0/1", "1/1", "1/1", "–"]
     assert counts["clear-cut: overlap ≥ 20 cm, clearance ≥ 50 cm"] == ["–", "–", "–", "1/1"]
     assert counts["index < 10 dB"] == ["1/1", "1/1", "1/1", "–"]
     assert counts["target moves"] == ["1/1", "1/1", "1/1", "–"]
+    assert rows["all walks"][4] == "–"  # no probability is stated
+
+
+def test_at_tn_97_a_threshold_of_its_own_decides(tmp_path):
+    """Two of three collisions are surer than the surest walk without one."""
+    cells = [walk(index=i, probability=[p]) for i, p in enumerate((0.2, 0.6, 0.9))]
+    cells += [walk(index=3 + i, collides=False, probability=[p]) for i, p in enumerate((0.1, 0.4))]
+    rows = {row[:2]: row for row in FIGURES["strata"](made_up_run(tmp_path, cells)).cells}
+    assert rows["all walks", "PaperDetector"][-1].endswith("2/3")
 
 
 def test_strata_of_a_run_whose_standing_phones_have_a_detector_of_their_own(tmp_path):

@@ -47,6 +47,22 @@ def test_carrier_phase_is_kept(delay_s):
     assert abs(np.angle(analytic)) < 0.02
 
 
+@pytest.mark.parametrize("taper", [0.1, 0.25, 0.5])
+def test_under_a_tukey_window_the_pulse_is_the_hann_chirp_s_and_stands_higher_over_noise(taper):
+    """By Cauchy-Schwarz the replica's echo stands 10 log10((sum t r)^2 / (sum r^2 sum h^2)) over the Hann chirp's."""
+    tukey = BeepDesign(taper=taper)
+    np.testing.assert_allclose(tukey.window(TIME[:9600]), signal.windows.tukey(9600, taper, sym=False), atol=1e-3)
+    own, hann = MatchedFilter(tukey, 0.043), FILTER.compress(0.3 * BEEP.waveform(TIME - 0.01)[None]).magnitude
+    np.testing.assert_allclose(own.compress(0.3 * tukey.waveform(TIME - 0.01)[None]).magnitude, hann, atol=3e-3 * 0.3)
+    noise = np.random.default_rng(4).normal(size=(8, len(TIME)))
+    gained_db = -20.0 * np.log10(own.compress(noise).magnitude.std() / FILTER.compress(noise).magnitude.std())
+    h = signal.windows.hann(9600, sym=False)
+    r = np.divide(h**2, tukey.window(TIME[:9600]), out=np.zeros(9600), where=h > 0)
+    expected_db = 10.0 * np.log10(np.sum(h**2) ** 2 / (np.sum(r**2) * np.sum(h**2)))
+    assert gained_db == pytest.approx(expected_db, abs=0.1)
+    assert expected_db > 1.0
+
+
 def test_equals_the_correlation_written_out():
     """Independent reference: full-rate time-domain correlation and Hilbert envelope of an in-band signal."""
     rng = np.random.default_rng(1)
