@@ -19,6 +19,7 @@ from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle, Scene
+from simulator.surfaces.cracks import closed, cracks
 from simulator.surfaces.reflectors import (
     MeshReading,
     PlanarPatches,
@@ -182,9 +183,11 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     shifts = [np.zeros(3) if own else origin_m for own in carried]
     parts = [_parts_of(_Shape.of(o, s)) for o, s in zip(obstacles, shifts, strict=True)]
     first = np.cumsum([0] + [len(part.patches) for part in parts])
-    patches = _patches(parts if "specular" in mechanisms else [])
+    faces = _patches(parts)
+    crack, strip = cracks(faces, moves)
+    patches = closed(faces, crack, strip) if "specular" in mechanisms else merge_patches([])
     skins = [None if part.surface is None else replace(part.surface, obstacle=i) for i, part in enumerate(parts)]
-    blockers = _blockers(obstacles, shifts, moves)
+    blockers = _blockers(obstacles, shifts, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
@@ -209,11 +212,20 @@ def _numbered(wedges: Wedges, obstacle: int, first_patch: int) -> Wedges:
     return replace(wedges, patch=patch, obstacle=np.full(len(wedges), obstacle))
 
 
-def _blockers(obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: Flags) -> tuple[Blocker, ...]:
+def _blockers(
+    obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: Flags, cracked: Ints, strip_m: Floats
+) -> tuple[Blocker, ...]:
+    """What casts shadows: the obstacles with the strips (K, 4, 3) that close the cracks of obstacles (K,)."""
     meshes = [
         (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
     ]
     resting = np.flatnonzero(~moves)
     groups = [list(resting)] if len(resting) else []
     groups += [[index] for index in np.flatnonzero(moves)]
-    return tuple(blocker([meshes[i] for i in group], int(group[0])) for group in groups)
+    found = []
+    for group in groups:
+        own = strip_m[np.isin(cracked, group)]
+        corner = 4 * np.arange(len(own))[:, None]
+        strips = own.reshape(-1, 3), np.concatenate([corner + [0, 1, 2], corner + [0, 2, 3]])
+        found.append(blocker([meshes[i] for i in group] + [strips], int(group[0])))
+    return tuple(found)

@@ -23,6 +23,7 @@ CHECKS: dict[str, Check] = {
     "slivers": triangulations.slivers,
     "triangles": triangulations.triangles,
     "flaws": triangulations.flaw,
+    "crack": triangulations.crack,
     "sheets": triangulations.sheets,
     "ball-radius": curved.ball_radius,
     "ball-incidence": curved.ball_incidence,

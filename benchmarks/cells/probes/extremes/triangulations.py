@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from benchmarks.cells.probes.extremes.mirrors import AHEAD, against, echoes, image_lengths_m
+from benchmarks.cells.probes.extremes.mirrors import AHEAD, against, echoes, image_lengths_m, slab
 from benchmarks.cells.probes.extremes.verdict import Errors
 from obstaclewatch.support.arrays import Floats
 from simulator import Material, Obstacle, Pose
@@ -35,6 +35,11 @@ def flaw(kind: str, seam_m: float) -> Errors:
     return _mirror(*FLAWS[kind](seam_m))
 
 
+def crack(width_m: float, layout: str) -> Errors:
+    """A wall with a crack of under 2 mm where the echo leaves it: an eighth of the wavelength takes nothing off it."""
+    return _echo(*CRACKED[layout](0.5 * width_m))
+
+
 def sheets(gap_m: float, distance_m: float) -> Errors:
     """Two open rigid sheets one behind the other: the front one echoes, and nothing passes it."""
     half = 4.0 * max(1.0, distance_m)
@@ -49,9 +54,11 @@ def sheets(gap_m: float, distance_m: float) -> Errors:
 
 
 def _mirror(vertices: Floats, faces: NDArray[np.intp]) -> Errors:
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    found = echoes([Obstacle(mesh, Material.rigid(), "wall")], POSE, 5.0)
-    return against(found, [0, 1], image_lengths_m(WALL_M))
+    return _echo(Obstacle(trimesh.Trimesh(vertices, faces, process=False), Material.rigid(), "wall"))
+
+
+def _echo(*obstacles: Obstacle) -> Errors:
+    return against(echoes(obstacles, POSE, 5.0), [0, 1], image_lengths_m(WALL_M))
 
 
 def _sheet(y_m: Floats, z_m: Floats) -> Mesh:
@@ -108,15 +115,6 @@ def _t_junction(seam_m: float) -> Mesh:
     return np.concatenate([left, right]), np.concatenate([left_faces, right_faces + len(left)])
 
 
-def _crack(width_m: float) -> Callable[[float], Mesh]:
-    def made(seam_m: float) -> Mesh:
-        left, faces = _sheet(np.array([-HALF_M, seam_m - 0.5 * width_m]), np.array([-HALF_M, HALF_M]))
-        right, _ = _sheet(np.array([seam_m + 0.5 * width_m, HALF_M]), np.array([-HALF_M, HALF_M]))
-        return np.concatenate([left, right]), np.concatenate([faces, faces + len(left)])
-
-    return made
-
-
 def _overlap(seam_m: float) -> Mesh:
     left, faces = _sheet(np.array([-HALF_M, seam_m + 0.5]), np.array([-HALF_M, HALF_M]))
     right, _ = _sheet(np.array([seam_m - 0.5, HALF_M]), np.array([-HALF_M, HALF_M]))
@@ -143,12 +141,39 @@ FLAWS: dict[str, Callable[[float], Mesh]] = {
     "degenerate faces": _degenerate_faces,
     "vertices not merged": _unmerged,
     "T-junction": _t_junction,
-    "crack of 1e-12 m": _crack(1e-12),
-    "crack of 1e-9 m": _crack(1e-9),
-    "crack of 1e-6 m": _crack(1e-6),
-    "crack of 1e-3 m": _crack(1e-3),
     "overlap": _overlap,
     "loose vertices": _loose_vertices,
     "a vertex of NaN": _not_finite,
 }
 """How a mesh may be flawed, to vertices and faces for a place of the seam."""
+
+
+def _cracked_sheets(half_m: float, right_z_m: Sequence[float] = (-HALF_M, HALF_M)) -> list[Obstacle]:
+    """One mesh of two sheets; the right one may be cut where the left one is not."""
+    left, faces = _sheet(np.array([-HALF_M, -half_m]), np.array([-HALF_M, HALF_M]))
+    right, right_faces = _sheet(np.array([half_m, HALF_M]), np.array(right_z_m))
+    mesh = trimesh.Trimesh(
+        np.concatenate([left, right]), np.concatenate([faces, right_faces + len(left)]), process=False
+    )
+    return [Obstacle(mesh, Material.rigid(), "wall")]
+
+
+def _slit(half_m: float) -> list[Obstacle]:
+    """One sheet with a slit that ends within it."""
+    cells = [([-HALF_M, -half_m], [-HALF_M, 1.0]), ([half_m, HALF_M], [-HALF_M, 1.0]),
+             ([-HALF_M, -half_m, half_m, HALF_M], [1.0, HALF_M])]  # fmt: skip
+    parts = [_sheet(np.array(y), np.array(z)) for y, z in cells]
+    first = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    faces = np.concatenate([own + start for (_, own), start in zip(parts, first, strict=False)])
+    mesh = trimesh.Trimesh(np.concatenate([vertices for vertices, _ in parts]), faces, process=False)
+    return [Obstacle(mesh, Material.rigid(), "wall")]
+
+
+CRACKED: dict[str, Callable[[float], list[Obstacle]]] = {
+    "two sheets": _cracked_sheets,
+    "T-junction": lambda half: _cracked_sheets(half, [-HALF_M, -0.3, 0.0, 0.7, HALF_M]),
+    "two boxes": lambda half: [slab([WALL_M, -HALF_M, -HALF_M], [WALL_M + 0.1, -half, HALF_M], "left"),
+                               slab([WALL_M, half, -HALF_M], [WALL_M + 0.1, HALF_M, HALF_M], "right")],
+    "a slit": _slit,
+}  # fmt: skip
+"""How a wall may be cracked, from half the width to obstacles."""
