@@ -182,8 +182,11 @@ def paper_settings(values: dict[str, Any]) -> PaperSettings:
     Raises:
         ValueError: an unknown name or a value out of range.
     """
+    switches = values.get("errata", {})
+    if not isinstance(switches, dict):
+        raise ValueError(f"errata must be switches by name, such as {{rim_angle: false}}, got {switches!r}")
     try:
-        errata = Errata(**values.get("errata", {}))
+        errata = Errata(**switches)
         plain = {key: _tuple(value) for key, value in values.items() if key != "errata"}
         return PaperSettings(**plain, errata=errata)
     except TypeError as error:

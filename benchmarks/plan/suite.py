@@ -208,7 +208,8 @@ def _read(name_or_path: str) -> dict[str, Any]:
 def _mapping(text: str, source: str) -> dict[str, Any]:
     data = parsed(text, source, "suite")[0]
     if not isinstance(data, dict):
-        raise ValueError(f"suite '{source}' must be a YAML mapping, got {type(data).__name__}")
+        found = "nothing" if data is None else type(data).__name__
+        raise ValueError(f"suite '{source}' must be a YAML mapping, got {found}")
     return data
 
 

@@ -24,7 +24,8 @@ BITS = 24
 _STEPS = 1 << (BITS - 1)
 _MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
 _MAX_RATE_HZ = (1 << 31) - 1  # libsndfile's
-_PIECE = 1 << 20  # samples turned into steps at a time
+_PIECE = 1 << 20  # samples read, or turned into steps, at a time
+_MOST_SAMPLES = 1 << 30  # of a microphone in memory: an hour and a half at 192 kHz, 8 GiB
 
 
 def write_recording(recording: Recording | Iterable[Recording], path: str | os.PathLike[str]) -> None:
@@ -68,7 +69,8 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
 
     Raises:
         FileNotFoundError: there is no such file.
-        ValueError: not audio, cut short, empty, not two channels, or samples that are not finite.
+        ValueError: not audio, cut short, empty, not two channels, more than 2^30 samples of each, or samples that are
+            not finite.
 
     >>> import tempfile
     >>> from obstaclewatch import Recording, read_recording, write_recording
@@ -78,6 +80,8 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     [[0.0, 0.5], [0.0, 0.25]]
     """
     with _opened(Path(path)) as sound:
+        if sound.frames > _MOST_SAMPLES:
+            raise ValueError(f"'{path}' says {sound.frames} samples, more than {_MOST_SAMPLES}: use read_blocks")
         samples = _read(sound, sound.frames, Path(path))
         return Recording(samples, float(sound.samplerate))
 
@@ -174,14 +178,18 @@ def _check_contents(sound: Any, path: Path) -> None:
 
 
 def _read(sound: Any, count: int, path: Path) -> Singles:
-    """(2, count) samples."""
-    try:
-        samples = sound.read(count, dtype="float32", always_2d=True).T
-    except _soundfile().LibsndfileError as error:
-        raise ValueError(f"'{path}' cannot be decoded: {error.error_string}") from error
-    if samples.shape[1] != count:
-        raise ValueError(f"'{path}' is cut short: {count} samples announced, {samples.shape[1]} read")
-    return np.ascontiguousarray(samples)
+    """(2, count) samples, in pieces: memory goes to what is there, not to what a header says."""
+    pieces, left = [], count
+    while left:
+        try:
+            piece = sound.read(min(left, _PIECE), dtype="float32", always_2d=True)
+        except _soundfile().LibsndfileError as error:
+            raise ValueError(f"'{path}' cannot be decoded: {error.error_string}") from error
+        if not len(piece):
+            raise ValueError(f"'{path}' is cut short: {count} samples announced, {count - left} read")
+        pieces.append(piece)
+        left -= len(piece)
+    return np.ascontiguousarray(np.concatenate(pieces).T)
 
 
 def _soundfile() -> ModuleType:

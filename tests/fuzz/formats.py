@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import soundfile
 import trimesh
@@ -238,7 +239,9 @@ def _invoked(words: Sequence[str]) -> object:
     try:
         return cli(list(words), standalone_mode=False)
     except SystemExit as ended:
-        return ended.code
+        if ended.code:
+            raise click.ClickException(f"exit code {ended.code}") from ended
+        return 0
 
 
 FORMATS: dict[str, Format] = {
