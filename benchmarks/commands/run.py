@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 import yaml
@@ -128,13 +129,16 @@ def _say_what_failed(folder: Path, tally: Tally) -> None:
 
 
 def _wrong(folder: Path) -> list[str]:
-    """A line for every case of an extreme that came out silently wrong."""
+    """A line for every case of an extreme that came out silently wrong, or was refused though it can be."""
     cases = [(record, record["result"].get("numerics", {})) for record in load_run(folder).ok]
-    return [
-        f"silently wrong: {record['label']} {record['cell']['probe']}: {case['errors']}, limits {case['limits']}"
-        for record, case in cases
-        if case.get("verdict") == "wrong"
-    ]
+    return [_why(record, case) for record, case in cases if case.get("verdict") == "wrong"]
+
+
+def _why(record: dict[str, Any], case: dict[str, Any]) -> str:
+    name = f"{record['label']} {record['cell']['probe']}"
+    if case["refused"]:
+        return f"refused though it can be: {name}: {case['refused']}"
+    return f"silently wrong: {name}: {case['errors']}, limits {case['limits']}"
 
 
 def _fitting(cells: list[Cell], expression: str | None) -> list[Cell]:

@@ -176,7 +176,7 @@ class GaitWalk:
     def __post_init__(self) -> None:
         check_holding(self.holding)
         if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
-            raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
+            raise ValueError(f"speed_m_s must be finite and not negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
         start = np.array(self.start_m, dtype=np.float64)

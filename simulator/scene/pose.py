@@ -158,7 +158,7 @@ class StraightWalk:
             pitch_rad=self.pitch_rad,
         )  # fmt: skip
         if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
-            raise ValueError(f"speed_m_s must not be negative, got {self.speed_m_s}")
+            raise ValueError(f"speed_m_s must be finite and not negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
         check_angles(MOST_TURNS, heading_rad=self.heading_rad)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import os
@@ -43,7 +44,7 @@ SCENE: dict[str, Any] = {
         {"kind": "box", "name": "block", "at_m": [6, 0], "parameters": {"size_m": [1, 1, 1]}, "material": "brick"},
         {"kind": "bollard", "name": "post", "at_m": [3, 1], "yaw_deg": 5, "velocity_m_s": [0, 0, 0]},
     ],
-    "walk": {"start_m": [0, 0], "heading_deg": 0, "duration_s": 2, "stops": [{"at_s": 1, "for_s": 1}]},
+    "walk": {"start_m": [0, 0], "heading_deg": 0, "duration_s": 4, "stops": [{"at_s": 1, "for_s": 1.5}]},
     "phone": {"preset": "galaxy-s5"}, "target": "post",
 }  # fmt: skip
 SUITE: dict[str, Any] = {
@@ -76,10 +77,12 @@ class Format:
     Attributes:
         make: from a random stream to an input, bytes or words.
         read: reads it within an empty folder; returns, or raises what a user is told.
+        good: what the inputs are made from, as it is: accepted, or else no change of it could be.
     """
 
     make: Callable[[np.random.Generator], bytes]
     read: Callable[[bytes, Path], object]
+    good: Callable[[], list[bytes]]
 
 
 def _changed_yaml(good: dict[str, Any]) -> Callable[[np.random.Generator], bytes]:
@@ -134,7 +137,8 @@ def _meshes() -> dict[str, bytes]:
     made = {suffix: box.export(file_type=suffix[1:]) for suffix in MESHES if suffix != ".gltf"}
     files = box.export(file_type="gltf")
     whole = json.loads(files["model.gltf"])
-    whole["buffers"][0]["uri"] = next(name for name in files if name.endswith(".bin"))
+    for buffer in whole["buffers"]:
+        buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(files[buffer["uri"]]).decode()
     made[".gltf"] = json.dumps(whole)
     return {suffix: data if isinstance(data, bytes) else data.encode() for suffix, data in made.items()}
 
@@ -244,15 +248,31 @@ def _invoked(words: Sequence[str]) -> object:
         return 0
 
 
+def _yaml(good: dict[str, Any]) -> Callable[[], list[bytes]]:
+    return lambda: [yaml.safe_dump(good, sort_keys=False).encode()]
+
+
+def _json(good: dict[str, Any]) -> Callable[[], list[bytes]]:
+    return lambda: [json.dumps(good).encode()]
+
+
+def _good_meshes() -> list[bytes]:
+    return [suffix.encode() + b"\n" + data for suffix, data in _meshes().items()]
+
+
+def _good_cell() -> list[bytes]:
+    return [to_json(walk(detectors=("PaperDetector",)) | {"digest": DIGEST}).encode() + b"\n"]
+
+
 FORMATS: dict[str, Format] = {
-    "scene": Format(_changed_yaml(SCENE), _written("scene.yaml", load_encounter)),
-    "suite": Format(_changed_yaml(SUITE), _written("suite.yaml", _suite)),
-    "gates": Format(_changed_yaml(GATES), _written("gates.yaml", load_gates)),
-    "setting": Format(_settings, _setting),
-    "mesh": Format(_mesh, _read_mesh),
-    "sound": Format(_sound, _written("sound.wav", read_recording)),
-    "cell": Format(_cells, _cell),
-    "manifest": Format(_changed_json(MANIFEST), _manifest),
-    "baseline": Format(_changed_json(BASELINE), _written("baseline.json", _baseline)),
-    "arguments": Format(_arguments, _command),
+    "scene": Format(_changed_yaml(SCENE), _written("scene.yaml", load_encounter), _yaml(SCENE)),
+    "suite": Format(_changed_yaml(SUITE), _written("suite.yaml", _suite), _yaml(SUITE)),
+    "gates": Format(_changed_yaml(GATES), _written("gates.yaml", load_gates), _yaml(GATES)),
+    "setting": Format(_settings, _setting, lambda: [b"seed=3", b"air.temperature_c=5", b"name=yours"]),
+    "mesh": Format(_mesh, _read_mesh, _good_meshes),
+    "sound": Format(_sound, _written("sound.wav", read_recording), lambda: list(_sounds().values())),
+    "cell": Format(_cells, _cell, _good_cell),
+    "manifest": Format(_changed_json(MANIFEST), _manifest, _json(MANIFEST)),
+    "baseline": Format(_changed_json(BASELINE), _written("baseline.json", _baseline), _json(BASELINE)),
+    "arguments": Format(_arguments, _command, lambda: [b"ls\nsuites", b"run\npaper\n--tier\nsmoke\n-n"]),
 }

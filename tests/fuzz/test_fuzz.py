@@ -53,6 +53,13 @@ def test_every_input_ends_clearly(name: str, tmp_path: Path) -> None:
     assert bad == []
 
 
+@pytest.mark.parametrize("name", FORMATS)
+def test_what_the_inputs_are_made_from_is_accepted(name: str, tmp_path: Path) -> None:
+    """Cause: scenes were made from one whose walk was refused, so that nothing behind its walk was ever tried."""
+    endings = [_ending(FORMATS[name], data, tmp_path) for data in FORMATS[name].good()]
+    assert set(endings) == {ACCEPTED}
+
+
 def _ending(form: Format, data: bytes, folder: Path) -> str:
     """How an input ends: one of `CLEAR`, or what is wrong with it."""
     begin, ending = time.process_time(), ACCEPTED

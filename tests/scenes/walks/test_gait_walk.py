@@ -72,7 +72,7 @@ def test_never_far_from_the_mean_path_and_smooth(speed: float, heading: float, p
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"speed_m_s": -1.0}, "speed_m_s must not be negative, got -1.0"),
+        ({"speed_m_s": -1.0}, "speed_m_s must be finite and not negative, got -1.0"),
         ({"duration_s": 0.0}, "duration_s must be positive, got 0.0"),
         ({"start_m": np.array([0.0, np.nan, 1.0])}, "start_m must be three finite numbers"),
         ({"heading_rad": np.inf}, "heading_rad must be in radians, finite"),

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.cells.probes.extremes.mirrors import AHEAD, MICS_M, SOUND_M_S, SPEAKER_M, slab
-from benchmarks.cells.probes.extremes.verdict import Error, Errors, accepted
-from obstaclewatch import BeepDesign
+from benchmarks.cells.probes.extremes.verdict import Error, Errors, Refusal, must_refuse
+from obstaclewatch import BeepDesign, Recording
 from obstaclewatch.support.arrays import Floats
 from simulator import Air, Fidelity, Phone, Scene, StraightWalk, render_walk
 
@@ -31,32 +31,44 @@ def beep_length(duration_s: float) -> Errors:
     return _rendered(BeepDesign(duration_s=duration_s, sample_rate_hz=192_000.0 if duration_s < 1.0 else 48_000.0))
 
 
-def band_edge(stop_over_nyquist: float) -> Errors:
+def band_edge(stop_over_nyquist: float) -> Errors | Refusal:
     """A beep whose band ends at this share of half the sample rate; from 1 on it must be refused."""
-    errors = _rendered(BeepDesign(18_000.0, 24_000.0 * stop_over_nyquist, sample_rate_hz=48_000.0))
-    return accepted() if stop_over_nyquist >= 1.0 else errors
+    stop = 24_000.0 * stop_over_nyquist
+    if stop_over_nyquist >= 1.0:
+        return must_refuse(lambda: BeepDesign(18_000.0, stop, sample_rate_hz=48_000.0), f"got {stop} Hz")
+    return _rendered(BeepDesign(18_000.0, stop, sample_rate_hz=48_000.0))
 
 
-def walking(speed_m_s: float) -> Errors:
+def walking(speed_m_s: float) -> Errors | Refusal:
     """A phone that walks at the wall at this speed; from a tenth of the speed of sound on it must be refused."""
-    errors = _rendered(BeepDesign(), walker_m_s=speed_m_s, wall_m=WALL_M + 0.1 * speed_m_s)
-    return accepted() if speed_m_s >= 0.1 * SOUND_M_S else errors
+    return _approaching(speed_m_s, 0.0)
 
 
-def moving_wall(speed_m_s: float, walker_m_s: float) -> Errors:
+def moving_wall(speed_m_s: float, walker_m_s: float) -> Errors | Refusal:
     """A wall that moves away from (or, negative, at) a phone that walks after it: also one that outruns the walker."""
-    errors = _rendered(BeepDesign(), walker_m_s, speed_m_s, WALL_M + 0.1 * max(0.0, walker_m_s - speed_m_s))
-    return accepted() if abs(walker_m_s - speed_m_s) >= 0.1 * SOUND_M_S else errors
+    return _approaching(walker_m_s, speed_m_s)
 
 
-def walk_length(duration_s: float) -> Errors:
+def _approaching(walker_m_s: float, wall_m_s: float) -> Errors | Refusal:
+    closing = walker_m_s - wall_m_s
+    away = WALL_M + 0.1 * max(0.0, closing)
+    if abs(closing) >= 0.1 * SOUND_M_S:
+        return must_refuse(lambda: _rendered(BeepDesign(), walker_m_s, wall_m_s, away), f"got up to {abs(closing)} m/s")
+    return _rendered(BeepDesign(), walker_m_s, wall_m_s, away)
+
+
+def walk_length(duration_s: float) -> Errors | Refusal:
     """A walk of whole beeps; of none it must be refused."""
     beep = BeepDesign()
-    recording = render_walk(_scene(WALL_M, 0.0), _phone(), _walk(0.0, duration_s), beep, _FIDELITY)
     if duration_s < beep.period_s:
-        return accepted()
+        return must_refuse(lambda: _recorded(_walk(0.0, duration_s), beep), "must", f"got {duration_s}")
+    recording = _recorded(_walk(0.0, duration_s), beep)
     wanted = int(duration_s / beep.period_s + 1e-9) * beep.period_samples
     return {"samples": Error(float(recording.samples.shape[1] - wanted), 0.5)}
+
+
+def _recorded(walk: StraightWalk, beep: BeepDesign) -> Recording:
+    return render_walk(_scene(WALL_M, 0.0), _phone(), walk, beep, _FIDELITY)
 
 
 def _rendered(beep: BeepDesign, walker_m_s: float = 0.0, wall_m_s: float = 0.0, wall_m: float = WALL_M) -> Errors:

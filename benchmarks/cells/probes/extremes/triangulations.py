@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from benchmarks.cells.probes.extremes.mirrors import AHEAD, against, echoes, image_lengths_m, slab
-from benchmarks.cells.probes.extremes.verdict import Errors
+from benchmarks.cells.probes.extremes.verdict import Errors, Refusal, must_refuse
 from obstaclewatch.support.arrays import Floats
 from simulator import Material, Obstacle, Pose
 
@@ -30,8 +30,10 @@ def triangles(count: int) -> Errors:
     return _mirror(*_sheet(cuts, cuts))
 
 
-def flaw(kind: str, seam_m: float) -> Errors:
+def flaw(kind: str, seam_m: float) -> Errors | Refusal:
     """A wall of two halves that meet at y = seam, where 0 is the very place of the echo, with a flaw there."""
+    if kind in IMPOSSIBLE:
+        return must_refuse(lambda: _mirror(*FLAWS[kind](seam_m)), "mesh of 'wall' must", IMPOSSIBLE[kind])
     return _mirror(*FLAWS[kind](seam_m))
 
 
@@ -146,6 +148,8 @@ FLAWS: dict[str, Callable[[float], Mesh]] = {
     "a vertex of NaN": _not_finite,
 }
 """How a mesh may be flawed, to vertices and faces for a place of the seam."""
+IMPOSSIBLE = {"a vertex of NaN": "got 1 of 9 with NaN"}
+"""Flaws that no wall has, and what their error must say."""
 
 
 def _cracked_sheets(half_m: float, right_z_m: Sequence[float] = (-HALF_M, HALF_M)) -> list[Obstacle]:
