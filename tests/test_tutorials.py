@@ -47,3 +47,10 @@ def test_the_tutorial_on_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert len(list((first / "replays").glob("*.json"))) == 2
     assert '<section id="walks">' in page
     assert '<section id="walks">' not in (alone / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_on_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run_tutorial(DOCS / "data.md")
+    assert done.count("python") == 2
+    assert "range_error_median_m" in capsys.readouterr().out

@@ -7,25 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import click
-import yaml
 
-from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.bench import chosen_cells, planned, prepared, tabulated
 from benchmarks.cells.spec import Cell
 from benchmarks.commands.report import report_with_walks
 from benchmarks.figures import figures_of, write_figures
-from benchmarks.figures.bench.variants import variants
-from benchmarks.plan.cells import plan_cells, plan_digest, thinned
-from benchmarks.plan.label_filter import label_filter
-from benchmarks.plan.suite import Suite, load_suite
-from benchmarks.plan.trust import ALLOW_CODE, check_trust
+from benchmarks.plan.suite import Suite
+from benchmarks.plan.trust import ALLOW_CODE
 from benchmarks.report.lines import verdict_lines
 from benchmarks.report.replays.choice import MOST_WALKS
 from benchmarks.runs.executors import EXECUTORS, choose_executor
-from benchmarks.runs.manifest import manifest
-from benchmarks.runs.results import load_run, write_results_csv
+from benchmarks.runs.results import load_run
 from benchmarks.runs.runner import Tally, run_cells
-from benchmarks.runs.store import cell_path, point_to, read_cell, to_json, write_atomically
-from benchmarks.scoring.scores import summary
+from benchmarks.runs.store import cell_path, read_cell
 
 WRONG, INCOMPLETE, NOTHING_MEASURED = 1, 3, 4
 
@@ -70,14 +64,13 @@ def run(
     The folder's name follows from the plan and the version of the source, so the same command resumes what is
     missing and never mixes results of another plan or version.
     """
-    chosen = load_suite(suite, [*settings, *([f"split={split}"] if split else [])], seed)
-    check_trust(chosen, suite, allow_code)
-    cells = thinned(_fitting(_only(plan_cells(chosen, tier), only), expression), limit)
+    chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
+    cells = chosen_cells(chosen, tier, only, expression, limit)
     if dry_run:
         _print_plan(chosen, tier, cells)
         return
     place = choose_executor(executor, jobs, scheduler)
-    folder = _prepared(out, chosen, tier, cells)
+    folder = prepared(out, chosen, tier, cells)
     click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
     try:
         tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
@@ -103,12 +96,9 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
         walks: how many the report packs for watching, at most.
         jobs: processes to compute these with.
     """
-    data = load_run(folder)
+    data, found = tabulated(folder)
     if not data.ok:
         return
-    write_results_csv(data)
-    found = summary(data, variants(data))
-    write_atomically(folder / "summary.json", to_json(found))
     figures = figures_of(data)
     write_figures(folder, [drawn for drawn in figures if not drawn.figure.empty])
     report = report_with_walks(data, walks, jobs, figures)
@@ -141,39 +131,8 @@ def _why(record: dict[str, Any], case: dict[str, Any]) -> str:
     return f"silently wrong: {name}: {case['errors']}, limits {case['limits']}"
 
 
-def _fitting(cells: list[Cell], expression: str | None) -> list[Cell]:
-    if expression is None:
-        return cells
-    fits = label_filter(expression)
-    kept = [cell for cell in cells if fits(cell.label)]
-    if not kept:
-        raise ValueError(f"-k must fit a cell of the plan such as '{cells[0].label}', got '{expression}'")
-    return kept
-
-
-def _only(cells: list[Cell], label: str | None) -> list[Cell]:
-    if label is None:
-        return cells
-    kept = [cell for cell in cells if cell.label == label]
-    if not kept:
-        raise ValueError(f"--only must name a cell of the plan such as '{cells[0].label}', got '{label}'")
-    return kept
-
-
 def _print_plan(suite: Suite, tier: str, cells: list[Cell]) -> None:
     click.echo(f"suite '{suite.name}', tier {tier}: {len(cells)} cells")
     for name in sorted({(cell.kind, cell.scene, cell.category) for cell in cells}):
         count = sum((cell.kind, cell.scene, cell.category) == name for cell in cells)
         click.echo(f"  {' '.join(name)}: {count}")
-
-
-def _prepared(out: Path, suite: Suite, tier: str, cells: list[Cell]) -> Path:
-    """The run's folder with manifest and resolved suite; an existing manifest of the same plan is kept."""
-    digest = plan_digest(cells, source_fingerprint())
-    folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
-    if not (folder / "manifest.json").is_file():
-        resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
-        write_atomically(folder / "config.resolved.yaml", resolved)
-        write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, sys.argv[1:])))
-    point_to(folder, folder.with_name("latest"))
-    return folder

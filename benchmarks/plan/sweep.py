@@ -179,6 +179,21 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
         raise ValueError(f"sweep, at {variant_text(dict(point))}: {first_error(error, Cell)}") from error
 
 
+def value_at(cell: Mapping[str, Any], name: str) -> Any:
+    """What a stored cell has under a swept parameter's name; None where it leaves that open.
+
+    >>> value_at({"beep": {"start_hz": 16000.0}, "air": {}}, "beep.start_hz")
+    16000.0
+    """
+    if name in _WHOLE:
+        found = cell[_WHOLE[name]]
+        return found[0] if name == "detector.name" and len(found) == 1 else found
+    node: Any = cell
+    for part in _path(name):
+        node = (node or {}).get(part)
+    return node
+
+
 def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
     *parents, last = path
     node = data

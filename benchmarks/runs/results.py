@@ -1,14 +1,12 @@
-"""A run on disk, read back: manifest and cells, and the tables made of them."""
+"""A run on disk, read back: manifest and cells."""
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.runs.store import cell_path, cost_path, read_cell, read_cost, write_atomically
+from benchmarks.runs.store import cell_path, cost_path, read_cell, read_cost
 from benchmarks.runs.stored import StoredManifest, check_stored, read_json
 
 
@@ -59,28 +57,3 @@ def _manifest(path: Path) -> dict[str, Any]:
     held = read_json(path)
     check_stored(held, StoredManifest, f"'{path}' must be the manifest of a run")
     return held
-
-
-COLUMNS = (
-    "label", "kind", "scene", "category", "index", "phone", "seed", "range_m", "status", "detector", "collides",
-    "line_collides", "contact_time_s", "miss_distance_m", "overlap_m", "clearance_m", "detection_index_db", "moving",
-    "radius_m", "duration_s", "alert", "alert_time_s", "alert_range_m", "alert_distance_m", "alert_lead_s", "outcome",
-)  # fmt: skip
-
-
-def write_results_csv(run: RunData) -> Path:
-    """results.csv: one row per cell and detector, empty where there is no number."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    for record in run.cells:
-        result = record["result"] or {"truth": {}, "detectors": {"": {}}}
-        for name, entry in result["detectors"].items():
-            writer.writerow(record["cell"] | result["truth"] | entry | _identity(record) | {"detector": name})
-    path = run.folder / "results.csv"
-    write_atomically(path, text.getvalue())
-    return path
-
-
-def _identity(record: dict[str, Any]) -> dict[str, Any]:
-    return {"label": record["label"], "status": record["status"]}

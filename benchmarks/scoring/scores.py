@@ -44,21 +44,24 @@ def approach_table(run: RunData, detector: str) -> Table:
     contact), and "score_1m", "score_0.5m", "score_0m": the greatest probability of a collision that the detector stated
     with so much left, of walks without a collision at any time; NaN if it states none.
     """
-    rows = []
-    for record in run.ok:
-        if not counts_as(record["cell"], "approach") or detector not in record["result"]["detectors"]:
-            continue
-        entry, truth = record["result"]["detectors"][detector], record["result"]["truth"]
-        rows.append(
-            {"label": record["label"]}
-            | {name: record["cell"][name] for name in _CELL}
-            | {name: truth[name] for name in _TRUTH}
-            | {name: entry[name] for name in _ALERT}
-            | {"true_alert": entry["outcome"] == "TP"}
-            | {score_column(left_m): _score(entry["decisions"], truth["collides"], left_m) for left_m in LEFT_M}
-        )
+    rows = [
+        {"label": record["label"]} | {name: record["cell"][name] for name in _CELL} | walk_row(record, detector)
+        for record in run.ok
+        if counts_as(record["cell"], "approach") and detector in record["result"]["detectors"]
+    ]
     names = ("label", *_CELL, *_TRUTH, *_ALERT, "true_alert", *map(score_column, LEFT_M))
     return {name: _column(name, [row[name] for row in rows]) for name in names}
+
+
+def walk_row(record: Mapping[str, Any], detector: str) -> dict[str, Any]:
+    """What `approach_table` says of one walk and of a detector on it, beside "outcome" and "radius_m" of the target."""
+    entry, truth = record["result"]["detectors"][detector], record["result"]["truth"]
+    return (
+        {name: truth[name] for name in (*_TRUTH, "radius_m")}
+        | {name: entry[name] for name in (*_ALERT, "outcome")}
+        | {"true_alert": entry["outcome"] == "TP"}
+        | {score_column(left_m): _score(entry["decisions"], truth["collides"], left_m) for left_m in LEFT_M}
+    )
 
 
 def beep_table(run: RunData, detector: str, kind: str) -> Table:
@@ -73,18 +76,24 @@ def beep_table(run: RunData, detector: str, kind: str) -> Table:
         cell = record["cell"]
         if not counts_as(cell, kind) or detector not in record["result"]["detectors"]:
             continue
-        for beeps in record["result"]["detectors"][detector]["beeps"]:
+        for beeps in beeps_of(record, detector):
             count = len(beeps["beep"])
             shared = {name: cell[name] for name in _CELL[:3]}
             shared |= {"label": record["label"], "standing_range_m": cell["range_m"]}
             for name, value in shared.items():
                 columns.setdefault(name, []).extend([value] * count)
-            for name, values in (beeps | _nearest_echoes(record["result"], beeps, kind)).items():
+            for name, values in beeps.items():
                 columns.setdefault(name, []).extend(values)
     if not columns:
         echoes = ECHOES if kind == "standing" else {}
         columns = {name: [] for name in ("label", *_CELL[:3], "standing_range_m", *BEEP_COLUMNS, *echoes)}
     return {name: _column(name, values) for name, values in columns.items()}
+
+
+def beeps_of(record: Mapping[str, Any], detector: str) -> list[dict[str, list[Any]]]:
+    """The columns over beeps of a cell, of each of its targets; of standing measurements with `ECHOES`."""
+    tables = record["result"]["detectors"][detector]["beeps"]
+    return [beeps | _nearest_echoes(record["result"], beeps, record["cell"]["kind"]) for beeps in tables]
 
 
 BEEP_COLUMNS = (
@@ -217,10 +226,10 @@ def _verdict(run: RunData, detector: str) -> dict[str, Any]:
     }
 
 
-_TRUE = {name: (name, f"true_{name}") for name in ("range_m", "range2_m", "bearing_rad", "radius_m")}
+TRUE = {name: (name, f"true_{name}") for name in ("range_m", "range2_m", "bearing_rad", "radius_m")}
 
 
-def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = _TRUE) -> dict[str, Any]:
+def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = TRUE) -> dict[str, Any]:
     """Median absolute errors by name, of pairs of estimate and what it is held against."""
     entries = {}
     for name, (estimate, truth) in pairs.items():

@@ -1,0 +1,142 @@
+"""A suite from plan to results: what `obstaclewatch run` does, for scripts and notebooks."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.spec import Cell
+from benchmarks.figures.bench.variants import variants
+from benchmarks.plan.cells import plan_cells, plan_digest, thinned
+from benchmarks.plan.label_filter import label_filter
+from benchmarks.plan.suite import Suite, load_suite
+from benchmarks.plan.trust import check_trust
+from benchmarks.runs.executors import choose_executor
+from benchmarks.runs.manifest import manifest
+from benchmarks.runs.results import RunData, load_run
+from benchmarks.runs.runner import run_cells
+from benchmarks.runs.store import point_to, to_json, write_atomically
+from benchmarks.scoring.scores import summary
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def run(
+    suite: str,
+    tier: str = "ci",
+    *,
+    jobs: int = 1,
+    seed: int | None = None,
+    split: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    labels: str | None = None,
+    limit: int | None = None,
+    out: str | Path = "results",
+    allow_code: bool = False,
+) -> pd.DataFrame:
+    """Compute what is missing of a suite, store it as `obstaclewatch run` does, and return its results.
+
+    Figures and a report of the same folder are drawn by `obstaclewatch figures` and `obstaclewatch report`.
+
+    Args:
+        suite: a name of `obstaclewatch ls suites`, or a YAML file.
+        tier: "smoke", "ci" or "full".
+        jobs: worker processes.
+        seed, split: replace the suite's.
+        settings: values by dotted key that replace the suite's, such as {"beep.start_hz": 16_000.0}.
+        labels: cells whose label fits, such as "dustbin and not campus".
+        limit: so many of the cells at most, spread evenly.
+        out: folder of all runs.
+        allow_code: let a suite of somebody else import detectors and read files.
+
+    Returns:
+        A row a cell and detector; units end the columns' names, NaN is no estimate. See
+        `benchmarks.scoring.frames.results_frame`. `attrs["folder"]` says where the run lies, with `beeps.parquet`,
+        a row a beep.
+
+    Raises:
+        ValueError: what `obstaclewatch run` refuses with exit code 2; another process works on the same run.
+        OSError: results cannot be stored; what is done is kept.
+
+    >>> import tempfile
+    >>> from benchmarks import run
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = run("ranging", "smoke", limit=1, settings={"standing.detectors": ["PaperDetector"]}, out=folder)
+    >>> found[["label", "detector", "beeps"]]
+                      label       detector  beeps
+    0  standing/wall/1.5m/0  PaperDetector     10
+    >>> bool(found.range_error_median_m[0] < 0.02)
+    True
+    """
+    from benchmarks.scoring.frames import results_frame
+
+    texts = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
+    chosen = planned(suite, [*texts, *([f"split={split}"] if split else [])], seed, allow_code)
+    cells = chosen_cells(chosen, tier, labels=labels, limit=limit)
+    folder = prepared(Path(out), chosen, tier, cells, ["benchmarks.run", suite, tier, *texts])
+    run_cells(folder, cells, choose_executor(None, jobs))
+    frame = results_frame(tabulated(folder)[0])
+    frame.attrs["folder"] = str(folder)
+    return frame
+
+
+def planned(suite: str, settings: Sequence[str], seed: int | None, allow_code: bool) -> Suite:
+    """The suite of that name or file with these settings, if it may run.
+
+    Raises:
+        ValueError: as `load_suite` and `check_trust`.
+    """
+    chosen = load_suite(suite, settings, seed)
+    check_trust(chosen, suite, allow_code)
+    return chosen
+
+
+def chosen_cells(
+    suite: Suite, tier: str, only: str | None = None, labels: str | None = None, limit: int | None = None
+) -> list[Cell]:
+    """The cells of a tier: the one that is named, those whose labels fit, at most so many.
+
+    Raises:
+        ValueError: none is left, or as `plan_cells`.
+    """
+    cells = plan_cells(suite, tier)
+    kept = [cell for cell in cells if only in (None, cell.label)]
+    if not kept:
+        raise ValueError(f"--only must name a cell of the plan such as '{cells[0].label}', got '{only}'")
+    if labels is not None:
+        fits = label_filter(labels)
+        kept = [cell for cell in kept if fits(cell.label)]
+    if not kept:
+        raise ValueError(f"-k must fit a cell of the plan such as '{cells[0].label}', got '{labels}'")
+    return thinned(kept, limit)
+
+
+def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str] | None = None) -> Path:
+    """The run's folder with manifest and resolved suite; an existing manifest of the same plan is kept."""
+    digest = plan_digest(cells, source_fingerprint())
+    folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
+    if not (folder / "manifest.json").is_file():
+        resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
+        write_atomically(folder / "config.resolved.yaml", resolved)
+        asked = sys.argv[1:] if argv is None else argv
+        write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, asked)))
+    point_to(folder, folder.with_name("latest"))
+    return folder
+
+
+def tabulated(folder: Path) -> tuple[RunData, dict[str, Any]]:
+    """What is stored of a run, and its summary; its tables and summary.json are written anew."""
+    from benchmarks.scoring.frames import write_frames
+
+    data = load_run(folder)
+    write_frames(data)
+    found = summary(data, variants(data))
+    write_atomically(folder / "summary.json", to_json(found))
+    return data, found

@@ -1,0 +1,135 @@
+"""A run as data frames: every number that the figures use, for statistics and pictures of one's own.
+
+`results` has a row a cell and detector, `beeps` one a beep and target of these, `costs` what each cell took. A column
+is defined once, in `benchmarks.scoring.scores`; its unit ends its name. What probes store as arrays stays in their
+cells.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from benchmarks.cells.spec import variant_text
+from benchmarks.plan.sweep import NAME, value_at
+from benchmarks.runs.results import RunData
+from benchmarks.runs.store import write_atomically, write_bytes_atomically
+from benchmarks.scoring.scores import TRUE, beeps_of, walk_row
+
+CELL = ("kind", "scene", "category", "index", "phone", "seed")
+WORDS = ("error", "point", "detector")
+Row = dict[str, Any]
+
+
+def results_frame(run: RunData) -> pd.DataFrame:
+    """One row per cell and detector; of a cell that failed, or is a probe, one row without a detector.
+
+    Columns: label, what the cell is, its status and error, the parameters of its sweep or probe under their dotted
+    names with the values that the cell has, those of `scores.approach_table`, and by quantity the median over beeps of
+    the absolute and of the signed error, and how many beeps have an estimate, of how many.
+    """
+    swept = {name for record in run.cells for name in (record["cell"].get("variant") or {}) if name != NAME}
+    rows = [row for record in run.cells for row in _rows(record, sorted(swept))]
+    return _frame(rows)
+
+
+def beeps_frame(run: RunData) -> pd.DataFrame:
+    """One row per beep, target and detector of all walks and standing measurements: see `scores.beep_table`."""
+    parts = [
+        pd.DataFrame({"label": record["label"], "detector": name, "target": target} | columns)
+        for record in run.ok
+        for name in record["result"]["detectors"]
+        for target, columns in zip(record["result"]["truth"]["targets"], beeps_of(record, name), strict=True)
+    ]
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["label", "detector", "target"])
+
+
+def costs_frame(run: RunData) -> pd.DataFrame:
+    """One row per cell and detector: what simulating and detecting took; these alone differ from run to run."""
+    rows = [
+        {"label": record["label"], "detector": name, "detect_s": cost["detect_s"][name], "detect_cpu_s": cpu_s}
+        | {column: cost.get(column) for column in ("beeps", "recording_s", "simulate_s", "peak_rss_mb")}
+        for record, cost in zip(run.cells, run.costs, strict=True)
+        for name, cpu_s in cost.get("detect_cpu_s", {}).items()
+    ]
+    return _frame(rows)
+
+
+FRAMES: dict[str, Callable[[RunData], pd.DataFrame]] = {
+    "results": results_frame,
+    "beeps": beeps_frame,
+    "costs": costs_frame,
+}
+
+
+def write_frames(run: RunData) -> list[Path]:
+    """results.csv, and results, beeps and costs as Parquet, in the run's folder."""
+    written = [run.folder / "results.csv"]
+    for name, build in FRAMES.items():
+        frame = build(run)
+        if name == "results":
+            write_atomically(written[0], frame.to_csv(index=False, lineterminator="\n"))
+        written.append(run.folder / f"{name}.parquet")
+        write_bytes_atomically(written[-1], frame.to_parquet(index=False))
+    return written
+
+
+def _rows(record: Mapping[str, Any], swept: list[str]) -> list[Row]:
+    cell, result = record["cell"], record["result"]
+    error = record["error"]
+    shared = (
+        {"label": record["label"]}
+        | {name: cell[name] for name in CELL}
+        | {"standing_range_m": cell["range_m"], "standing_bearing_rad": cell.get("bearing_rad")}
+        | {"status": record["status"], "error": None if error is None else error.strip().splitlines()[-1]}
+        | {"point": variant_text(cell.get("variant") or {}).strip("[]") or None}
+        | {name: _scalar(value_at(cell, name)) for name in swept}
+        | {f"probe.{name}": _scalar(value) for name, value in (cell.get("probe") or {}).items()}
+    )
+    detectors = {} if result is None else result["detectors"]
+    if not detectors:
+        return [shared | {"detector": None} | _numbers(result)]
+    return [shared | {"detector": name} | walk_row(record, name) | _errors(record, name) for name in detectors]
+
+
+def _errors(record: Mapping[str, Any], detector: str) -> Row:
+    """Medians over the beeps of all targets."""
+    parts = beeps_of(record, detector)
+    row: Row = {"beeps": sum(len(columns["beep"]) for columns in parts)}
+    for name, (estimate, truth) in TRUE.items():
+        quantity, _, unit = name.rpartition("_")
+        pairs = [pair for columns in parts for pair in zip(columns[estimate], columns[truth], strict=True)]
+        error = pd.Series([math.nan if None in pair else pair[0] - pair[1] for pair in pairs], dtype=float)
+        row[f"{quantity}_estimates"] = int(error.count())
+        row[f"{quantity}_error_median_{unit}"] = error.abs().median()
+        row[f"{quantity}_bias_median_{unit}"] = error.median()
+    return row
+
+
+def _numbers(result: Mapping[str, Any] | None) -> Row:
+    """Single numbers and words of a probe, by their dotted place."""
+    flat = pd.json_normalize({} if result is None else dict(result)).to_dict("records")
+    return {str(name): value for row in flat for name, value in row.items() if not isinstance(value, list | dict)}
+
+
+def _scalar(value: Any) -> Any:
+    return value if value is None or isinstance(value, bool | int | float | str) else json.dumps(value)
+
+
+def _frame(rows: list[Row]) -> pd.DataFrame:
+    """Rows as a frame whose columns hold one type, as Parquet asks for: words among numbers make all of them words."""
+    frame = pd.DataFrame(rows)
+    for name in (name for name in frame if pd.api.types.is_object_dtype(frame[name])):
+        kinds = {type(value) for value in frame[name].dropna()}
+        if len(kinds) > 1:
+            frame[name] = frame[name].map(str, na_action="ignore")
+        elif kinds == {bool}:
+            frame[name] = frame[name].astype("boolean")  # the type of bool that can be missing
+        elif not kinds:
+            frame[name] = frame[name].astype("str" if name in WORDS else "float64")
+    return frame
