@@ -11,6 +11,7 @@ import click
 
 COMMANDS = {
     "run": "Run a suite: simulate, detect, score, draw, report. Resumes what is there.",
+    "export": "Write a labelled data set of a suite: recordings, truth, paths, splits, a card.",
     "status": "Say how far a run is.",
     "figures": "Draw a run's figures again from its stored results.",
     "report": "Write a run's report again from its stored results.",

@@ -6,7 +6,7 @@ times; one Fourier transform a microphone then brings the sum to the recording's
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -47,6 +47,7 @@ def render_walk(
     fidelity: Fidelity | None = None,
     seed: int = 0,
     gated: Collection[str] = (),
+    seen: Callable[[Paths, int], None] | None = None,
 ) -> Recording:
     """What the phone's two microphones record on a walk; beep 0 leaves the speaker at sample 0.
 
@@ -59,6 +60,8 @@ def render_walk(
         seed: of the noise; the same seed gives the same samples bit for bit.
         gated: names of obstacles whose own echoes an oracle gates out: paths that meet these obstacles and no other.
             What they hide, and what they add to the echoes of others, stays.
+        seen: told the paths of every block of beeps that is rendered, and the number of its first beep, which
+            `Paths.pose` counts from: for those who keep both sound and paths.
 
     Raises:
         ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
@@ -77,7 +80,7 @@ def render_walk(
         >>> recording.samples.shape, recording.sample_rate_hz  # one beep of 90 ms at both microphones
         ((2, 17280), 192000.0)
     """
-    pieces = render_pieces(scene, phone, walk, beep, fidelity, seed, gated)
+    pieces = render_pieces(scene, phone, walk, beep, fidelity, seed, gated, seen)
     samples, done = np.empty((2, beep_count(walk, beep) * beep.period_samples), dtype=np.float32), 0
     for piece in pieces:
         samples[:, done : done + piece.samples.shape[1]] = piece.samples
@@ -93,6 +96,7 @@ def render_pieces(
     fidelity: Fidelity | None = None,
     seed: int = 0,
     gated: Collection[str] = (),
+    seen: Callable[[Paths, int], None] | None = None,
 ) -> Iterator[Recording]:
     """The samples of `render_walk`, bit for bit, in pieces of seconds: in memory that no walk is too long for.
 
@@ -120,6 +124,8 @@ def render_pieces(
         if gated:
             kept = ungated(paths, gated)
             paths, motion = paths[kept], motion[kept]
+        if seen is not None:
+            seen(paths, first)
         motion = replace(motion, middle_s=motion.middle_s - first * beep.period_s + early / beep.sample_rate_hz)
         envelope = sum_envelopes(paths, motion, beep, len(among), early / beep.sample_rate_hz)
         return first * beep.period_samples - early, ringing(envelope, phone, beep)

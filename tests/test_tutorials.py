@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib.image
@@ -49,8 +51,24 @@ def test_the_tutorial_on_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert '<section id="walks">' not in (alone / "report.html").read_text(encoding="utf-8")
 
 
+ALONE = """
+import sys
+sys.path.insert(0, "walks")
+from load import walks
+found = [len(sound) for split in ("train", "validation", "test") for _, sound, *_ in walks("walks", split)]
+ours = {"obstaclewatch", "simulator", "scenes", "benchmarks"} & set(sys.modules)
+assert len(found) == 5 and not ours, (found, ours)
+"""
+
+
 def test_the_page_on_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    """And the data set's loader, printed in its card, needs nothing of ours."""
     monkeypatch.chdir(tmp_path)
-    done = run_tutorial(DOCS / "data.md")
-    assert done.count("python") == 2
-    assert "range_error_median_m" in capsys.readouterr().out
+    assert run_tutorial(DOCS / "data.md").count("python") == 3
+    said = capsys.readouterr().out
+    assert "range_error_median_m" in said
+    assert "standing/wall/1.5m/0 (" in said
+    card = Path("walks/README.md").read_text(encoding="utf-8")
+    assert Path("walks/load.py").read_text(encoding="utf-8") in card
+    assert "MIT" in Path("walks/LICENSE").read_text(encoding="utf-8")
+    subprocess.run([sys.executable, "-I", "-c", ALONE], check=True)

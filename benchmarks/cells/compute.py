@@ -78,14 +78,23 @@ def compute(cell: Cell) -> dict[str, Any]:
         "total_s": perf_counter() - begin,
     }
     echoes = {"loud_echoes_m": loud_echo_ranges(setting, Fidelity(**cell.fidelity))} if cell.kind == "standing" else {}
-    return {"truth": _truth_entry(cell, setting, beep, truths), "detectors": found, "cost": cost} | echoes
+    return {"truth": truth_entry(cell, setting, beep, truths), "detectors": found, "cost": cost} | echoes
 
 
 def recording_of(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
     """What a walk or a standing measurement simulates, its beep, and the recording that the detectors run on."""
     setting, recorded = _simulated(simulated_part(cell).model_dump_json())
-    beep = BeepDesign(**cell.beep.model_dump())
-    return setting, beep, through_channel(with_interferer(recorded, setting, beep, cell.interferer), cell.recording)
+    return setting, beep_of(cell), after_microphones(cell, setting, recorded)
+
+
+def beep_of(cell: Cell) -> BeepDesign:
+    """The cell's beep."""
+    return BeepDesign(**cell.beep.model_dump())
+
+
+def after_microphones(cell: Cell, setting: Situation, recorded: Recording) -> Recording:
+    """What the detector gets of what was recorded: with the second phone's beeps, through the cell's channel."""
+    return through_channel(with_interferer(recorded, setting, beep_of(cell), cell.interferer), cell.recording)
 
 
 def simulated_part(cell: Cell) -> Cell:
@@ -99,8 +108,13 @@ def simulated_part(cell: Cell) -> Cell:
 def _simulated(cell_json: str) -> tuple[Situation, Recording]:
     """What is rendered, kept for the next cell: the points of a sweep over detectors come one after another."""
     cell = Cell.model_validate_json(cell_json)
-    setting = varied(SITUATIONS[cell.kind](cell), cell)
+    setting = situation_of(cell)
     return setting, rendered(setting, cell)
+
+
+def situation_of(cell: Cell) -> Situation:
+    """What a cell of a walk or of a standing measurement is about."""
+    return varied(SITUATIONS[cell.kind](cell), cell)
 
 
 def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:
@@ -208,7 +222,8 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     return {name: column[inside].tolist() for name, column in columns.items()}
 
 
-def _truth_entry(cell: Cell, setting: Situation, beep: BeepDesign, truths: Sequence[GroundTruth]) -> dict[str, Any]:
+def truth_entry(cell: Cell, setting: Situation, beep: BeepDesign, truths: Sequence[GroundTruth]) -> dict[str, Any]:
+    """What is true of the walk as a whole: numbers by name, of the first target."""
     truth, target = truths[0], setting.scene.obstacle(setting.targets[0])
     walked = cell.kind != "standing"
     index = detection_index_db(setting, truth, beep, Fidelity(**cell.fidelity)) if walked else math.nan

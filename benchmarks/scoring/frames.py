@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +33,8 @@ def results_frame(run: RunData) -> pd.DataFrame:
     names with the values that the cell has, those of `scores.approach_table`, and by quantity the median over beeps of
     the absolute and of the signed error, and how many beeps have an estimate, of how many.
     """
-    swept = {name for record in run.cells for name in (record["cell"].get("variant") or {}) if name != NAME}
-    rows = [row for record in run.cells for row in _rows(record, sorted(swept))]
-    return _frame(rows)
+    swept = swept_names(record["cell"].get("variant") or {} for record in run.cells)
+    return frame_of([row for record in run.cells for row in _rows(record, swept)])
 
 
 def beeps_frame(run: RunData) -> pd.DataFrame:
@@ -57,7 +56,7 @@ def costs_frame(run: RunData) -> pd.DataFrame:
         for record, cost in zip(run.cells, run.costs, strict=True)
         for name, cpu_s in cost.get("detect_cpu_s", {}).items()
     ]
-    return _frame(rows)
+    return frame_of(rows)
 
 
 FRAMES: dict[str, Callable[[RunData], pd.DataFrame]] = {
@@ -79,10 +78,15 @@ def write_frames(run: RunData) -> list[Path]:
     return written
 
 
-def _rows(record: Mapping[str, Any], swept: list[str]) -> list[Row]:
-    cell, result = record["cell"], record["result"]
-    error = record["error"]
-    shared = (
+def swept_names(variants: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Parameters that points of a sweep name."""
+    return sorted({name for variant in variants for name in variant} - {NAME})
+
+
+def cell_row(record: Mapping[str, Any], swept: Sequence[str]) -> Row:
+    """What a cell is, whoever runs on it: identity, status, and the values of swept and probed parameters."""
+    cell, error = record["cell"], record["error"]
+    return (
         {"label": record["label"]}
         | {name: cell[name] for name in CELL}
         | {"standing_range_m": cell["range_m"], "standing_bearing_rad": cell.get("bearing_rad")}
@@ -91,6 +95,10 @@ def _rows(record: Mapping[str, Any], swept: list[str]) -> list[Row]:
         | {name: _scalar(value_at(cell, name)) for name in swept}
         | {f"probe.{name}": _scalar(value) for name, value in (cell.get("probe") or {}).items()}
     )
+
+
+def _rows(record: Mapping[str, Any], swept: Sequence[str]) -> list[Row]:
+    shared, result = cell_row(record, swept), record["result"]
     detectors = {} if result is None else result["detectors"]
     if not detectors:
         return [shared | {"detector": None} | _numbers(result)]
@@ -121,7 +129,7 @@ def _scalar(value: Any) -> Any:
     return value if value is None or isinstance(value, bool | int | float | str) else json.dumps(value)
 
 
-def _frame(rows: list[Row]) -> pd.DataFrame:
+def frame_of(rows: list[Row]) -> pd.DataFrame:
     """Rows as a frame whose columns hold one type, as Parquet asks for: words among numbers make all of them words."""
     frame = pd.DataFrame(rows)
     for name in (name for name in frame if pd.api.types.is_object_dtype(frame[name])):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from scenes import GaitWalk
 from scenes.streets.approaches import AFTER_CONTACT_S
 from scenes.truth.truth import contact
 from simulator import Fidelity, render_walk
+from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Scene
@@ -35,12 +37,10 @@ class Situation:
     gated: tuple[str, ...] = ()
 
 
-def rendered(setting: Situation, cell: Cell) -> Recording:
-    """What the phone records on the walk, with the cell's beep, fidelity and seed."""
+def rendered(setting: Situation, cell: Cell, seen: Callable[[Paths, int], None] | None = None) -> Recording:
+    """What the phone records on the walk, with the cell's beep, fidelity and seed; `seen` is told the paths."""
     beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
-    return render_walk(
-        setting.scene, setting.phone, setting.walk, beep, fidelity=fidelity, seed=cell.seed, gated=setting.gated
-    )
+    return render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity, cell.seed, setting.gated, seen)
 
 
 def until_contact(walk: Walk, scene: Scene, targets: tuple[str, ...]) -> Walk:

@@ -1,0 +1,42 @@
+"""`obstaclewatch export`: a labelled data set of a suite."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from benchmarks.bench import planned
+from benchmarks.plan.trust import ALLOW_CODE
+from benchmarks.runs.executors import choose_executor
+
+INCOMPLETE = 3
+
+
+@click.command()
+@click.argument("suite")
+@click.argument("out", type=click.Path(path_type=Path, file_okay=False))
+@click.option("--walks", type=click.IntRange(min=1), required=True, help="how many, of all splits together")
+@click.option("-j", "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="worker processes")
+@click.option("--seed", type=click.IntRange(min=0), help="replaces the suite's seed")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
+@click.option("--allow-code", is_flag=True, help=ALLOW_CODE)
+def export(
+    suite: str, out: Path, walks: int, jobs: int, seed: int | None, settings: tuple[str, ...], allow_code: bool
+) -> None:
+    """Write recordings of SUITE (a name or a YAML file) with truth, paths and splits to the folder OUT.
+
+    For people who train detectors of their own: FLAC, Parquet, and a card with a loader that needs nothing of this
+    project. The same command goes on where it stopped; more --walks add to those that are there.
+    """
+    from benchmarks.dataset import split_walks, write_data_set
+
+    chosen = planned(suite, settings, seed, allow_code)
+    cells = split_walks(chosen, walks)
+    click.echo(f"{len(cells)} walks of suite '{chosen.name}' into {out}")
+    tally = write_data_set(out, chosen, cells, choose_executor(None, jobs), ["obstaclewatch", *sys.argv[1:]])
+    click.echo(f"{out / 'README.md'}: {len(tally.ok)} walks")
+    if not tally.complete:
+        click.echo(f"{len(tally.failed)} walks failed, {len(tally.missing)} are missing", err=True)
+        sys.exit(INCOMPLETE)
