@@ -17,6 +17,7 @@ COMMANDS = {
     "report": "Write a run's report again from its stored results.",
     "gate": "Judge a run by its gates: green, red, or nothing measured.",
     "baseline": "Make or show the baseline that gates compare runs with.",
+    "history": "Accuracy and cost over stored runs and commits: table and pictures.",
     "compare": "Compare two runs, or two detectors, on the same walks.",
     "ls": "List suites, scenes, phones, figures, gates or checks.",
     "validate": "Check a suite file or a gates file.",
