@@ -22,10 +22,14 @@ COMMANDS = {
     "ls": "List suites, scenes, phones, figures, gates or checks.",
     "validate": "Check a suite file or a gates file.",
     "doctor": "Check that this installation works, and say what to do if not.",
+    "beep": "Write the beeps for a phone of your own to play, as a WAV file.",
+    "calibrate": "Read a phone's geometry, delay and phase from a recording before a wall.",
     "simulate": "Render what a phone records on a walk, to a WAV or FLAC file.",
     "detect": "Run a detector on a stereo WAV or FLAC file.",
     "scene": "Check or draw a scene or an approach.",
 }
+MODULES = {"beep": "own_phone", "calibrate": "own_phone"}
+"""Of commands that share one."""
 
 USAGE = 2
 CRASH = 70
@@ -44,7 +48,8 @@ class LazyGroup(click.Group):
         """Import and return one command."""
         if cmd_name not in COMMANDS:
             return None
-        return getattr(importlib.import_module(f"benchmarks.commands.{cmd_name}"), cmd_name)
+        module = MODULES.get(cmd_name, cmd_name)
+        return getattr(importlib.import_module(f"benchmarks.commands.{module}"), cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list of commands without importing them."""

@@ -72,3 +72,10 @@ def test_the_page_on_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
     assert Path("walks/load.py").read_text(encoding="utf-8") in card
     assert "MIT" in Path("walks/LICENSE").read_text(encoding="utf-8")
     subprocess.run([sys.executable, "-I", "-c", ALONE], check=True)
+
+
+def test_the_page_on_own_phones(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run_tutorial(DOCS / "own_phone.md")
+    assert len([line for line in done if line.startswith("obstaclewatch")]) == 5
+    assert matplotlib.image.imread("walk.png").std() > 0.05

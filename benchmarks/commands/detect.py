@@ -14,14 +14,13 @@ import numpy as np
 
 import obstaclewatch
 from benchmarks.cells.association import ESTIMATES
-from obstaclewatch import BeepDesign, Detection, PhoneGeometry, Recording, inspect_recording
-from obstaclewatch.recordings.audio import read_blocks
+from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of
+from benchmarks.own_phone import PhoneFile, load_phone, phone_file
+from obstaclewatch import BeepDesign, Detection, Recording
 from obstaclewatch.recordings.live import live_pieces
 from simulator import Phone
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
-PIECE_SAMPLES = 1 << 20
-"""Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
 LIVE_RATE_HZ = 48_000.0
 LIVE_LOOK_S = 1.0
 LEGEND = """   time    candidates: range, bearing off the walking direction, r = radius +- standard deviation
@@ -31,16 +30,19 @@ LEGEND = """   time    candidates: range, bearing off the walking direction, r =
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--live", type=float, metavar="SECONDS", help="play beeps and record here instead (extra `live`)")
-@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones`, or a scene file")
+@click.option(
+    "--phone",
+    default="galaxy-s5",
+    show_default=True,
+    help="of `ls phones`, of a file of `calibrate` or a scene file",
+)
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="pitch of the phone's top edge, degrees, if known")
 @click.option(
     "--mic-phase", type=float, help="of the bottom microphone's channel, degrees; TrackingDetector  [default: 0]"
 )
 @click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
-@click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted")
-@click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted")
-@click.option("--gap-ms", default=40.0, show_default=True, help="gap between two beeps")
+@beep_options
 @click.option("--reach", default=7.0, show_default=True, help="greatest range searched, m")
 @click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
@@ -64,21 +66,22 @@ def detect(
         raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {pitch:g}")
     if plot is not None:
         _check_picture(plot)
-    geometry = _phone(phone).geometry
-    shape = (*_band(band), 1e-3 * beep_ms, 1e-3 * gap_ms)
+    held = _phone(phone)
+    geometry, shape = held.geometry, beep_shape(band, beep_ms, gap_ms)
     if recording is not None:
-        pieces = _from_file(recording, swap)
+        pieces = pieces_of(recording, swap)
         first = next(pieces)
     else:
         pieces = live_pieces(BeepDesign(*shape, LIVE_RATE_HZ), float(live or 0.0))
         first = _joined(pieces, LIVE_LOOK_S)
     beep = BeepDesign(*shape, first.sample_rate_hz)
-    settings = obstaclewatch.PaperSettings(far_m=reach)
+    settings = obstaclewatch.PaperSettings(far_m=reach, direct_delay_s=held.direct_delay_s)
     pitch_rad = None if pitch is None else math.radians(pitch)
     speed = obstaclewatch.assumed_sound_speed(temperature)
-    known = {} if mic_phase is None else {"mic_phase_rad": math.radians(mic_phase)}
+    phase_rad = held.mic_phase_rad if mic_phase is None else math.radians(mic_phase)
+    known = {} if phase_rad is None or detector != "TrackingDetector" else {"mic_phase_rad": phase_rad}
     detecting = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
-    _inspect(first, beep, geometry, to_stderr=as_json)
+    inspect(first, beep, geometry, to_stderr=as_json)
     found = detecting.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)
@@ -87,7 +90,7 @@ def detect(
 
     columns = Columns()
     _tell(_noting(found, columns), as_json)
-    draw_echogram(_from_file(Path(str(recording)), swap), beep, geometry, columns, plot)
+    draw_echogram(pieces_of(Path(str(recording)), swap), beep, geometry, columns, plot)
 
 
 def _check_picture(path: Path) -> None:
@@ -98,30 +101,12 @@ def _check_picture(path: Path) -> None:
         raise FileNotFoundError(f"no folder '{path.parent}' to draw '{path.name}' to")
 
 
-def _from_file(path: Path, swap: bool) -> Iterator[Recording]:
-    for piece in read_blocks(path, PIECE_SAMPLES):
-        yield Recording(piece.samples[::-1], piece.sample_rate_hz) if swap else piece
-
-
 def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:
     """The first pieces of together that duration, as one."""
     taken = [next(pieces)]
     while sum(piece.duration_s for piece in taken) < duration_s and (piece := next(pieces, None)) is not None:
         taken.append(piece)
     return Recording(np.concatenate([piece.samples for piece in taken], axis=1), taken[0].sample_rate_hz)
-
-
-def _inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stderr: bool) -> None:
-    """Say what the recording is worth; what no detector can use becomes an error."""
-    health = inspect_recording(first, beep, geometry)
-    if not health.usable:
-        raise ValueError("; ".join(str(finding) for finding in health.findings))
-    if to_stderr:
-        for finding in health.findings:
-            click.echo(str(finding), err=True)
-        return
-    for line in health.lines():
-        click.echo(line)
 
 
 def _noting(found: Iterable[Detection], columns: Any) -> Iterator[Detection]:
@@ -144,21 +129,9 @@ def _tell(found: Iterable[Detection], as_json: bool) -> None:
         click.echo(f"{count} beeps, {alert}")
 
 
-def _phone(text: str) -> Phone:
-    """The preset of that name, or the phone of a scene file."""
-    if not text.endswith((".yaml", ".yml")):
-        return Phone.named(text)
-    from scenes import load_encounter
-
-    return load_encounter(text).phone
-
-
-def _band(text: str) -> tuple[float, float]:
-    try:
-        low, high = (float(part) for part in text.split("-"))
-    except ValueError:
-        raise ValueError(f"band must be two frequencies in Hz such as 18000-23000, got '{text}'") from None
-    return low, high
+def _phone(text: str) -> PhoneFile:
+    """The preset of that name, the phone of a scene file, or one that was calibrated."""
+    return load_phone(Path(text)) if text.endswith((".yaml", ".yml")) else phone_file(Phone.named(text).geometry)
 
 
 def _entry(detection: Detection) -> dict[str, Any]:

@@ -1,0 +1,159 @@
+"""`obstaclewatch beep` and `obstaclewatch calibrate`: from a phone of one's own to what `detect` asks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from benchmarks.own_phone import (
+    ADVICE,
+    TAPE_M,
+    measured_at_wall,
+    measured_separation_m,
+    middle_line,
+    phone_file,
+    phone_text,
+)
+from benchmarks.runs.store import write_atomically
+from obstaclewatch import BeepDesign, PhoneGeometry, Recording, assumed_sound_speed, inspect_recording, write_recording
+from obstaclewatch.recordings.audio import read_blocks
+from obstaclewatch.recordings.health import RecordingHealth
+from simulator import Phone
+
+PIECE_SAMPLES = 1 << 20
+"""Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
+PLAY_RATE_HZ = 48_000.0
+NAME = "my phone"
+
+
+def beep_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that say which beep is meant."""
+    for option in (
+        click.option("--gap-ms", default=40.0, show_default=True, help="gap between two beeps"),
+        click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted"),
+        click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted"),
+    ):
+        command = option(command)
+    return command
+
+
+def beep_shape(band: str, beep_ms: float, gap_ms: float) -> tuple[float, float, float, float]:
+    """Arguments of `BeepDesign` but the rate.
+
+    Raises:
+        ValueError: the band is not two frequencies.
+    """
+    try:
+        low, high = (float(part) for part in band.split("-"))
+    except ValueError:
+        raise ValueError(f"band must be two frequencies in Hz such as 18000-23000, got '{band}'") from None
+    return low, high, 1e-3 * beep_ms, 1e-3 * gap_ms
+
+
+@click.command()
+@click.argument("output", type=click.Path(path_type=Path))
+@click.option("--seconds", type=click.FloatRange(min=0.1, max=3600.0), default=60.0, show_default=True)
+@click.option("--rate", default=PLAY_RATE_HZ, show_default=True, help="samples per second, as the phone plays")
+@click.option("--level", type=click.FloatRange(0.0, 1.0, min_open=True), default=0.5, show_default=True,
+              help="amplitude, full scale is 1")  # fmt: skip
+@click.option("--side", type=click.Choice(["both", "left", "right"]), default="both", show_default=True,
+              help="channel of the top speaker, if only that is to sound")  # fmt: skip
+@beep_options
+def beep(
+    output: Path, seconds: float, rate: float, level: float, side: str, band: str, beep_ms: float, gap_ms: float
+) -> None:
+    """Write the beeps for a phone to play to OUTPUT, a .wav or .flac file.
+
+    Play it with the top speaker while the same phone records both microphones: stereo, unprocessed, WAV or FLAC, at
+    48 kHz or more.
+    """
+    design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate)
+    period = np.zeros((2, design.period_samples), dtype=np.float32)
+    period[:, : len(design.samples())] = level * design.samples()
+    period[{"left": 1, "right": 0}[side] if side != "both" else slice(0, 0)] = 0.0
+    count = max(1, round(seconds / design.period_s))
+    write_recording((Recording(period, rate) for _ in range(count)), output)
+    click.echo(f"{output}: {count} beeps of {band} Hz, {count * design.period_s:.1f} s at {rate:.0f} Hz")
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones` of the same build")
+@click.option(
+    "--speaker-cm", type=float, help="from the top microphone down to the speaker, by ruler, instead of --phone"
+)
+@click.option(
+    "--mics-cm", type=float, help="between the microphones, by ruler  [from the direct sound, with --speaker-cm]"
+)
+@click.option("--wall", type=click.FloatRange(0.4, 5.0), metavar="M",
+              help="speaker to a wall at which the top edge points squarely, by tape")  # fmt: skip
+@click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
+@click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="a .yaml file for `detect --phone`")
+@beep_options
+def calibrate(
+    recording: Path, phone: str, speaker_cm: float | None, mics_cm: float | None, wall: float | None,
+    temperature: float, swap: bool, output: Path | None, band: str, beep_ms: float, gap_ms: float,
+) -> None:  # fmt: skip
+    """Read what RECORDING, a stereo WAV or FLAC file, shows of the phone that played and recorded the beeps.
+
+    The direct sound shows level, delay and band of the microphones, and their distance if the sound comes through the
+    air. A wall at a known distance shows the delay of the direct sound after emission, and the phase between the
+    channels, which TrackingDetector needs for bearings.
+    """
+    if mics_cm is not None and speaker_cm is None:
+        raise click.UsageError("--mics-cm needs --speaker-cm")
+    speed = assumed_sound_speed(temperature)
+    first = next(pieces_of(recording, swap))
+    design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), first.sample_rate_hz)
+    geometry = Phone.named(phone).geometry
+    if speaker_cm is not None:
+        geometry = middle_line(NAME, 1e-2 * (mics_cm or 100 * geometry.mic_separation_m), 1e-2 * speaker_cm)
+    health = inspect(first, design, geometry, to_stderr=False)
+    if speaker_cm is not None and mics_cm is None and health.calibration is not None:
+        apart_m = measured_separation_m(health.calibration, 1e-2 * speaker_cm, speed)
+        geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
+        click.echo(f"microphones {100 * apart_m:.1f} cm apart, if the direct sound comes through air: check by ruler")
+    known = phone_file(geometry)
+    if wall is not None:
+        found = measured_at_wall(first, design, geometry, wall, speed)
+        click.echo(
+            f"direct sound {1e6 * found.direct_delay_s:+.0f} +- {1e6 * found.direct_delay_std_s:.0f} us after emission "
+            f"(the wall at {wall:g} m +- {100 * TAPE_M:g} cm)\n"
+            f"phase of the bottom channel {math.degrees(found.phase.phase_rad):+.0f} +- "
+            f"{math.degrees(found.phase.std_rad):.0f} degrees, from {found.phase.beeps} beeps"
+        )
+        known = phone_file(geometry, found.direct_delay_s, found.phase.phase_rad)
+    if output is not None:
+        write_atomically(output, phone_text(known))
+        click.echo(f"{output}: for `obstaclewatch detect RECORDING --phone {output}`")
+
+
+def pieces_of(path: Path, swap: bool) -> Iterator[Recording]:
+    """A file piece by piece, its channels exchanged if asked for."""
+    for piece in read_blocks(path, PIECE_SAMPLES):
+        yield Recording(piece.samples[::-1], piece.sample_rate_hz) if swap else piece
+
+
+def inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stderr: bool) -> RecordingHealth:
+    """Say what a recording is worth and what to do about it.
+
+    Raises:
+        ValueError: no detector can use it.
+    """
+    health = inspect_recording(first, beep, geometry)
+    advice = [
+        f"{finding.fault.label}: {ADVICE[finding.fault]}" for finding in health.findings if finding.fault in ADVICE
+    ]
+    if not health.usable:
+        raise ValueError("; ".join([*map(str, health.findings), *(f"to mend it, {each}" for each in advice)]))
+    for line in map(str, health.findings) if to_stderr else health.lines():
+        click.echo(line, err=to_stderr)
+    for line in advice:
+        click.echo(f"to mend {line}", err=to_stderr)
+    return health

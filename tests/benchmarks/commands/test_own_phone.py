@@ -1,0 +1,99 @@
+"""`beep` and `calibrate`: what is written to be played, and what a wall at a known distance says of a phone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from benchmarks.cli import cli
+from benchmarks.own_phone import load_phone, measured_at_wall, middle_line
+from obstaclewatch import BeepDesign, Recording, assumed_sound_speed, read_recording, write_recording
+
+WALL_M, CASE_S, PHASE_RAD = 1.0, 10e-6, 0.6
+RATE_HZ = 48_000.0
+SPEED = assumed_sound_speed(20.0)
+PHONE = middle_line("mine", mics_m=0.15, speaker_m=0.03)
+
+
+def run(*arguments: object) -> str:
+    done = CliRunner().invoke(cli, [*map(str, arguments)], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def before_a_wall(beeps: int = 20, case_s: float = CASE_S) -> Recording:
+    """A phone whose direct sound reaches microphone 0 after `case_s`, and microphone 1 through the air, before a wall
+    by the image of its speaker; the bottom channel is `PHASE_RAD` ahead."""
+    beep = BeepDesign(sample_rate_hz=RATE_HZ)
+    time_s = np.arange(beeps * beep.period_samples) / RATE_HZ - 0.01
+    image = PHONE.speaker_m + np.array([0.0, 2.0 * WALL_M, 0.0])
+    samples = 1e-5 * np.random.default_rng(0).standard_normal((2, len(time_s)))
+    for mic, place in enumerate(PHONE.mics_m):
+        direct_s = (case_s, PHONE.speaker_to_mic_m[1] / SPEED)[mic]
+        for gain, delay_s in ((0.2 - 0.14 * mic, direct_s), (0.01, np.linalg.norm(image - place) / SPEED)):
+            t = np.mod(time_s - delay_s, beep.period_s)
+            samples[mic] += gain * beep.window(t) * np.cos(beep.phase_rad(t) + mic * PHASE_RAD)
+    return Recording(samples, RATE_HZ)
+
+
+def test_delay_and_phase_follow_from_a_wall():
+    """To a sample's fiftieth: the error of the tape is far greater, so that nothing but the sign could hide in it."""
+    found = measured_at_wall(before_a_wall(), BeepDesign(sample_rate_hz=RATE_HZ), PHONE, WALL_M, SPEED)
+    assert found.direct_delay_s == pytest.approx(CASE_S, abs=0.5e-6)
+    assert found.phase.phase_rad == pytest.approx(PHASE_RAD, abs=0.05)
+    assert found.phase.distance_m == pytest.approx(WALL_M, abs=1e-3)
+
+
+def test_the_file_is_what_detect_takes(tmp_path: Path):
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    ruler = ["--speaker-cm", 3, "--mics-cm", 15]
+    said = run("calibrate", tmp_path / "wall.wav", *ruler, "--wall", WALL_M, "-o", tmp_path / "mine.yaml")
+    assert "direct sound +10 +- 29 us after emission" in said
+    phone = load_phone(tmp_path / "mine.yaml")
+    assert phone.geometry.mics_m.tolist() == PHONE.mics_m.tolist()
+    assert phone.mic_phase_rad == pytest.approx(PHASE_RAD, abs=0.05)
+    told = run("detect", tmp_path / "wall.wav", "--phone", tmp_path / "mine.yaml", "--detector", "TrackingDetector")
+    assert "beeps, " in told.splitlines()[-1]
+
+
+def test_distance_between_microphones_from_the_direct_sound(tmp_path: Path):
+    """The direct sound through the air at both microphones."""
+    write_recording(before_a_wall(case_s=float(PHONE.speaker_to_mic_m[0]) / SPEED), tmp_path / "wall.wav")
+    said = run("calibrate", tmp_path / "wall.wav", "--speaker-cm", 3)
+    (apart_cm,) = re.findall(r"microphones ([\d.]+) cm apart", said)
+    assert float(apart_cm) == pytest.approx(15.0, abs=0.2)
+
+
+def test_beeps_are_those_that_detect_expects(tmp_path: Path):
+    said = run("beep", tmp_path / "beeps.wav", "--seconds", 0.9, "--side", "left")
+    played, design = read_recording(tmp_path / "beeps.wav"), BeepDesign(sample_rate_hz=RATE_HZ)
+    assert "10 beeps" in said
+    assert played.samples.shape == (2, 10 * design.period_samples)
+    assert not played.samples[1].any()
+    period = played.samples[0, 3 * design.period_samples :][: len(design.samples())]
+    assert period == pytest.approx(0.5 * design.samples(), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("samples", "advice"),
+    [
+        (lambda r: 1e-3 * np.random.default_rng(0).standard_normal(r.samples.shape), "volume up"),
+        (lambda r: r.samples[::-1], "--swap"),
+    ],
+)
+def test_what_is_wrong_comes_with_what_to_do(tmp_path: Path, samples, advice):
+    recording = before_a_wall(case_s=float(PHONE.speaker_to_mic_m[0]) / SPEED)
+    write_recording(Recording(np.asarray(samples(recording)), RATE_HZ), tmp_path / "bad.wav")
+    done = CliRunner().invoke(cli, ["detect", str(tmp_path / "bad.wav"), "--phone", "galaxy-s5"])
+    assert isinstance(done.exception, ValueError)
+    assert advice in str(done.exception)
+
+
+def test_one_channel_twice_is_said_with_what_to_do(tmp_path: Path):
+    recording = before_a_wall()
+    write_recording(Recording(recording.samples[[0, 0]], RATE_HZ), tmp_path / "twice.wav")
+    assert "to mend identical channels: choose stereo" in run("detect", tmp_path / "twice.wav")
