@@ -14,7 +14,7 @@ import numpy as np
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
 from obstaclewatch.support.argument_types import check_seed, check_types
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Singles
 from simulator.field.motion import Motion, fastest_closing_m_s, motion_within
 from simulator.paths import Paths
 from simulator.phone.noise import noise_samples
@@ -118,7 +118,7 @@ def render_pieces(
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     early = int(np.ceil(SKIRT_S * beep.sample_rate_hz))
 
-    def sounds(first: int) -> tuple[int, Floats]:
+    def sounds(first: int) -> tuple[int, Singles]:
         among = range(first, min(first + BLOCK_BEEPS, count))
         paths, motion = _traced_beeps(scene, phone, walk, beep, fidelity, among)
         if gated:
@@ -130,7 +130,7 @@ def render_pieces(
         envelope = sum_envelopes(paths, motion, beep, len(among), early / beep.sample_rate_hz)
         return first * beep.period_samples - early, ringing(envelope, phone, beep)
 
-    def noisy(echoes: Floats) -> Recording:
+    def noisy(echoes: Singles) -> Recording:
         noise = noise_samples(phone, echoes.shape[1], beep.sample_rate_hz, rng)
         return Recording((echoes * phone.full_scale_gain + noise).astype(np.float32), beep.sample_rate_hz)
 

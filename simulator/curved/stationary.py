@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.surfaces.facet_bounds import may_mirror
 from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
@@ -127,7 +127,7 @@ def _complete(
     )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@compiled
 def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet.
 
@@ -162,7 +162,7 @@ def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     return f, g
 
 
-@numba.njit(cache=True)
+@compiled
 def _add_turn(x, dx, end, inverse, dh):
     """Add the change of the unit vector u from x to an end as x moves by dx: (u (u . dx) - dx) / distance."""
     product = 0.0
@@ -172,7 +172,7 @@ def _add_turn(x, dx, end, inverse, dh):
         dh[k] += ((end[k] - x[k]) * product * inverse * inverse - dx[k]) * inverse
 
 
-@numba.njit(cache=True)
+@compiled
 def _facet_axes(corner, one, other):
     """Fill in two orthonormal vectors in the plane of a facet."""
     size = along = 0.0
@@ -191,7 +191,7 @@ def _facet_axes(corner, one, other):
         other[k] /= np.sqrt(size)
 
 
-@numba.njit(cache=True)
+@compiled
 def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
 
@@ -227,7 +227,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     return eta, zeta, False
 
 
-@numba.njit(cache=True)
+@compiled
 def _first_guess(corner, straight, center, source, receiver):
     """Where on a facet to begin: its middle, or on a straight one that of the stretch where both segments rise alike.
 
@@ -247,7 +247,7 @@ def _first_guess(corner, straight, center, source, receiver):
         to_s += (source[k] - center[k] - rise_s * straight[k]) ** 2
         to_r += (receiver[k] - center[k] - rise_r * straight[k]) ** 2
     to_s, to_r = np.sqrt(to_s), np.sqrt(to_r)
-    low, high = height.min(), height.max()
+    low, high = min(height[0], height[1], height[2]), max(height[0], height[1], height[2])
     place = (rise_s * to_r + rise_r * to_s) / (to_s + to_r + 1e-300)
     place = min(max(place, low + 0.01 * (high - low)), high - 0.01 * (high - low))
     weight, crossed = np.zeros(3), 0
@@ -259,7 +259,7 @@ def _first_guess(corner, straight, center, source, receiver):
     return (weight[1] + weight[2]) / crossed, weight[2] / crossed
 
 
-@numba.njit(cache=True)
+@compiled
 def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver):
     """Facet and position of every stationary point, piece by piece of the surface, each point kept once."""
     queries = len(source)
@@ -288,7 +288,7 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
     return face, uv, count
 
 
-@numba.njit(cache=True)
+@compiled
 def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count, work, slope):
     """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
     eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1], work, slope)
@@ -313,10 +313,10 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
     return True, eta, zeta
 
 
-@numba.njit(cache=True)
+@compiled
 def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
     """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
-    face, uv = face0.copy(), uv0.copy()
+    face, uv = np.empty(len(face0), np.int64), np.empty((len(face0), 2))
     work, slope = np.empty((10, 3)), np.empty((2, 2))
     for q in range(len(source)):
         t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]

@@ -26,11 +26,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplexes
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
 
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
@@ -176,7 +176,7 @@ def _end(face: Face, point_m: Floats) -> tuple[Floats, Floats, Floats, Complexes
     return np.exp(0.5 * slant), np.sin(half), np.cos(half), sent
 
 
-@numba.njit(cache=True)
+@compiled
 def _segments(point, along, inwards, first, linked, wavenumber, turn, slope, step):
     for a in range(len(linked)):
         for b in range(len(linked)):
@@ -204,7 +204,7 @@ def _segments(point, along, inwards, first, linked, wavenumber, turn, slope, ste
                         turn[j, i, n] = turn[i, j, n]
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _beta(slope, sine, cosine):
     """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone."""
     cosh = 0.5 * (slope + 1.0 / slope)
@@ -217,7 +217,7 @@ def _beta(slope, sine, cosine):
     return out
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _waves(step, wave):
     """Cosines, then sines, of multiples of a step."""
     half = len(wave) // 2
@@ -227,7 +227,7 @@ def _waves(step, wave):
         wave[t], wave[half + t] = x, y
 
 
-@numba.njit(cache=True)
+@compiled
 def _two(
     weight, share, first, linked, turn, slope, slope_s, sin_s, cos_s, sent, slope_r, sin_r, cos_r, received, out
 ):  # fmt: skip
@@ -238,7 +238,9 @@ def _two(
             if not linked[a, b]:
                 continue
             for i in range(first[a], first[a + 1]):
-                passed[:] = 0.0
+                for w in range(windows):
+                    for n in range(nodes):
+                        passed[w, n] = 0.0
                 for j in range(first[b], first[b + 1]):
                     scale = _beta(slope_s[i] * slope[i, j], sin_s[i], cos_s[i]) * weight[j]
                     scale *= _beta(slope_r[j] * slope[j, i], sin_r[j], cos_r[j])
@@ -256,7 +258,7 @@ def _two(
                                 out[a, v, b, w, n] += part * sent[i, n] * passed[w, n]
 
 
-@numba.njit(cache=True)
+@compiled
 def _send(here, there, weight, turn, slope, slope_s, sin_s, cos_s, sent, out):
     """What a point sends over nodes from `here` on to nodes from `there` on, (J, 2 K, I): real and imaginary parts."""
     for j in range(out.shape[0]):
@@ -268,7 +270,7 @@ def _send(here, there, weight, turn, slope, slope_s, sin_s, cos_s, sent, out):
                 out[j, 2 * n, i], out[j, 2 * n + 1, i] = value.real, value.imag
 
 
-@numba.njit(cache=True)
+@compiled
 def _pass(here, there, turn, step, leaving, arriving):
     """Add what nodes from `here` on, (N, T, X), send to nodes from `there` on; X holds parts, real and imaginary, K."""
     terms, size = leaving.shape[1:]

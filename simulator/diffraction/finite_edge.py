@@ -25,11 +25,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.diffraction.edge_view import APEX, START, EdgeView
 
 NARROWEST_RAD = 2.0 * np.pi / 3.0  # of a face and its mirror image; the open angle of a sharp edge is pi or more
@@ -161,7 +161,7 @@ def _poles(view: EdgeView, wavenumber: float) -> _Poles:
     return _Poles(np.sin(nu * angle), np.sin(0.5 * nu * angle) ** 2, delta, strength, near)
 
 
-@numba.njit(cache=True)
+@compiled
 def _integrand(x, nu, shortest, product, sine, half_sine2, out):
     """G as a function of x = u^2, complex: three groups."""
     rise = x * (x + 2.0 * shortest) / (4.0 * product)
@@ -178,7 +178,7 @@ def _integrand(x, nu, shortest, product, sine, half_sine2, out):
     out[2] = common * (sine[3] / (sinh2 + half_sine2[3]))
 
 
-@numba.njit(cache=True)
+@compiled
 def _without_poles(x, nu, shortest, product, sine, half_sine2, delta, strength, near, out):
     """G less the poles next to the real axis."""
     _integrand(x, nu, shortest, product, sine, half_sine2, out)
@@ -187,7 +187,7 @@ def _without_poles(x, nu, shortest, product, sine, half_sine2, delta, strength, 
             out[max(i - 1, 0)] -= strength[i] * np.sqrt(delta[i]) / (x + delta[i])
 
 
-@numba.njit(cache=True)
+@compiled
 def _whole_line(
     nu, shortest, product, sine, half_sine2, delta, strength, near, fade, wavenumber, center, nodes, weights, g, out
 ):
@@ -205,7 +205,7 @@ def _whole_line(
                 out[max(i - 1, 0), k] += strength[i] * np.pi * fade[i, k]
 
 
-@numba.njit(cache=True)
+@compiled
 def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, center, nodes, weights, g, out):
     """Integral of G e^{-jk (u^2 - U^2)} from U on: Gauss-Laguerre along the path of steepest descent."""
     for n in range(len(nodes)):
@@ -218,7 +218,7 @@ def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, cente
                 out[j, k] += weight * g[j]
 
 
-@numba.njit(cache=True)
+@compiled
 def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out):
     """Integral of G e^{-jk u^2} from 0 to U close to the apex: Gauss-Legendre, poles by an entire remainder."""
     for n in range(len(nodes)):
@@ -241,7 +241,7 @@ def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, exce
                 out[max(i - 1, 0), k] += strength[i] * angle * np.exp(1j * wavenumber[k] * delta[i])
 
 
-@numba.njit(cache=True)
+@compiled
 def _evaluate(
     nu, shortest, product, sine, half_sine2, delta, strength, near, fade, part, excess, wavenumber, center,
     hermite_x, hermite_w, laguerre_x, laguerre_w, legendre_x, legendre_w, out,
@@ -262,7 +262,9 @@ def _evaluate(
         )  # fmt: skip
         if part[r] == 0:
             continue
-        short[:] = 0.0
+        for j in range(3):
+            for k in range(len(wavenumber)):
+                short[j, k] = 0.0
         if excess[r] > 0.0:
             _to_end(
                 nu[r], shortest[r], product[r], sine[r], half_sine2[r], delta[r], strength[r], near[r], excess[r],

@@ -7,10 +7,10 @@ coordinate tells apart, the first listed is in front.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.images.image_method import inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
@@ -40,24 +40,24 @@ def _own_patches(tracing: Tracing, found: Candidates) -> Ints:
     return own
 
 
-@numba.njit(cache=True)
+@compiled
 def _covered(mirrors, own, pose, points, blind):
     out = np.zeros(len(pose), np.bool_)
     for r in range(len(pose)):
         for k in range(own.shape[1]):
-            if own[r, k].max() < 0:
+            if max(own[r, k, 0], own[r, k, 1]) < 0:
                 continue
             for p in range(len(mirrors.radius_m)):
                 height = dot(points[r, k + 1], mirrors.normal[pose[r], p]) - mirrors.offset_m[pose[r], p]
                 if abs(height) > blind or not _lies_on(mirrors, pose[r], p, own[r, k]):
                     continue
                 for end in (points[r, k], points[r, k + 2]):
-                    if _hides(mirrors, pose[r], p, own[r, k].max(), points[r, k + 1], end, height):
+                    if _hides(mirrors, pose[r], p, max(own[r, k, 0], own[r, k, 1]), points[r, k + 1], end, height):
                         out[r] = True
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def _lies_on(mirrors, n, p, own):
     """Whether a patch is another than those at a point, and parallel to one of them."""
     parallel = False
@@ -69,7 +69,7 @@ def _lies_on(mirrors, n, p, own):
     return parallel
 
 
-@numba.njit(cache=True)
+@compiled
 def _hides(mirrors, n, p, own, point, end, height):
     """Whether a patch at a small height under a point hides it from an end."""
     there = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
@@ -84,5 +84,7 @@ def _hides(mirrors, n, p, own, point, end, height):
         return p < own and reflects and inside_patch(point, frame, mirrors.rest_normal[p], outline)
     if height * there >= 0.0:
         return False
-    crossing = point + height / (height - there) * (end - point)
+    crossing, share = np.empty(3), height / (height - there)
+    for x in range(3):
+        crossing[x] = point[x] + share * (end[x] - point[x])
     return inside_patch(crossing, frame, mirrors.rest_normal[p], outline)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.compiled import compiled
 from simulator.scene.pose import Walk
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -79,7 +79,7 @@ def retarded(
     )  # fmt: skip
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _follow(
     reception, along, order, mic, mirror, normal, offset, point, obstacle, first, moves, velocity, carried, start,
     pieces, speed, count,
@@ -112,7 +112,7 @@ def _follow(
     return length, before
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _unfold(reflections, k, frame, images, planes, fixed):
     """Fill in the image after reflection k in its frame, its plane, and the path to the last given point."""
     mirror, normal, offset, point, _ = reflections
@@ -134,7 +134,7 @@ def _unfold(reflections, k, frame, images, planes, fixed):
         fixed[k + 1] = fixed[k] + _distance(images, k, k + 1)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _strike(mirror, images, planes, fixed, speed, struck):
     """Fill in how long after emission every reflector is struck, from the receiver back."""
     last = len(mirror) + 1
@@ -151,13 +151,13 @@ def _strike(mirror, images, planes, fixed, speed, struck):
         struck[k] = (fixed[k + 1] + left) / speed
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _distance(images, a, b):
     x, y, z = images[a, 0] - images[b, 0], images[a, 1] - images[b, 1], images[a, 2] - images[b, 2]
     return np.sqrt(x * x + y * y + z * z)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _place(obstacle, time, velocity, carried, start, pieces, frame):
     """Fill in shift and yaw of an obstacle at an instant, as `Frames.of` has them."""
     if carried[obstacle]:
@@ -168,7 +168,7 @@ def _place(obstacle, time, velocity, carried, start, pieces, frame):
         frame[3] = 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _on_track(start, pieces, column, time, value):
     """Fill in as many columns as there is room for."""
     at = min(max(int((time - start) / STEP_S), 0), len(pieces) - 1)

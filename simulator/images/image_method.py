@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from functools import partial
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.images.image_tree import Goal, distance, dot, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.mirrors import BORDER_M
@@ -91,7 +91,7 @@ def straight(
     return _straight_crossings(tracing.mirrors, *ends, pose, order, sequence)  # type: ignore[call-arg]
 
 
-@numba.njit(cache=True)
+@compiled
 def _crossings(mirrors, source, target, pose, order, sequence):
     """Reflection points of given sequences from sources to targets (R, 3): (R,) code and (R, K, 3) points."""
     rows, width = sequence.shape
@@ -103,7 +103,7 @@ def _crossings(mirrors, source, target, pose, order, sequence):
     return code, points
 
 
-@numba.njit(cache=True)
+@compiled
 def _straight_crossings(mirrors, source, target, pose, order, sequence):
     """Where the straight lines to the last images of given sequences cross the planes, patches or not.
 
@@ -111,23 +111,25 @@ def _straight_crossings(mirrors, source, target, pose, order, sequence):
     """
     rows, width = sequence.shape
     points, length = np.zeros((rows, width, 3)), np.empty(rows)
-    images = np.empty((width + 1, 3))
+    images, end = np.empty((width + 1, 3)), np.empty(3)
     for r in range(rows):
         n = pose[r]
         _images(mirrors, n, source[r], sequence[r], order[r], images)
         length[r] = distance(images[order[r]], target[r])
-        end = target[r].copy()
+        for x in range(3):
+            end[x] = target[r, x]
         for k in range(order[r] - 1, -1, -1):
             p = sequence[r, k]
             here = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
             there = dot(images[k + 1], mirrors.normal[n, p]) - mirrors.offset_m[n, p]
             share = here / (here - there) if here != there else np.nan
-            end = end + share * (images[k + 1] - end)
-            points[r, k] = end
+            for x in range(3):
+                end[x] += share * (images[k + 1, x] - end[x])
+                points[r, k, x] = end[x]
     return points, length
 
 
-@numba.njit(cache=True)
+@compiled
 def _images(mirrors, n, source, sequence, order, images):
     """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
     for x in range(3):
@@ -139,7 +141,7 @@ def _images(mirrors, n, source, sequence, order, images):
             images[k + 1, x] = images[k, x] - 2.0 * height * normal[x]
 
 
-@numba.njit(cache=True)
+@compiled
 def _backtrack(mirrors, n, images, sequence, depth, target, hits):
     """Reflection points of a sequence at pose n from its receiver back to its source; REACHED, BEHIND or OUTSIDE.
 
@@ -168,7 +170,7 @@ def _backtrack(mirrors, n, images, sequence, depth, target, hits):
     return REACHED
 
 
-@numba.njit(cache=True)
+@compiled
 def inside_patch(point, frame, normal, edges):
     """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
     dx, dy = point[0] - frame[0], point[1] - frame[1]

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol, Self
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.plane_walks import mirrored
 from simulator.world.frames import out_of_rest
 from simulator.world.mirrors import BORDER_M, Mirrors
@@ -217,7 +217,7 @@ def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
     return np.lexsort((*sequence.T[::-1], *minor, pose))
 
 
-@numba.njit(cache=True)
+@compiled
 def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius, limit):
     """(R,) image of a level after `depth` mirrors and (R,) patch of all that it is mirrored in."""
     rows, patches = np.empty(256, np.int64), np.empty(256, np.int64)
@@ -244,7 +244,7 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius,
     return rows[:found], patches[:found]
 
 
-@numba.njit(cache=True)
+@compiled
 def _lit_balls(mirrors, order, pose, sequence, images, center, radius, limit):
     """(I,) whether an image sees the ball, within the limit and, if it is one, through its last mirror."""
     out = np.zeros(len(pose), np.bool_)
@@ -261,15 +261,16 @@ def _lit_balls(mirrors, order, pose, sequence, images, center, radius, limit):
     return out
 
 
-@numba.njit(cache=True)
+@compiled
 def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mirror, limit):
     """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
-    middle = 0.5 * (start + end)
-    half = np.empty(middle.shape[:2])
+    middle, half = np.empty(start.shape), np.empty((start.shape[0], start.shape[1]))
     for n in range(half.shape[0]):
         for w in range(half.shape[1]):
             half[n, w] = 0.5 * distance(end[n, w], start[n, w])
+            for x in range(3):
+                middle[n, w, x] = 0.5 * (start[n, w, x] + end[n, w, x])
     found = 0
     for r in range(len(pose)):
         n, image = pose[r], images[r, order]
@@ -290,7 +291,7 @@ def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mi
     return rows[:found], wedges[:found]
 
 
-@numba.njit(cache=True)
+@compiled
 def _through(mirrors, n, p, image, start, end, middle, half):
     """Whether some of an edge lies beyond a mirror as its image sees it."""
     normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
@@ -299,7 +300,7 @@ def _through(mirrors, n, p, image, start, end, middle, half):
     return rise > BORDER_M and not aside(image, middle, half, mirrors.center_m[n, p], mirrors.radius_m[p])
 
 
-@numba.njit(cache=True)
+@compiled
 def far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
     """Whether the next patch cannot be lit through the previous one within the path length allowed."""
     gap = max(distance(image, center) - radius, 0.0)
@@ -309,7 +310,7 @@ def far_or_aside(image, center, radius, previous_center, previous_radius, goal, 
     return previous_radius > 0.0 and aside(image, center, radius, previous_center, previous_radius)
 
 
-@numba.njit(cache=True)
+@compiled
 def aside(image, center, radius, window, window_radius):
     """Whether a sphere lies outside the cone from an image through another sphere."""
     a, b = distance(center, image), distance(window, image)
@@ -322,18 +323,18 @@ def aside(image, center, radius, window, window_radius):
     return angle > np.arcsin(radius / a) + np.arcsin(window_radius / b)
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def distance(a, b):
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return np.sqrt(x * x + y * y + z * z)
 
 
-@numba.njit(cache=True)
+@compiled
 def grown(numbers):
     bigger = np.empty(2 * len(numbers), np.int64)
     for i in range(len(numbers)):

@@ -7,9 +7,9 @@ reduction apart, gains no time here, and made functions just compiled differ in 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.surfaces.facets import BLOCK
 
 _F = np.float32
@@ -23,7 +23,7 @@ _NEAR, _STEEP, _M2, _M3, _M4 = _F(1e-3), _F(1e8), _F(-1 / 12), _F(1 / 60), _F(1 
 _PER_4_PI = _F(0.25 / np.pi)
 
 
-@numba.njit(error_model="numpy", cache=True)
+@compiled
 def add_facets(
     rows, spot, size, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
     total,
@@ -66,7 +66,7 @@ def add_facets(
                     _onto_grid(pair, count, table, total[r])
 
 
-@numba.njit(cache=True)
+@compiled
 def _shown(lit, spot, size):
     """(V, B) whether a view shows any facet of a block."""
     shown = np.zeros((len(lit), len(size)), np.bool_)
@@ -79,14 +79,14 @@ def _shown(lit, spot, size):
     return shown
 
 
-@numba.njit(cache=True)
+@compiled
 def _light(lit, spot, count, light):
     """Fill in 1 for the facets that are lit, 0 for the others."""
     for p in range(count):
         light[p] = lit[spot[p]]
 
 
-@numba.njit(error_model="numpy", cache=True)
+@compiled
 def _segment(part, count, end, wavenumber, closed, segment):
     """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
 
@@ -108,7 +108,7 @@ def _segment(part, count, end, wavenumber, closed, segment):
         segment[6 * WIDE + p], segment[7 * WIDE + p] = weight * cosine, -weight * sine
 
 
-@numba.njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def _turn(phase):
     """Sine and cosine: half turns taken off, then polynomials."""
     turns = np.floor(phase * _PER_PI + _HALF)
@@ -120,7 +120,7 @@ def _turn(phase):
     return sine, cosine
 
 
-@numba.njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def _mean_wave(x, y):
     """Mean of e^{j phase} over a triangle on which it is linear, x and y at two corners, 0 in the middle; its growth.
 
@@ -158,13 +158,13 @@ def _mean_wave(x, y):
     )
 
 
-@numba.njit(error_model="numpy", cache=True, inline="always")
+@inlined
 def _either(value):
     """1 above 0, 0 below: arithmetic, where a branch would stop the compiler."""
     return min(max(value * _STEEP, _NONE), _ONE)
 
 
-@numba.njit(error_model="numpy", cache=True)
+@compiled
 def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
     """Fill rows: what each facet adds, complex, its first moment on the grid, complex, its place there, the cosine."""
     per_turn = per_step / wavenumber
@@ -189,7 +189,7 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         pair[5 * WIDE + p] = np.sqrt(max(both, _NONE))
 
 
-@numba.njit(error_model="numpy", cache=True)
+@compiled
 def _onto_grid(pair, count, table, total):
     """Share what each facet adds between two points of the grid, so that sum and first moment over path are right."""
     steps = _F(table.shape[1] - 1)

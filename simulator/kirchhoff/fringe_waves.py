@@ -18,10 +18,11 @@ Elements of which neither face is seen from both ends add nothing, nor does the 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.compiled import compiled
+from simulator.images.image_tree import distance, dot
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.creases import Creases
@@ -49,7 +50,7 @@ def add_fringe_waves(
     )  # type: ignore[call-arg]  # fmt: skip
 
 
-@numba.njit(cache=True)
+@compiled
 def _add(
     middle, along, inwards, normal, open_angle, beside, ends, view, lit, pair_first, pair_second, k, reflection,
     center, lead, step, total,
@@ -58,15 +59,15 @@ def _add(
     for r in range(len(pair_first)):
         a, b = pair_first[r], pair_second[r]
         here, there = lit[view[a]], lit[view[b]]
-        centre = np.sqrt(np.sum((ends[a] - center) ** 2)) + np.sqrt(np.sum((ends[b] - center) ** 2))
+        centre = distance(ends[a], center) + distance(ends[b], center)
         for e in range(len(middle)):
             first = here[beside[e, 0]] and there[beside[e, 0]]
             second = here[beside[e, 1]] and there[beside[e, 1]]
             if not (first or second):
                 continue
-            length = np.sqrt(np.sum(along[e] ** 2))
-            s = _about(ends[a] - middle[e], along[e] / length, inwards[e], normal[e])
-            t = _about(ends[b] - middle[e], along[e] / length, inwards[e], normal[e])
+            length = np.sqrt(dot(along[e], along[e]))
+            s = _about(ends[a], middle[e], along[e], length, inwards[e], normal[e])
+            t = _about(ends[b], middle[e], along[e], length, inwards[e], normal[e])
             if s[1] >= open_angle[e] or t[1] >= open_angle[e]:
                 continue
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
@@ -85,14 +86,17 @@ def _add(
                 total[r, q, slot + 1, 1] += share * value.imag
 
 
-@numba.njit(cache=True)
-def _about(offset, along, inwards, normal):
-    """Distance from an edge, angle from its face 0, 0 to 2 pi, and place along it."""
-    x, y = np.sum(offset * inwards), np.sum(offset * normal)
-    return np.hypot(x, y), np.arctan2(y, x) % (2.0 * np.pi), np.sum(offset * along)
+@compiled
+def _about(end, middle, along, length, inwards, normal):
+    """Distance of an end from an edge, angle from its face 0, 0 to 2 pi, and place along it."""
+    x = y = z = 0.0
+    for k in range(3):
+        offset = end[k] - middle[k]
+        x, y, z = x + offset * inwards[k], y + offset * normal[k], z + offset * (along[k] / length)
+    return np.hypot(x, y), np.arctan2(y, x) % (2.0 * np.pi), z
 
 
-@numba.njit(cache=True)
+@compiled
 def _fringe(s, t, l, m, open_angle, first, second):
     """The bracket of the integral, for the faces that both ends see."""
     nu = np.pi / open_angle
@@ -113,12 +117,12 @@ def _fringe(s, t, l, m, open_angle, first, second):
     return bracket
 
 
-@numba.njit(cache=True)
+@compiled
 def _share(angle, cosh):
     return np.sin(angle) / (cosh - np.cos(angle))
 
 
-@numba.njit(cache=True)
+@compiled
 def _step_of(s, t, l, m, open_angle, first, cosines):
     """Row of the reflection, and how far on to the next, of the face that both ends see, face 0 if that is both.
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.images.image_method import REACHED, crossed, inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.images.plane_walks import last_image
@@ -168,7 +168,7 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views)
     return lit
 
 
-@numba.njit(cache=True)
+@compiled
 def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed):
     """Views and facets that face each other on a line through the last of the mirrors, whatever is before it."""
     view, facet = np.empty(len(pose) * len(middle), np.int64), np.empty(len(pose) * len(middle), np.int64)
@@ -191,7 +191,7 @@ def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, close
     return view[:count], facet[:count]
 
 
-@numba.njit(cache=True)
+@compiled
 def _through(mirrors, n, p, image, point, crossing):
     """Whether the line from a point to an image behind patch `p` crosses the patch; fill in where."""
     here = dot(point, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
@@ -248,7 +248,7 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Fl
     return free
 
 
-@numba.njit(cache=True)
+@compiled
 def _displaced_stops(start, hits, target, normal, clearance, pose, order, sequence, plane, obstacle, frames, gap):
     """(R, K + 2, 3) start, crossings of the mirrors lifted by `gap`, and the facet's lifted middle, row by row.
 
@@ -259,10 +259,10 @@ def _displaced_stops(start, hits, target, normal, clearance, pose, order, sequen
         frames: (N, O, 4).
     """
     stops = np.zeros((len(pose), hits.shape[1] + 2, 3))
-    across = np.empty(3)
+    across, before = np.empty(3), np.empty(3)
     for r in range(len(pose)):
-        stops[r, 0] = start[r]
-        before = start[r]
+        for x in range(3):
+            stops[r, 0, x] = before[x] = start[r, x]
         for k in range(order[r]):
             p = sequence[r, k]
             yaw = frames[pose[r], obstacle[p], 3]
@@ -275,7 +275,7 @@ def _displaced_stops(start, hits, target, normal, clearance, pose, order, sequen
             side = gap if rise >= 0.0 else -gap
             for x in range(3):
                 stops[r, k + 1, x] = hits[r, k, x] + side * across[x]
-            before = hits[r, k]
+                before[x] = hits[r, k, x]
         rise = 0.0
         for x in range(3):
             rise += normal[r, x] * (before[x] - target[r, x])

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 
 STEP_M = 4e-3  # of the grid: 2 mm move no echo by more than 0.02 dB
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
@@ -81,7 +81,7 @@ def cell_taps(nodes: int) -> int:
     return max(1, round(1.5 * nodes - 4.0))
 
 
-@numba.njit(cache=True)
+@compiled
 def stand_ins(
     middle, normal, area, spot, closed, ends, view, lit, first, second, pair, slot, centre, wanted, width
 ):  # fmt: skip
@@ -96,7 +96,9 @@ def stand_ins(
         pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
     """
-    facet, length = np.full(len(pair), -1), np.zeros(len(pair))
+    facet, length = np.empty(len(pair), np.int64), np.zeros(len(pair))
+    for i in range(len(pair)):
+        facet[i] = -1
     path, at = np.empty(len(area)), np.empty(len(area), np.int64)
     low = 0
     while low < len(pair):
@@ -111,7 +113,7 @@ def stand_ins(
     return facet, length
 
 
-@numba.njit(cache=True)
+@compiled
 def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
     """Fill in the paths over the facets that both ends see, and which these are; return their number."""
     count, here, there = 0, lit[view[a]], lit[view[b]]
@@ -128,7 +130,7 @@ def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def _centroids(middle, area, path, at, count, origin, width, cells):
     """(cells, 3) centroids of the facets that each cell overlaps with; 0 where there is none."""
     place, weight = np.zeros((cells, 3)), np.zeros(cells)
@@ -143,17 +145,19 @@ def _centroids(middle, area, path, at, count, origin, width, cells):
                     place[c, k] += share * middle[at[i], k]
     for c in range(cells):
         if weight[c] > 0.0:
-            place[c] /= weight[c]
+            for k in range(3):
+                place[c, k] /= weight[c]
     return place
 
 
-@numba.njit(cache=True)
+@compiled
 def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length):
     """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
-    best, near = np.full(high - low, np.inf), np.full(high - low, np.inf)
-    row = np.full(slot[high - 1] + 2, -1)
+    best, row = np.empty(high - low), np.empty(slot[high - 1] + 2, np.int64)
+    for c in range(len(row)):
+        row[c] = -1
     for i in range(low, high):
-        row[slot[i]] = i
+        row[slot[i]], best[i - low] = i, np.inf
     for j in range(count):
         below = int(np.floor((path[j] - origin) / width))
         for c in (below, below + 1):
@@ -168,9 +172,10 @@ def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, wid
     for i in range(low, high):
         if facet[i] >= 0:
             continue
+        near = np.inf
         for j in range(count):
-            if abs(path[j] - wanted[i]) < near[i - low]:
-                near[i - low], facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]
+            if abs(path[j] - wanted[i]) < near:
+                near, facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]
 
 
 def standing(area_m2: Floats) -> Ints:

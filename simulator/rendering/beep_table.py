@@ -8,6 +8,7 @@ are right to 5e-7 of the peak for the paper's beep; a beep that changes faster i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
@@ -25,6 +26,7 @@ TOLERANCE = 6e-7  # of the peak
 LEAD = 20  # nodes beyond the skirt, which the ends of a spline spoil
 MOST_STEPS = 64  # 1.5 MHz, for beeps of 1 ms
 QUIET_S = 1.2  # of silence in the circle of the Fourier transform; what a galaxy-s5's speaker rings past it: 4e-7
+KEPT = 8  # tables, 0.2 MB each for the paper's beep
 FINE = 2  # samples a node in that transform
 
 
@@ -54,6 +56,14 @@ def beep_table(beep: BeepDesign, speaker: Transducer, terms: int, rate_hz: float
     Raises:
         ValueError: a beep so short that `MOST_STEPS` nodes a sample miss it by more than `TOLERANCE`.
     """
+    hz, db = (np.asarray(column, dtype=np.float64) for column in (speaker.response_hz, speaker.response_db))
+    return _kept(beep, hz.tobytes(), db.tobytes(), terms, rate_hz)
+
+
+@lru_cache(KEPT)
+def _kept(beep: BeepDesign, response_hz: bytes, response_db: bytes, terms: int, rate_hz: float) -> BeepTable:
+    """`beep_table` by the content of the speaker's table; what it directs where is not in it."""
+    speaker = Transducer(np.frombuffer(response_hz), np.frombuffer(response_db))
     steps = 1
     while True:
         lead = LEAD + round(SKIRT_S * steps * rate_hz)
@@ -63,7 +73,9 @@ def beep_table(beep: BeepDesign, speaker: Transducer, terms: int, rate_hz: float
         error = np.abs(_halfway(splines) - between[:, 1:-2])[:, LEAD:-LEAD].max() / np.abs(nodes[0]).max()
         if error < TOLERANCE:
             chirp = beep.duration_s, beep.start_hz, beep.chirp_rate_hz_s
-            return BeepTable(splines.astype(np.float32), lead, steps, *chirp)
+            table = splines.astype(np.float32)
+            table.flags.writeable = False
+            return BeepTable(table, lead, steps, *chirp)
         if steps == MOST_STEPS:
             raise ValueError(f"the beep must last about 1 ms or more, got {beep.duration_s} s")
         steps *= 2

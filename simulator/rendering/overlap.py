@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Singles
 
 
-def overlapped(blocks: Iterable[tuple[int, Floats]], lead: int, count: int) -> Iterator[Floats]:
+def overlapped(blocks: Iterable[tuple[int, Singles]], lead: int, count: int) -> Iterator[Singles]:
     """(2, n) pieces of the first `count` samples of a sum of blocks; each as soon as no later block reaches it.
 
     Args:
@@ -22,14 +22,14 @@ def overlapped(blocks: Iterable[tuple[int, Floats]], lead: int, count: int) -> I
         >>> [piece[0].tolist() for piece in overlapped(two, lead=1, count=8)]
         [[1.0, 1.0, 1.0], [11.0, 11.0, 10.0, 10.0, 10.0]]
     """
-    held, done = np.zeros((2, 0)), 0
+    held, done = np.zeros((2, 0), dtype=np.float32), 0
     for first, block in blocks:
         ready = max(first - lead - done, 0)
         if ready:
             yield held[:, :ready]
         held, done = held[:, ready:].copy(), done + ready
         skipped = done - (first - lead)  # of the first block, what comes before the recording
-        longer = np.zeros((2, max(held.shape[1], block.shape[1] - skipped)))
+        longer = np.zeros((2, max(held.shape[1], block.shape[1] - skipped)), dtype=np.float32)
         longer[:, : held.shape[1]] = held
         longer[:, : block.shape[1] - skipped] += block[:, skipped:]
         held = longer

@@ -10,11 +10,12 @@ import numpy as np
 import scipy.fft
 
 from obstaclewatch.beep import BeepDesign
-from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.arrays import Complexes, Singles
 from simulator.phone.phone import Phone
 from simulator.waves.band import REFERENCE_HZ
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
+BINS = 6  # a circle of a multiple of so many samples at 24 kHz has a bin at 20 kHz
 RING_S = 0.5  # before and after all sounds; further off a galaxy-s5's microphone rings with 2e-6, a flat one with 0
 
 
@@ -23,7 +24,7 @@ def envelope_rate(beep: BeepDesign) -> float:
     return beep.sample_rate_hz / (beep.sample_rate_hz // ENVELOPE_RATE_HZ)
 
 
-def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> Floats:
+def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> Singles:
     """(2, count) real samples at the beep's rate from envelopes about 20 kHz, through the microphones' responses.
 
     The envelopes must hold all sounds to their ends, as `sum_envelopes` leaves them: what breaks off rings over all of
@@ -37,19 +38,22 @@ def lead_samples(beep: BeepDesign) -> int:
     return round(RING_S * beep.sample_rate_hz)
 
 
-def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Floats:
-    """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring before and after."""
+def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Singles:
+    """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring before and after.
+
+    The long transform is one of single precision: its rounding is 1e-7 of the loudest sound's level.
+    """
     rate = envelope_rate(beep)
-    size = scipy.fft.next_fast_len(envelope.shape[1] + round(2.0 * RING_S * rate))
+    size = BINS * scipy.fft.next_fast_len(int(np.ceil((envelope.shape[1] + 2.0 * RING_S * rate) / BINS)))
     period = size / rate
-    carrier = round(REFERENCE_HZ * period) / period  # the bin nearest to 20 kHz
-    turn = np.exp(2j * np.pi * (REFERENCE_HZ - carrier) * np.arange(envelope.shape[1]) / rate)
-    frequency = scipy.fft.fftfreq(size, 1.0 / rate) + carrier
-    spectrum = scipy.fft.fft(envelope * turn, n=size, axis=1)
-    spectrum *= np.stack([mic.response(frequency) for mic in phone.mics])
-    fine = round(period * beep.sample_rate_hz)
-    bins = np.round(frequency * period).astype(np.int64)
-    inside = (bins > 0) & (bins < fine // 2)
-    half = np.zeros((2, fine // 2 + 1), dtype=np.complex128)
-    half[:, bins[inside]] = spectrum[:, inside] * (0.5 * fine / size)
+    carrier = round(REFERENCE_HZ * period)  # the bin nearest to 20 kHz
+    if carrier != REFERENCE_HZ * period:
+        turn = REFERENCE_HZ / rate - carrier / size
+        envelope = envelope * np.exp(2j * np.pi * turn * np.arange(envelope.shape[1]))
+    spectrum = scipy.fft.fftshift(scipy.fft.fft(envelope, n=size, axis=1), axes=1)
+    fine, bins = round(period * beep.sample_rate_hz), carrier - size // 2 + np.arange(size)
+    inside = slice(*np.searchsorted(bins, [1, fine // 2]))
+    level = np.stack([mic.response(bins[inside] / period) for mic in phone.mics]) * (0.5 * fine / size)
+    half = np.zeros((2, fine // 2 + 1), dtype=np.complex64)
+    half[:, bins[inside]] = spectrum[:, inside] * level
     return np.roll(scipy.fft.irfft(half, n=fine, axis=1), lead_samples(beep), axis=1)

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import factorial
 
-import numba
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.field.motion import Motion
 from simulator.rendering.beep_table import SKIRT_S, BeepTable
 from simulator.waves.band import REFERENCE_HZ
@@ -79,7 +79,7 @@ def _to_powers(terms: int) -> Floats:
     return np.array([np.pad(row, (0, terms - len(row))) for row in rows])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _add(
     total, rate, splines, lead, steps, duration, start_hz, half_slope, start, mic, weight, first, end, middle, scale,
     delay, strength,
@@ -105,17 +105,18 @@ def _add(
         _rotate(total[mic[p], begin:past], part)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _polynomial(power, x, value):
     """Horner's scheme, one power after another over all samples."""
-    value[: len(x)] = power[-1]
+    for i in range(len(x)):
+        value[i] = power[-1]
     for k in range(len(power) - 2, -1, -1):
         constant = power[k]
         for i in range(len(x)):
             value[i] = value[i] * x[i] + constant
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _arrival(travel, first, end, start, rate, duration):
     """First sample at which the beep or its skirt arrives, and the first past it."""
     begin, past = first, end
@@ -126,7 +127,7 @@ def _arrival(travel, first, end, start, rate, duration):
     return begin, past
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _places(travel, level, begin, rate, start, start_hz, half_slope, lead, steps, shift, part):
     """Node less the sample's number, way to the next node, phase in cycles, and level of every sample."""
     for i in range(len(travel)):
@@ -141,10 +142,11 @@ def _places(travel, level, begin, rate, start, start_hz, half_slope, lead, steps
         part[4, i] = np.float32(level[i] / travel[i])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _filter(splines, weight, beep):
     """One beep through one gain."""
-    beep[:] = 0.0
+    for i in range(beep.shape[1]):
+        beep[0, i] = beep[1, i] = np.float32(0.0)
     for k in range(len(weight)):
         if weight[k] != 0.0:
             a, b = np.float32(weight[k].real), np.float32(weight[k].imag)
@@ -153,7 +155,7 @@ def _filter(splines, weight, beep):
                 beep[1, i] += a * splines[k, 1, i] + b * splines[k, 0, i]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _read(beep, steps, shift, part):
     """Spline values in rows 1 and 2 from places in row 0, over runs of samples that meet one node after another.
 
@@ -168,7 +170,7 @@ def _read(beep, steps, shift, part):
         begin = end
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _run_end(shift, begin):
     """Where a run of equal numbers ends, some of them compared at once."""
     end = begin + 1
@@ -184,7 +186,7 @@ def _run_end(shift, begin):
     return end
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _spline(coefficient, steps, place, value):
     """(n,) values of a cubic spline; a loop over neighbouring coefficients is compiled to vector instructions."""
     if steps == 1:
@@ -196,7 +198,7 @@ def _spline(coefficient, steps, place, value):
         value[i] = _cubic(place[i], near[0], near[1], near[2], near[3])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _cubic(u, a, b, c, d):
     """Cubic B-splines about u between b and c: (1 - u)^3 / 6, 2/3 - u^2 + u^3 / 2, and their mirror images."""
     v = ONE - u
@@ -212,7 +214,7 @@ _COSINE = np.array([(-1) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in ran
 """Taylor series of the sine and cosine of half an angle in cycles: below 1e-9 from -1/2 to 1/2."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _rotate(total, part):
     """Add values, rotated by their phases and scaled; the rotation is that by half the phase, twice."""
     for i in range(len(total)):

@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.compiled import compiled, inlined
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight
@@ -154,7 +154,7 @@ def _shared(straight: Floats, start: Ints) -> Floats:
     return every[:, None] * total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
 
 
-@numba.njit(cache=True)
+@compiled
 def may_mirror(cells, c, closed, source, receiver):
     """Whether some normal of a piece may halve the angle between the lines to both points, on the side of both.
 
@@ -195,7 +195,7 @@ def may_mirror(cells, c, closed, source, receiver):
     return along >= cosine * np.sqrt(1.0 - turn * turn) - sine * turn - ROUNDING
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _side(along, turn_sine, turn_cosine, cosine, sine, lean):
     """1 if a point is in front of every tangent plane of a piece, -1 if behind all, 0 if neither is sure."""
     if cosine * turn_cosine <= sine * turn_sine:

@@ -7,10 +7,10 @@ to the place and averaged.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.compiled import compiled, inlined
 
 PARALLEL_RAD = 3e-3
 SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it
@@ -37,12 +37,12 @@ def edge_bulge(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floa
     return rise[:, None] * middle + shift[:, None] * apart
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def surface_at(corner, normal, bulge, eta, zeta, x, n):
     """Position on the Nagata triangle and interpolated unit normal at (eta, zeta), 0 <= zeta <= eta <= 1."""
     for k in range(3):
@@ -58,7 +58,7 @@ def surface_at(corner, normal, bulge, eta, zeta, x, n):
         n[k] *= scale
 
 
-@numba.njit(cache=True)
+@compiled
 def surface_around(corner, normal, bulge, eta, zeta, x, n, dx, dn):
     """Position and unit normal as `surface_at`, and their derivatives by eta and zeta, (2, 3) each."""
     surface_at(corner, normal, bulge, eta, zeta, x, n)
@@ -78,7 +78,7 @@ def surface_around(corner, normal, bulge, eta, zeta, x, n, dx, dn):
             dn[side, k] -= along * n[k]
 
 
-@numba.njit(cache=True)
+@compiled
 def rounded(corner, normal, bulge, face, uv):
     """(R, 3) points and (R, 3) unit normals of Nagata triangles (T, 3, 3) at places (R, 2) of facets (R,)."""
     point, unit = np.empty((len(face), 3)), np.empty((len(face), 3))
@@ -88,7 +88,7 @@ def rounded(corner, normal, bulge, face, uv):
     return point, unit
 
 
-@numba.njit(cache=True)
+@compiled
 def with_curvature(corner, normal, bulge, corner_curvature, face, uv):
     """Position, unit normal and curvature tensor at facet coordinates."""
     count = len(face)
@@ -106,7 +106,7 @@ def with_curvature(corner, normal, bulge, corner_curvature, face, uv):
     return point, unit, curvature
 
 
-@numba.njit(cache=True)
+@compiled
 def _turning(a, b, turn):
     """Rotation that takes unit vector a to b the shortest way: a tensor carried so keeps its principal curvatures."""
     share = 1.0 / (1.0 + dot(a, b))
@@ -116,7 +116,7 @@ def _turning(a, b, turn):
         turn[i, i] += 1.0
 
 
-@numba.njit(cache=True)
+@compiled
 def _multiplied(a, b, product):
     """a b."""
     for i in range(3):
@@ -124,7 +124,7 @@ def _multiplied(a, b, product):
             product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@numba.njit(cache=True)
+@compiled
 def _add_product(weight, a, b, total):
     """Add weight a b^T."""
     for i in range(3):

@@ -7,10 +7,10 @@ it is wide.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.compiled import compiled
 
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])  # (eta, zeta) of a quadratic triangle's corners
 
@@ -29,13 +29,13 @@ def cut_up(excess: Floats) -> tuple[Ints, Floats]:
     return owner, _pieces(rows, base, apex, _CORNERS, int(count.sum()))
 
 
-@numba.njit(cache=True)
+@compiled
 def _across(base, row, rows):
     """Pieces of the line `row` of `rows`, counted from the apex."""
     return 0 if row == 0 else max(1, int(np.ceil(base * row / rows - 1e-9)))
 
 
-@numba.njit(cache=True)
+@compiled
 def _counts(rows, base):
     """(T,) pieces of each triangle: along both lines of each row."""
     count = np.zeros(len(rows), np.int64)
@@ -45,7 +45,7 @@ def _counts(rows, base):
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def _pieces(rows, base, apex, corners, count):
     """(count, 3, 2) places of the pieces' corners."""
     place, at = np.empty((count, 3, 2)), 0
@@ -67,7 +67,7 @@ def _pieces(rows, base, apex, corners, count):
     return place
 
 
-@numba.njit(cache=True)
+@compiled
 def _put(place, top, left, right, down, across):
     for x in range(2):
         place[x] = (1.0 - down) * top[x] + down * ((1.0 - across) * left[x] + across * right[x])

@@ -7,10 +7,10 @@ plane is K = 0, so flat and curved reflections mix freely in one sequence.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
@@ -43,7 +43,7 @@ def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
     return _rays(np.ascontiguousarray(points_m), np.ascontiguousarray(normals))  # type: ignore[call-arg]
 
 
-@numba.njit(cache=True)
+@compiled
 def _rays(points, normals):
     length = np.empty((len(points), points.shape[1] - 1))
     ray = np.zeros((len(points), points.shape[1] - 1, 3))
@@ -53,7 +53,7 @@ def _rays(points, normals):
     return length, ray
 
 
-@numba.njit(cache=True)
+@compiled
 def _segment(points, normals, k, before, ray):
     """Length of segment k of a path, and its direction filled in; `before` is that of the segment before it."""
     square = along = 0.0
@@ -72,7 +72,7 @@ def _segment(points, normals, k, before, ray):
     return length
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _amplitudes(points, normals, curvatures, count):
     real, foci = np.empty(len(points)), np.zeros(len(points), np.int64)
     front, work, ray = np.empty((3, 3)), np.empty((2, 3, 3)), np.zeros((2, 3))
@@ -93,14 +93,14 @@ def _amplitudes(points, normals, curvatures, count):
     return real, foci
 
 
-@numba.njit(cache=True)
+@compiled
 def _product(a, b, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _reflect(front, ray, normal, curvature, work):
     """Make a wavefront's curvature that just after the mirror (Deschamps 1972, Eq. 31, in tensor form)."""
     mirror, half = work[0], work[1]
@@ -128,7 +128,7 @@ def _reflect(front, ray, normal, curvature, work):
                 front[i, j] += 2.0 * cosine * mirror[k, i] * half[k, j]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _advance(front, length, work):
     """|det(1 + s Q)| of a segment and the foci in it; the curvature becomes that at its end, Q / (1 + s Q)."""
     square = 0.0
@@ -142,7 +142,7 @@ def _advance(front, length, work):
     return max(abs(one), _TINY) * max(abs(other), _TINY), (one <= -_TINY) + (other <= -_TINY)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled
 def _onwards(front, length, adjoint, matrix):
     """Replace Q by Q / (1 + s Q), through the adjoint of 1 + s Q."""
     for i in range(3):

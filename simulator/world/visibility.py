@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 COINCIDENT_M = 1e-7  # two reflections in one corner: nothing fits between them
@@ -53,7 +53,7 @@ class Blocker:
         return blocked
 
 
-@numba.njit(cache=True)
+@compiled
 def _aimed(start, end, frame, pose, origin, extent):
     """Rays between world points about a blocker's origin, as Embree takes them.
 

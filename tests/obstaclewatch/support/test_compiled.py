@@ -1,18 +1,22 @@
 """What is compiled at first use is little: each function once, for one kind of arrays, with the same options."""
 
+import gc
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numba.core import event
 
 import obstaclewatch
+from obstaclewatch.support.compiled import GARBAGE
 from obstaclewatch.support.order_statistic import median, order_statistic
 
 ROOT = Path(obstaclewatch.__file__).parents[1]
@@ -64,6 +68,17 @@ def test_what_is_compiled_at_first_use_is_counted(tmp_path):
     """114 kinds of arguments before, and 218 functions of numba's own, of which np.partition took 11 of 46 s."""
     found = _compiled(NUMBA_CACHE_DIR=str(tmp_path))
     assert sum(kinds for kinds, _ in found.values()) <= 105
+
+
+def test_garbage_is_collected_rarely_while_functions_compile_and_as_before_afterwards():
+    """6 of 48 s went into looking for garbage among numba's own objects."""
+    met, usual = [], gc.get_threshold()
+    seen = event.RecordingListener()
+    seen.on_start = lambda _event: met.append(gc.get_threshold()[0])
+    with event.install_listener("numba:compile", seen):
+        assert numba.njit(lambda x: x + 1)(1) == 2
+    assert met == [GARBAGE]
+    assert gc.get_threshold() == usual
 
 
 @settings(deadline=None)

@@ -165,7 +165,7 @@ def test_elements_add_up_to_the_line_integral_over_the_exact_circle():
 
 def test_angles_run_from_the_face_through_the_open_space():
     along, inwards, normal = np.eye(3)[1], -np.eye(3)[2], np.eye(3)[0]
-    distance, angle, place = _about(np.array([1.0, 0.3, 1.0]), along, inwards, normal)
+    distance, angle, place = _about(np.array([1.0, 0.3, 1.0]), np.zeros(3), along, 1.0, inwards, normal)
     assert (distance, angle, place) == pytest.approx((np.sqrt(2.0), 0.75 * np.pi, 0.3))
 
 

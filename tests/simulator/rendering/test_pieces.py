@@ -14,10 +14,10 @@ from simulator.render import render_pieces
 BEEP = BeepDesign()
 
 
-@pytest.mark.parametrize(("name", "left"), [("galaxy-s8-plus", 2e-7), ("galaxy-s5", 6e-6)])
+@pytest.mark.parametrize(("name", "left"), [("galaxy-s8-plus", 5e-7), ("galaxy-s5", 6e-6)])
 def test_blocks_join_without_a_seam(box, monkeypatch, name, left):
-    # What is left of the direct sound: single precision, how a galaxy-s5's microphone rings after
-    # RING_S. Cause of the moving wall: its time is the walk's, not the block's.
+    # What is left of the direct sound: twice the rounding of a long transform in single precision, 2.5e-7, and how a
+    # galaxy-s5's microphone rings after RING_S. Cause of the moving wall: its time is the walk's, not the block's.
     phone = Phone.named(name)
     walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 0.5, 40 * BEEP.period_s)
     wall = box((0.2, 12.0, 4.0), (4.1, 0.0, 1.5), "wall", velocity_m_s=[0.2, 0.0, 0.0])

@@ -109,3 +109,16 @@ def test_a_beep_too_short_for_the_table_is_refused():
     beep = replace(BeepDesign(), duration_s=1e-4, gap_s=0.0899)
     with pytest.raises(ValueError, match=r"about 1 ms or more, got 0.0001"):
         beep_table(beep, Phone.named("ideal").speaker, TERMS, RATE_HZ)
+
+
+def test_a_table_is_kept_by_the_content_of_the_speaker():
+    """Made anew for each block it took most of the time of a sum; a speaker changed in place has a table of its own."""
+    phone, same = Phone.named("galaxy-s5"), Phone.named("galaxy-s5")
+    kept = beep_table(BeepDesign(), phone.speaker, TERMS, RATE_HZ)
+    assert beep_table(BeepDesign(), same.speaker, TERMS, RATE_HZ) is kept
+    louder = replace(same.speaker, response_db=same.speaker.response_db.copy())
+    louder.response_db[:] += 6.0
+    found = beep_table(BeepDesign(), louder, TERMS, RATE_HZ)
+    np.testing.assert_allclose(found.splines, 10.0**0.3 * kept.splines, rtol=1e-5, atol=1e-6)
+    with pytest.raises(ValueError, match="read-only"):
+        kept.splines[0] = 0.0
