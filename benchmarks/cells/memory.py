@@ -1,11 +1,22 @@
-"""What a walk takes to render, said before it is begun: a process out of memory is killed without a word."""
+"""What walks and workers take, said before they are begun: a process out of memory is killed without a word."""
 
 from __future__ import annotations
 
 import os
+import shutil
+from pathlib import Path
+
+from obstaclewatch.recordings.audio import MOST_WAV_BYTES
 
 BYTES_A_SAMPLE = 24
 """Of both channels, at the peak: 3 times the recording itself over a minute, 2 times over two, measured."""
+
+PROCESS_BYTES = 1.0e9
+"""Of a worker with its libraries, compiled functions and kept meshes: at most 0.98 GB over the paper's smoke tier, 0.7
+over `signals`, 0.5 over `ranging`, measured."""
+
+BYTES_A_FRAME = 6
+"""Of a WAV: two channels of 24 bits."""
 
 
 def needed_bytes(duration_s: float, sample_rate_hz: float) -> float:
@@ -43,3 +54,39 @@ def check_memory(duration_s: float, sample_rate_hz: float) -> None:
             f"a walk of {duration_s:g} s at {sample_rate_hz:g} Hz takes {needed / 1e9:.1f} GB to render, "
             f"{free / 1e9:.1f} GB are free: make it shorter"
         )
+
+
+def check_workers(jobs: int, longest_s: float, sample_rate_hz: float) -> str:
+    """What a run takes of memory and what is free, in words.
+
+    Args:
+        jobs: processes at a time.
+        longest_s: duration of the longest walk.
+        sample_rate_hz: of its recording.
+
+    Raises:
+        ValueError: more than is free; with both, and how many jobs fit.
+    """
+    each, free = PROCESS_BYTES + needed_bytes(longest_s, sample_rate_hz), free_bytes()
+    takes = f"{jobs} {'process takes' if jobs == 1 else 'processes take'} about {jobs * each / 1e9:.1f} GB of memory"
+    if jobs * each > free:
+        fit = f"-j {int(free / each)}" if free >= each else "a machine with more, or shorter walks,"
+        raise ValueError(f"{takes}, {free / 1e9:.1f} GB are free: {fit} fits")
+    return f"{takes}, {free / 1e9:.1f} GB are free"
+
+
+def check_file(path: Path, duration_s: float, sample_rate_hz: float) -> None:
+    """Refuse a WAV that its disk or its header does not hold, before hours are rendered. FLAC is left to try.
+
+    Raises:
+        ValueError: more than is free, or than a WAV can have; with both.
+    """
+    size, free = BYTES_A_FRAME * duration_s * sample_rate_hz, shutil.disk_usage(path.parent).free
+    if path.suffix.lower() != ".wav":
+        return
+    if size > MOST_WAV_BYTES:
+        raise ValueError(
+            f"'{path}' will have {size / 1e9:.1f} GB, a WAV holds {MOST_WAV_BYTES / 1e9:.1f} GB: use .flac"
+        )
+    if size > free:
+        raise ValueError(f"'{path}' will have {size / 1e9:.1f} GB, its disk has {free / 1e9:.1f} GB free")

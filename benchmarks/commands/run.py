@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from benchmarks.bench import chosen_cells, planned, prepared, tabulated
+from benchmarks.cells.memory import check_workers
 from benchmarks.cells.spec import Cell
 from benchmarks.commands.report import report_with_walks
 from benchmarks.figures import figures_of, write_figures
@@ -20,8 +21,11 @@ from benchmarks.runs.executors import EXECUTORS, choose_executor
 from benchmarks.runs.results import load_run
 from benchmarks.runs.runner import Tally, run_cells
 from benchmarks.runs.store import cell_path, read_cell
+from scenes import load_encounter
 
 WRONG, INCOMPLETE, NOTHING_MEASURED = 1, 3, 4
+APPROACH_S = 15.0
+"""No approach of the recipes lasts longer."""
 
 
 @click.command()
@@ -66,12 +70,15 @@ def run(
     """
     chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, only, expression, limit)
+    memory = "" if scheduler else check_workers(jobs, _longest_s(cells), chosen.beep.sample_rate_hz)
     if dry_run:
         _print_plan(chosen, tier, cells)
+        click.echo(memory)
         return
     place = choose_executor(executor, jobs, scheduler)
     folder = prepared(out, chosen, tier, cells)
     click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
+    click.echo(memory)
     try:
         tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
         finish(folder, walks, jobs)
@@ -104,6 +111,12 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
     report = report_with_walks(data, walks, jobs, figures)
     click.echo("\n".join(verdict_lines(found)))
     click.echo(f"report: {report}")
+
+
+def _longest_s(cells: list[Cell]) -> float:
+    """Duration of the longest walk of a scene of one's own, or of any approach."""
+    own = {(cell.approach["file"], cell.seed, cell.approach["phone"]) for cell in cells if cell.kind == "scene"}
+    return max((load_encounter(*walk).walk.duration_s for walk in own), default=APPROACH_S)
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:

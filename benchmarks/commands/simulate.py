@@ -9,6 +9,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from benchmarks.cells.memory import check_file, check_workers
 from benchmarks.runs.store import write_atomically
 from obstaclewatch import BeepDesign, write_recording
 from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
@@ -65,11 +66,13 @@ def simulate(
         walk = GaitWalk(_point(start), np.deg2rad(heading), speed, duration, np.deg2rad(pitch))
         held = Phone.named(phone).held_by(walker_body(phone_height_m=float(_point(start)[2])))
         met = Encounter(load_scene(scene, seed), walk, held, ())
+    duration_s = beep_count(met.walk, beep) * beep.period_s
+    check_workers(1, 0.0 if paths is None else duration_s, beep.sample_rate_hz)
+    check_file(output, duration_s, beep.sample_rate_hz)
     write_recording(render_pieces(met.scene, met.phone, met.walk, beep, fidelity, seed), output)
     if paths is not None:
         traced = trace_walk(met.scene, met.phone, met.walk, beep, fidelity)[0]
         write_atomically(paths, _paths_json(traced))
-    duration_s = beep_count(met.walk, beep) * beep.period_s
     click.echo(f"{output}: {duration_s:.2f} s, 2 microphones, {beep.sample_rate_hz:.0f} Hz")
 
 

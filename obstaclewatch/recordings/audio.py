@@ -22,7 +22,7 @@ from obstaclewatch.support.arrays import Singles
 FORMATS = {".wav": "WAV", ".flac": "FLAC"}
 BITS = 24
 _STEPS = 1 << (BITS - 1)
-_MAX_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
+MOST_WAV_BYTES = (1 << 32) - 1024  # a WAV's lengths are 32 bits wide
 _MAX_RATE_HZ = (1 << 31) - 1  # libsndfile's
 _PIECE = 1 << 20  # samples read, or turned into steps, at a time
 _MOST_SAMPLES = 1 << 30  # of a microphone in memory: an hour and a half at 192 kHz, 8 GiB
@@ -119,8 +119,8 @@ def _write(pieces: Iterator[Recording], stream: IO[bytes], target: Path, file_fo
                 if piece.sample_rate_hz != rate:
                     raise ValueError(f"all pieces must be of {rate} Hz, got one of {piece.sample_rate_hz:g} Hz")
                 written += piece.samples.size * BITS // 8
-                if file_format == "WAV" and written > _MAX_WAV_BYTES:
-                    raise ValueError(f"a WAV holds {_MAX_WAV_BYTES} bytes, '{target.name}' has more; write .flac")
+                if file_format == "WAV" and written > MOST_WAV_BYTES:
+                    raise ValueError(f"a WAV holds {MOST_WAV_BYTES} bytes, '{target.name}' has more; write .flac")
                 sound.write(_to_steps(piece.samples).T)
     except soundfile.LibsndfileError as error:
         raise ValueError(f"'{target}' cannot be written at {rate} Hz: {error.error_string}") from error

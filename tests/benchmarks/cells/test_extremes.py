@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import resource
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -65,6 +66,16 @@ def test_no_case_of_the_suite_is_silently_wrong(axis: str) -> None:
     assert {label: case for label, case in found.items() if case["verdict"] == "wrong"} == {}
     refused = [case["refused"] for case in found.values() if case["verdict"] == "refused"]
     assert all(len(message) < 300 for message in refused)
+
+
+@pytest.mark.slow
+def test_an_hour_is_rendered_in_the_memory_of_half_a_minute() -> None:
+    judged(CHECKS["last-beep"], {"duration_s": 30.0})
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    found = judged(CHECKS["last-beep"], {"duration_s": 3600.0})
+    assert found["verdict"] == "correct"
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB; the hour itself has 5.5 GB
+    print(found["errors"], before, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 @pytest.mark.parametrize("angle_rad", [0.0, 0.4, 1.2, 1.5])

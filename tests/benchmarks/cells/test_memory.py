@@ -5,10 +5,13 @@ from __future__ import annotations
 import errno
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 
 from benchmarks.cells import memory
+from benchmarks.cli import cli
 from benchmarks.figures import FIGURES, DrawnFigure, write_figures
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
 from tests.benchmarks.synthetic_run import made_up_run
@@ -20,6 +23,39 @@ def test_a_walk_too_long_for_memory_is_refused_with_both_figures(monkeypatch: py
     memory.check_memory(120.0, 192_000.0)
     with pytest.raises(ValueError, match=r"a walk of 600 s at 192000 Hz takes 2\.8 GB to render, 1\.0 GB are free"):
         memory.check_memory(600.0, 192_000.0)
+
+
+def test_a_run_says_what_it_takes_and_refuses_more_than_there_is(tmp_path: Path, monkeypatch) -> None:
+    """Cause: eight workers on a small machine were killed one after the other, without a word why."""
+    monkeypatch.setattr(memory, "free_bytes", lambda: 3.5e9)
+    call = ["run", "paper", "--tier", "smoke", "-n", "-o", str(tmp_path)]
+    done = CliRunner().invoke(cli, [*call, "-j", "3"], catch_exceptions=False)
+    assert done.exit_code == 0
+    assert "3 processes take about 3.2 GB of memory, 3.5 GB are free" in done.output
+    with pytest.raises(ValueError, match=r"8 processes take about 8\.6 GB of memory, 3\.5 GB are free: -j 3 fits"):
+        CliRunner().invoke(cli, [*call, "-j", "8"], catch_exceptions=False, standalone_mode=False)
+
+
+def test_a_longer_walk_takes_more(monkeypatch) -> None:
+    monkeypatch.setattr(memory, "free_bytes", lambda: 2e9)
+    with pytest.raises(ValueError, match=r"1 process takes about 3\.8 GB .* or shorter walks, fits"):
+        memory.check_workers(1, 600.0, 192_000.0)
+
+
+@pytest.mark.parametrize(
+    ("duration_s", "says"),
+    [
+        ("3000", r"a\.wav' will have 3\.5 GB, its disk has 2\.0 GB free"),
+        ("7200", r"a\.wav' will have 8\.3 GB, a WAV holds 4\.3 GB: use \.flac"),
+    ],
+)
+def test_a_file_that_cannot_be_held_is_refused_before_it_is_rendered(tmp_path, monkeypatch, duration_s, says) -> None:
+    monkeypatch.setattr(memory.shutil, "disk_usage", lambda _: SimpleNamespace(free=2e9))
+    memory.check_file(tmp_path / "a.flac", 7200.0, 192_000.0)
+    monkeypatch.setattr("benchmarks.commands.simulate.write_recording", lambda *_: pytest.fail("rendered"))
+    call = ["simulate", "supermarket", "--duration", duration_s, "-o", str(tmp_path / "a.wav")]
+    with pytest.raises(ValueError, match=says):
+        CliRunner().invoke(cli, call, catch_exceptions=False, standalone_mode=False)
 
 
 def test_this_machine_says_what_is_free() -> None:

@@ -11,14 +11,15 @@ import numpy as np
 from benchmarks.cells.probes.extremes.mirrors import AHEAD, MICS_M, SOUND_M_S, SPEAKER_M, slab
 from benchmarks.cells.probes.extremes.verdict import Error, Errors, Refusal, must_refuse
 from obstaclewatch import BeepDesign, Recording
-from obstaclewatch.support.arrays import Floats
-from simulator import Air, Fidelity, Phone, Scene, StraightWalk, render_walk
+from obstaclewatch.support.arrays import Floats, Singles
+from simulator import Air, Fidelity, Phone, Scene, StraightWalk, render_pieces, render_walk
 
 SHAPE = 1e-4
 """Of the peak: float32 samples have 6e-8, the band's nodes and the fit of motion leave 1e-5."""
 MODELLED_HZ = (15_000.0, 25_000.0)
 """Where materials, air and phones have tables: what a short beep spills beyond it is not rendered."""
 WALL_M = 1.5
+LONG_M = 4.0
 
 
 def sample_rate(sample_rate_hz: float) -> Errors:
@@ -67,15 +68,31 @@ def walk_length(duration_s: float) -> Errors | Refusal:
     return {"samples": Error(float(recording.samples.shape[1] - wanted), 0.5)}
 
 
+def last_beep(duration_s: float) -> Errors:
+    """The last beep of a long walk, rendered in pieces: after an hour it stands where it belongs, to 1e-3 samples."""
+    beep, speed = BeepDesign(), 0.5e-3  # 1.8 m in an hour
+    count = 0
+    for piece in render_pieces(_scene(LONG_M, 0.0), _phone(), _walk(speed, duration_s), beep, _FIDELITY):
+        count += piece.samples.shape[1]
+        last = piece.samples
+    beeps = int(duration_s / beep.period_s + 1e-9)
+    away = LONG_M - speed * (beeps - 1) * beep.period_s
+    errors = _of_samples(last[:, -beep.period_samples :], beep, speed, 0.0, away)
+    return errors | {"samples": Error(float(count - beeps * beep.period_samples), 0.5)}
+
+
 def _recorded(walk: StraightWalk, beep: BeepDesign) -> Recording:
     return render_walk(_scene(WALL_M, 0.0), _phone(), walk, beep, _FIDELITY)
 
 
 def _rendered(beep: BeepDesign, walker_m_s: float = 0.0, wall_m_s: float = 0.0, wall_m: float = WALL_M) -> Errors:
     """Worst error of one rendered beep, relative to its peak, and of the echo's own amplitude against 1 / length."""
-    phone = _phone()
-    recording = render_walk(_scene(wall_m, wall_m_s), phone, _walk(walker_m_s, beep.period_s), beep, _FIDELITY)
-    samples = recording.samples / phone.full_scale_gain
+    recording = render_walk(_scene(wall_m, wall_m_s), _phone(), _walk(walker_m_s, beep.period_s), beep, _FIDELITY)
+    return _of_samples(recording.samples, beep, walker_m_s, wall_m_s, wall_m)
+
+
+def _of_samples(recorded: Singles, beep: BeepDesign, walker_m_s: float, wall_m_s: float, wall_m: float) -> Errors:
+    samples = recorded / _phone().full_scale_gain
     time = np.arange(samples.shape[1]) / beep.sample_rate_hz
     errors = [_of_mic(samples[k], float(MICS_M[k, 1]), time, beep, walker_m_s, wall_m_s, wall_m) for k in (0, 1)]
     return {
