@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 INSTALL = "install again: python -m pip install --constraint constraints.txt --editable ."
-MODULES = {"PyYAML": "yaml", "pillow": "PIL"}  # where the package is not called as its module
+MODULES = {"PyYAML": "yaml"}  # where the package is not called as its module
 LEAST_FREE_GB = 1.0
 CONSTRAINTS = Path(__file__).resolve().parents[1] / "constraints.txt"
 

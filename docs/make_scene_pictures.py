@@ -14,18 +14,15 @@ import numpy as np
 
 from docs.studies.approach_statistics import approach_statistics, plot_statistics, statistics_table
 from scenes import GaitWalk, load_scene, walker_body
-from scenes.preview.page import preview_html
+from scenes.preview.page import preview_figure, write_page
 from simulator import Phone
 
 DOCS = Path(__file__).parent
-CAMERAS = {
-    "supermarket": "az=-152&el=21&d=17&x=7&y=-0.2&z=1.2&t=1",
-    "campus": "az=-155&el=24&d=18.5&x=7.5&y=-0.3&z=1&t=1",
-}
+INSTANT_S = 0.9
 QUIET = "--headless --no-sandbox --hide-scrollbars --use-angle=swiftshader --enable-unsafe-swiftshader"
 
 
-def street_picture(name: str, camera: str) -> None:
+def street_picture(name: str) -> None:
     """One street with the walker in it and the strongest echoes, 1200 x 640 pixels."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
@@ -33,17 +30,19 @@ def street_picture(name: str, camera: str) -> None:
     walk = GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=4.5)
     phone = Phone.named("galaxy-s5").held_by(walker_body(phone_height_m=1.3))
     with tempfile.TemporaryDirectory() as folder:
-        page = preview_html(load_scene(name), Path(folder) / "page.html", walk, phone)
+        figure = preview_figure(load_scene(name), walk, phone, [INSTANT_S])
+        figure["layout"] |= {"sliders": [], "annotations": [], "margin": dict.fromkeys("lrtb", 0)}
+        page = write_page(figure, Path(folder) / "page.html")
         subprocess.run(
-            [browser, *QUIET.split(), "--window-size=1200,640", "--virtual-time-budget=2000",
-             f"--user-data-dir={folder}/profile", f"--screenshot={DOCS / name}.png", f"{page.as_uri()}#ui=0&{camera}"],
+            [browser, *QUIET.split(), "--window-size=1200,640", "--timeout=60000",
+             f"--user-data-dir={folder}/profile", f"--screenshot={DOCS / name}.png", page.as_uri()],
             check=True, capture_output=True, timeout=200,
         )  # fmt: skip
 
 
 if __name__ == "__main__":
-    for street, camera in CAMERAS.items():
-        street_picture(street, camera)
+    for street in ("supermarket", "campus"):
+        street_picture(street)
     found = approach_statistics()
     plot_statistics(found, DOCS / "approach_statistics.png")
     for row in statistics_table(found):

@@ -151,6 +151,7 @@ class CurveFigure:
         unit: of the errors: "cm" or "°".
         note: small print under the figure.
         reading: one sentence made from the numbers.
+        reach: what the axis must hold besides, for figures that are compared.
     """
 
     name: str
@@ -161,6 +162,7 @@ class CurveFigure:
     marks: tuple[Mark, ...]
     reading: str
     note: str = ""
+    reach: float = 0.0
 
     @property
     def empty(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from benchmarks.figures import DrawnFigure, figures_of
 from benchmarks.figures.bench.variants import first_point
+from benchmarks.figures.draw.interactive import interactive
+from benchmarks.figures.draw.style import csv_text
 from benchmarks.figures.measured import detectors_of, rules_text
+from benchmarks.figures.plots import TableFigure
 from benchmarks.report.cases import failures, strata_table, worst_cases
 from benchmarks.report.provenance import cost_lines, environment_lines, reproduction_command
 from benchmarks.report.verdict import headline, verdict_rows
@@ -22,6 +24,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
 from scenes.preview.page import KINDS
 from scenes.preview.pictures import COLORS
+from scenes.preview.plotly_page import in_script, library_script
 
 WIDE_IN = 8.0
 """Figures wider than this, inches, stand alone in a row."""
@@ -29,12 +32,21 @@ WIDE_IN = 8.0
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure as the report shows it; `image` is a data URI, `wide` asks for the whole width of the page."""
+    """A figure as the report shows it.
+
+    Attributes:
+        image: data URI; empty for a table, which is shown as one.
+        note: small print; part of the image, if there is one.
+        wide: whether it asks for the whole width of the page.
+    """
 
     name: str
     title: str
     reading: str
+    note: str
     image: str
+    columns: Sequence[str]
+    cells: Sequence[Sequence[str]]
     wide: bool
 
 
@@ -51,7 +63,12 @@ def write_report(
     Returns:
         The path of report.html.
     """
-    context = report_context(run, walks, figures_of(run) if figures is None else figures)
+    figures = figures_of(run) if figures is None else figures
+    context = report_context(run, walks, figures)
+    (run.folder / "figures").mkdir(parents=True, exist_ok=True)
+    for drawn in figures:
+        if not drawn.figure.empty:
+            write_atomically(run.folder / "figures" / f"{drawn.figure.name}.csv", csv_text(drawn.figure))
     templates = Environment(
         loader=PackageLoader("benchmarks"), autoescape=lambda name: str(name).endswith(".html.j2"),
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
@@ -85,7 +102,9 @@ def report_context(run: RunData, walks: Sequence[Mapping[str, Any]], figures: Se
         "failures": failures(run),
         "shown_walks": walks,
         "walk_numbers": _numbers(walks),
-        "replays_json": _in_script(walks),
+        "replays_json": in_script(walks),
+        "charts_json": in_script(charts) if (charts := _charts(figures)) else "",
+        "library": library_script() if charts else "",
         "kinds": KINDS,
         "colors": COLORS,
         "cost": cost_lines(run),
@@ -100,12 +119,17 @@ def _numbers(walks: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     return {label: number for number, label in enumerate(playable)}
 
 
-def _in_script(value: Any) -> str:
-    """JSON that may stand in a script element: nothing in it ends the element or begins a comment."""
-    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+def _charts(figures: Sequence[DrawnFigure]) -> dict[str, Any]:
+    """What Plotly draws, by the figure's name."""
+    charts = {drawn.figure.name: interactive(drawn.figure) for drawn in figures}
+    return {name: chart for name, chart in charts.items() if chart is not None}
 
 
 def _embedded(drawn: DrawnFigure) -> ReportFigure:
-    figure, encoded = drawn.figure, base64.b64encode(drawn.svg).decode("ascii")
+    figure = drawn.figure
+    named = figure.name, figure.title, figure.reading, figure.note
+    if isinstance(figure, TableFigure):
+        return ReportFigure(*named, "", figure.columns, figure.cells, True)
+    encoded = base64.b64encode(drawn.svg).decode("ascii")
     wide = bool(drawn.canvas.get_size_inches()[0] > WIDE_IN)
-    return ReportFigure(figure.name, figure.title, figure.reading, f"data:image/svg+xml;base64,{encoded}", wide)
+    return ReportFigure(*named, f"data:image/svg+xml;base64,{encoded}", (), (), wide)

@@ -1,25 +1,18 @@
-"""A scene as one HTML file to rotate and zoom in a browser: obstacles, walk, phone, and where its sound goes.
-
-The file needs no network: meshes are packed into it, and a few hundred lines of WebGL of our own draw them.
-"""
+"""A scene as one HTML file to rotate and zoom in a browser: obstacles, walk, phone, and where its sound goes."""
 
 from __future__ import annotations
 
-import base64
 import html
-import json
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats
-from scenes.obstacles.solids import merged
-from scenes.preview.pictures import COLORS, OTHER
+from scenes.preview.pictures import COLORS, LIGHT, OTHER
+from scenes.preview.plotly_page import in_script, library_script, packed_array
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity
@@ -31,13 +24,39 @@ GROUND = "#cfd2d4"
 KINDS = {"specular": "#0072b2", "curved": "#d55e00", "edge": "#009e73", "kirchhoff": "#56b4e9", "mixed": "#cc79a7"}
 """Colours by mechanism, distinct for the colour-blind as well (Okabe and Ito)."""
 
-SMOOTH_COS = float(np.cos(np.deg2rad(35.0)))
-PHONE_HALF_M = np.array([0.036, 0.072, 0.005])
-INSTANTS = 6
-DRAWN_PATHS = 40
-LISTED_PATHS = 9
-PATH_RADIUS_M = 0.012
-PATH_RADIUS_M = 0.015
+PHONE_M = np.array([0.072, 0.144, 0.010])
+INSTANTS, DRAWN_PATHS, LISTED_PATHS = 6, 40, 9
+LOUD_DB = 10.0
+"""Paths within this of the strongest are drawn thick."""
+AROUND_M, SKY_M = 1.0, 3.0
+UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
+"""Shades are painted on: Plotly's own light leaves faces towards the viewer dark."""
+
+Trace = dict[str, Any]
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>html, body, #scene {{ margin: 0; height: 100%; background: #e9eef3; }}</style>
+</head>
+<body>
+<div id="scene"></div>
+<script>{library}</script>
+<script id="data" type="application/json">{figure}</script>
+<script>
+plotly().then(async library => {{
+  const {{frames, ...figure}} = JSON.parse(document.getElementById("data").textContent);
+  await library.newPlot("scene", {{...figure, config: {{responsive: true, displaylogo: false}}}});
+  await library.addFrames("scene", frames);
+  document.title += " \\u2713";
+}});
+</script>
+</body>
+</html>
+"""
 
 
 def preview_html(
@@ -61,175 +80,238 @@ def preview_html(
     Returns:
         The path.
     """
-    shown: list[dict[str, Any]] = []
-    if walk is not None:
-        times = np.linspace(0.0, walk.duration_s, INSTANTS) if instants_s is None else np.asarray(instants_s, float)
-        shown = _instants(scene, walk, phone, times, fidelity)
-    data = {
-        "name": scene.name,
-        "level": _level(scene),
-        "reach": _radius(scene),
-        "camera": _camera(scene, walk),
-        "kinds": KINDS,
-        "obstacles": [_obstacle(obstacle) for obstacle in scene.obstacles],
-        "walk": None if walk is None else _packed(_walked_path(walk)),
-        "instants": shown,
-    }
-    template = (resources.files("scenes") / "templates" / "preview.html").read_text(encoding="utf-8")
-    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")  # "<!--<script>" would hide the end of the element
-    head, tail = template.split("__DATA__")
-    page = head.replace("__TITLE__", html.escape(scene.name)) + text + tail
+    return write_page(preview_figure(scene, walk, phone, instants_s, fidelity), path)
+
+
+def write_page(figure: dict[str, Any], path: str | Path) -> Path:
+    """Write a figure with data, layout and frames as a page of its own; the path."""
+    page = _PAGE.format(title=figure["layout"]["title"]["text"], library=library_script(), figure=in_script(figure))
     Path(path).write_text(page, encoding="utf-8")
     return Path(path)
 
 
-def _obstacle(obstacle: Obstacle) -> dict[str, Any]:
-    low, high = obstacle.mesh.bounds
+def preview_figure(
+    scene: Scene,
+    walk: Walk | None = None,
+    phone: Phone | None = None,
+    instants_s: Sequence[float] | None = None,
+    fidelity: Fidelity | None = None,
+) -> dict[str, Any]:
+    """Data, layout and frames of the page's figure, ready for JSON; arguments as of `preview_html`."""
+    shown = {obstacle.category: obstacle.name for obstacle in reversed(scene.obstacles)}
+    low, high = _corners(scene, walk)
+    still = [_obstacle(one, shown[one.category] == one.name) for one in scene.obstacles]
+    still += [_names(scene), _metres(low, high)]
+    moments: list[dict[str, Any]] = []
+    if walk is not None:
+        still.append(_walked_path(walk))
+        times = np.linspace(0.0, walk.duration_s, INSTANTS) if instants_s is None else np.asarray(instants_s, float)
+        moments = _moments(scene, walk, phone, times, fidelity)
+    moving = [k for k, obstacle in enumerate(scene.obstacles) if obstacle.moves]
+    changing = [*moving, *range(len(still), len(still) + len(moments[0]["traces"]))] if moments else []
+    frames = [
+        {
+            "name": f"{moment['time_s']:.2f} s",
+            "data": [*(_places(scene.obstacles[k], moment["time_s"]) for k in moving), *moment["traces"]],
+            "traces": changing,
+            "layout": {"annotations": [_listed(moment["strongest"])]},
+        }
+        for moment in moments
+    ]
+    data = [*still, *(moments[0]["traces"] if moments else ())]
+    return {"data": data, "layout": _layout(scene, walk, low, high, frames), "frames": frames}
+
+
+def _obstacle(obstacle: Obstacle, first: bool) -> Trace:
+    """Its mesh; the first of a category stands for it in the legend."""
+    color = GROUND if obstacle.category == "ground" else COLORS.get(obstacle.category, OTHER)
+    return _solid(obstacle.mesh, color, obstacle.category or "other", first, obstacle.name)
+
+
+def _solid(mesh: trimesh.Trimesh, color: str, group: str, legend: bool, name: str) -> Trace:
+    faces = {axis: packed_array(column, "i4") for axis, column in zip("ijk", np.asarray(mesh.faces).T, strict=True)}
     return {
-        "name": obstacle.name,
-        "category": obstacle.category,
-        "color": GROUND if obstacle.category == "ground" else COLORS.get(obstacle.category, OTHER),
-        "velocity": obstacle.velocity_m_s.tolist(),
-        "top": [*(0.5 * (low + high)[:2]).tolist(), float(high[2])],
-        "mesh": _packed(obstacle.mesh),
-    }
+        "type": "mesh3d", "name": group, "legendgroup": group, "showlegend": legend, "color": color,
+        "intensity": packed_array(0.5 + 0.5 * mesh.face_normals @ LIGHT), "intensitymode": "cell", "cmin": 0, "cmax": 1,
+        "colorscale": [[0.0, _mixed(color, 0.0)], [0.8, color], [1.0, _mixed(color, 1.0)]], "showscale": False,
+        "lighting": UNLIT, "hovertext": _plain(name), "hoverinfo": "x+y+z+text",
+        **_xyz(mesh.vertices), **faces,
+    }  # fmt: skip
 
 
-def _packed(mesh: trimesh.Trimesh) -> dict[str, str]:
-    """Vertices as float32, faces as uint32, one int8 normal a corner, each as base64."""
-    normals = np.rint(127.0 * _corner_normals(mesh)).astype(np.int8)
+def _mixed(color: str, white: float) -> str:
+    """Half the colour, half black (0) or white (1)."""
+    channels = (int(color[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(0.5 * channel + 127.5 * white):02x}" for channel in channels)
+
+
+def _plain(text: str) -> str:
+    """The text where Plotly would read markup."""
+    return html.escape(text, quote=False)
+
+
+def _xyz(points_m: Floats) -> Trace:
+    return {axis: packed_array(column) for axis, column in zip("xyz", np.asarray(points_m).T, strict=True)}
+
+
+def _places(obstacle: Obstacle, time_s: float) -> Trace:
+    """Where its corners are at a time."""
+    return {"type": "mesh3d", **_xyz(np.asarray(obstacle.mesh.vertices) + time_s * obstacle.velocity_m_s)}
+
+
+def _names(scene: Scene) -> Trace:
+    """The names of the obstacles above them, at time 0."""
+    named = [one for one in scene.obstacles if one.category != "ground"]
+    tops = [[*one.mesh.bounds[:, :2].mean(axis=0), one.mesh.bounds[1, 2] + 0.15] for one in named]
     return {
-        "vertices": _text(np.asarray(mesh.vertices, dtype="<f4")),
-        "faces": _text(np.asarray(mesh.faces, dtype="<u4")),
-        "normals": _text(normals),
-    }
+        "type": "scatter3d", "mode": "text", "name": "names", "text": [_plain(one.name) for one in named],
+        "hoverinfo": "skip", "textfont": {"size": 11}, **_xyz(np.array(tops).reshape(-1, 3)),
+    }  # fmt: skip
 
 
-def _text(array: NDArray[Any]) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+def _metres(low: Floats, high: Floats) -> Trace:
+    """A grid of metres on the ground."""
+    points = []
+    for along, across in ((0, 1), (1, 0)):
+        for place in range(int(np.ceil(low[along])), int(high[along]) + 1):
+            ends = np.full((3, 3), low[2] + 0.03)
+            ends[:, along], ends[:, across] = place, [low[across], high[across], np.nan]
+            points.append(ends)
+    return {
+        "type": "scatter3d", "mode": "lines", "name": "metres", "hoverinfo": "skip",
+        "line": {"color": "#b4babf", "width": 1}, **_xyz(np.concatenate(points)),
+    }  # fmt: skip
 
 
-def _corner_normals(mesh: trimesh.Trimesh) -> Floats:
-    """(T, 3, 3) normal of every corner: the vertex's where the surface bends little there, else the facet's."""
-    joined = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    shared = np.asarray(joined.vertex_normals)[joined.faces]
-    own = np.repeat(np.asarray(joined.face_normals)[:, None], 3, axis=1)
-    smooth = np.sum(shared * own, axis=2) > SMOOTH_COS
-    return np.where(smooth[:, :, None], shared, own)
+def _walked_path(walk: Walk) -> Trace:
+    time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / 0.05))))
+    return {
+        "type": "scatter3d", "mode": "lines", "name": "path of the phone", "hoverinfo": "skip",
+        "line": {"color": "#7f6000", "width": 4}, **_xyz(walk.pose(time).position_m),
+    }  # fmt: skip
 
 
-def _instants(
+def _moments(
     scene: Scene, walk: Walk, phone: Phone | None, time_s: Floats, fidelity: Fidelity | None
 ) -> list[dict[str, Any]]:
     """What changes from instant to instant: the phone, the walker, and the paths of sound."""
     pose = walk.pose(time_s)
     paths = None if phone is None else trace_paths(scene, phone, pose, fidelity, time_s)
-    corners = pose.to_world(_phone_box())
-    return [
-        {
-            "time_s": float(time),
-            "phone": _packed(trimesh.Trimesh(corners[k], trimesh.creation.box().faces, process=False)),
-            "walker": None if phone is None or phone.body is None else _packed(_walker(phone.body, pose, k)),
-            "paths": {} if paths is None else _tubes(paths[(paths.pose == k) & (paths.mic == 0) & (paths.order > 0)]),
-            "strongest": [] if paths is None else _strongest(paths, k, scene.air.sound_speed_m_s),
-        }
-        for k, time in enumerate(time_s)
-    ]
-
-
-def _phone_box() -> Floats:
-    """(8, 3) corners of a phone, in its frame."""
-    corners: Floats = np.asarray(trimesh.creation.box().vertices) * 2.0 * PHONE_HALF_M
-    return corners
+    kinds = [] if paths is None else [kind for kind in KINDS if (paths.kind[paths.order > 0] == kind).any()]
+    box = trimesh.creation.box(PHONE_M)
+    corners = pose.to_world(np.asarray(box.vertices))
+    found = []
+    for k, time in enumerate(time_s):
+        held = trimesh.Trimesh(corners[k], box.faces, process=False)
+        traces = [_solid(held, "#111111", "phone", True, "phone")]
+        if phone is not None and phone.body is not None:
+            traces.append(_solid(_walker(phone.body, pose, k), "#c9a227", "walker", True, "walker"))
+        here = paths if paths is None else _strongest(paths, k)
+        listed = [] if here is None else _by_obstacle(here, scene.air.sound_speed_m_s)
+        if here is not None:
+            traces += [_lines(here, kind, loud, scene.air.sound_speed_m_s) for kind in kinds for loud in (True, False)]
+        found.append({"time_s": float(time), "traces": traces, "strongest": listed})
+    return found
 
 
 def _walker(body: Obstacle, pose: Pose, index: int) -> trimesh.Trimesh:
     """The walker's body where it stands at one pose."""
-    heading = pose.body_heading_rad()[index]
-    cos, sin = np.cos(heading), np.sin(heading)
-    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return trimesh.Trimesh(body.mesh.vertices @ rotation.T + pose.position_m[index], body.mesh.faces, process=False)
+    turned = body.mesh.copy()
+    turned.apply_transform(trimesh.transformations.rotation_matrix(pose.body_heading_rad()[index], [0.0, 0.0, 1.0]))
+    return turned.apply_translation(pose.position_m[index])
 
 
-def _tubes(paths: Paths) -> dict[str, dict[str, str]]:
-    """The strongest paths as thin tubes, by mechanism; thinner by a third every 10 dB below the strongest."""
+def _strongest(paths: Paths, pose: int) -> Paths:
+    """The echoes at microphone 1 at one pose, the loudest first."""
+    here = paths[(paths.pose == pose) & (paths.mic == 0) & (paths.order > 0)]
+    return here[np.argsort(-np.abs(here.gain))]
+
+
+def _lines(paths: Paths, kind: str, loud: bool, sound_speed_m_s: float) -> Trace:
+    """The strongest paths of one mechanism, thick or thin, with a gap after each."""
     level = 20.0 * np.log10(np.abs(paths.gain))
-    strongest = np.argsort(-level)[:DRAWN_PATHS]
-    found: dict[str, list[trimesh.Trimesh]] = {}
-    for row in strongest:
-        radius = PATH_RADIUS_M * (2.0 / 3.0) ** min((level[strongest[0]] - level[row]) / 10.0, 3.0)
-        points = paths.points_m[row, : paths.order[row] + 2]
-        found.setdefault(str(paths.kind[row]), []).append(tube(points, radius))
-    return {kind: _packed(merged(parts)) for kind, parts in found.items()}
+    points, words = [np.zeros((0, 3))], []
+    for row in range(min(len(level), DRAWN_PATHS)):
+        if paths.kind[row] != kind or (level[row] > level[0] - LOUD_DB) != loud:
+            continue
+        corners = paths.points_m[row, : paths.order[row] + 2]
+        points += [corners, np.full((1, 3), np.nan)]
+        size = f"{level[row]:.1f} dB, {_range_m(paths, row, sound_speed_m_s):.2f} m"
+        text = f"{_plain(str(paths.obstacle[row]))}, {kind}<br>{size}"
+        words += [text] * (len(corners) + 1)
+    return {
+        "type": "scatter3d", "mode": "lines", "name": f"echoes, {kind}", "legendgroup": kind, "showlegend": loud,
+        "line": {"color": KINDS[kind], "width": 6 if loud else 2}, "text": words, "hoverinfo": "text",
+        **_xyz(np.concatenate(points)),
+    }  # fmt: skip
 
 
-def _strongest(paths: Paths, pose: int, sound_speed_m_s: float) -> list[dict[str, Any]]:
-    """The loudest obstacle by obstacle: level re the free field at 1 m, half the length of its strongest path."""
-    rows = np.flatnonzero((paths.pose == pose) & (paths.mic == 0) & (paths.order > 0))
-    rows = rows[np.argsort(-np.abs(paths.gain[rows]))]
-    _, first = np.unique(paths.obstacle[rows], return_index=True)
+def _range_m(paths: Paths, row: int, sound_speed_m_s: float) -> float:
+    return float(0.5 * paths.delay_s[row] * sound_speed_m_s)
+
+
+def _by_obstacle(paths: Paths, sound_speed_m_s: float) -> list[str]:
+    """The loudest path of each of the loudest obstacles: level re the free field at 1 m, half its length."""
+    _, first = np.unique(paths.obstacle, return_index=True)
     return [
-        {
-            "level_db": float(20.0 * np.log10(np.abs(paths.gain[row]))),
-            "range_m": float(0.5 * paths.delay_s[row] * sound_speed_m_s),
-            "obstacle": str(paths.obstacle[row]),
-        }
-        for row in rows[np.sort(first)[:LISTED_PATHS]]
+        f"{20.0 * np.log10(np.abs(paths.gain[row])):.1f} dB  {_range_m(paths, row, sound_speed_m_s):.2f} m  "
+        f"{_plain(str(paths.obstacle[row]))}"
+        for row in np.sort(first)[:LISTED_PATHS]
     ]
 
 
-def tube(points_m: Floats, radius_m: float, sides: int = 6) -> trimesh.Trimesh:
-    """A tube of straight pieces along (N, 3) points, open at its ends; repeated points are left out."""
-    points = np.asarray(points_m, dtype=np.float64)
-    points = points[np.r_[True, np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9]]
-    along = np.diff(points, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    aside = np.cross(along, np.where(np.abs(along[:, 2:]) > 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]))
-    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-    angle = 2.0 * np.pi * np.arange(sides) / sides
-    ring = np.cos(angle)[:, None] * aside[:, None] + np.sin(angle)[:, None] * np.cross(along, aside)[:, None]
-    ends = np.stack([points[:-1], points[1:]], axis=1)
-    vertices = (ends[:, :, None] + radius_m * ring[:, None]).reshape(-1, 3)
-    here = np.arange(sides)
-    after = (here + 1) % sides
-    halves = [here, here + sides, after], [after, here + sides, after + sides]
-    faces = np.concatenate([np.stack(half, axis=1) for half in halves])
-    every = (faces[None] + 2 * sides * np.arange(len(along))[:, None, None]).reshape(-1, 3)
-    return trimesh.Trimesh(vertices, every, process=False)
+def _listed(lines: Sequence[str]) -> Trace:
+    head = ["<b>echoes at the top microphone</b>"] if lines else []
+    return {
+        "text": "<br>".join([*head, *lines]), "x": 0.01, "y": 0.02, "xref": "paper", "yref": "paper", "align": "left",
+        "showarrow": False, "bgcolor": "rgba(255,255,255,.8)", "xanchor": "left", "yanchor": "bottom",
+    }  # fmt: skip
 
 
-def _walked_path(walk: Walk) -> trimesh.Trimesh:
-    time = np.linspace(0.0, walk.duration_s, max(2, 1 + int(np.ceil(walk.duration_s / 0.05))))
-    place = walk.pose(time).position_m
-    moved = np.linalg.norm(place[-1] - place[0]) > 1e-6 or np.ptp(place, axis=0).max() > 1e-6
-    return tube(place if moved else place[0] + np.array([[0.0, 0.0, -0.02], [0.0, 0.0, 0.02]]), PATH_RADIUS_M)
+def _layout(scene: Scene, walk: Walk | None, low: Floats, high: Floats, frames: list[Trace]) -> dict[str, Any]:
+    scale = float(np.cbrt(np.prod(high - low)))
+    at, eye = _camera(scene, walk)
+    middle = 0.5 * (low + high)
+    camera = {
+        name: dict(zip("xyz", ((point - middle) / scale).tolist(), strict=True))
+        for name, point in (("center", at), ("eye", eye))
+    }
+    axes = {f"{axis}axis": {"range": [low[k], high[k]], "visible": False} for k, axis in enumerate("xyz")}
+    ratio = dict(zip("xyz", ((high - low) / scale).tolist(), strict=True))
+    play = {"mode": "immediate", "frame": {"duration": 0, "redraw": True}, "transition": {"duration": 0}}
+    steps = [{"label": frame["name"], "method": "animate", "args": [[frame["name"]], play]} for frame in frames]
+    return {
+        "title": {"text": _plain(scene.name)}, "margin": {"l": 0, "r": 0, "t": 50, "b": 30}, "paper_bgcolor": "#e9eef3",
+        "scene": {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": camera, "dragmode": "turntable"},
+        "legend": {"itemsizing": "constant", "x": 0.01, "y": 0.98, "bgcolor": "rgba(255,255,255,.8)"},
+        "uirevision": "kept", "annotations": [frame["layout"]["annotations"][0] for frame in frames[:1]],
+        "sliders": [{"steps": steps, "x": 0.3, "len": 0.6, "pad": {"t": 0}}] if steps else [],
+    }  # fmt: skip
 
 
-def _level(scene: Scene) -> float:
-    tops = [float(o.mesh.bounds[1, 2]) for o in scene.obstacles if o.category == "ground"]
-    return max(tops, default=0.0)
-
-
-def _corners(scene: Scene) -> Floats:
-    """(2, 3) bounds of everything but the ground."""
+def _corners(scene: Scene, walk: Walk | None) -> tuple[Floats, Floats]:
+    """What the axes hold: everything but the ground's far ends, m."""
     bounds = [np.asarray(o.mesh.bounds) for o in scene.obstacles if o.category != "ground"]
+    bounds += [] if walk is None else [walk.pose(np.linspace(0.0, walk.duration_s, 20)).position_m]
     points = np.concatenate(bounds) if bounds else np.array([[-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]])
-    return np.stack([points.min(axis=0), points.max(axis=0)])
+    low, high = points.min(axis=0) - AROUND_M, points.max(axis=0) + AROUND_M
+    tops = [float(o.mesh.bounds[1, 2]) for o in scene.obstacles if o.category == "ground"]
+    low[2] = max(tops, default=low[2] + AROUND_M) - 0.02
+    high[2] = max(high[2] - AROUND_M, low[2] + SKY_M)
+    return low, high
 
 
-def _radius(scene: Scene) -> float:
-    return float(0.5 * np.linalg.norm(np.diff(_corners(scene), axis=0)))
-
-
-def _camera(scene: Scene, walk: Walk | None) -> dict[str, Any]:
-    """From behind the walker's right shoulder, far enough to see the walk and what it meets."""
-    if walk is None:
-        middle, size, heading = _corners(scene).mean(axis=0), _radius(scene), 0.0
-    else:
+def _camera(scene: Scene, walk: Walk | None) -> tuple[Floats, Floats]:
+    """Where it looks and from where: from behind the walker's right shoulder, with the walk and what it meets."""
+    low, high = _corners(scene, walk)
+    middle, size, heading = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)), 0.0
+    if walk is not None:
         pose = walk.pose(np.linspace(0.0, walk.duration_s, 20))
         heading = float(pose.body_heading_rad()[0])
         ends = pose.position_m[[0, -1]]
         middle = ends.mean(axis=0) + np.array([np.cos(heading), np.sin(heading), 0.0])
         size = 0.5 * float(np.linalg.norm(ends[1] - ends[0])) + 1.5
-    az = float(np.rad2deg(heading)) - 125.0
-    return {"az": az, "el": 24.0, "d": 2.9 * size, "at": [float(middle[0]), float(middle[1]), _level(scene) + 0.8]}
+    middle[2] = low[2] + 0.8
+    azimuth, elevation = heading - np.deg2rad(125.0), np.deg2rad(24.0)
+    ahead = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    return middle, middle + 2.9 * size * np.array(ahead)

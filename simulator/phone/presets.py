@@ -68,6 +68,8 @@ N6P_BOTTOM_DB = np.array([
     -16.5, -17.3, -14.2, -10.1, -7.1, -4.8, -2.6, -1.0, 0.0, 0.7, 1.1, 1.5, 2.1, 2.3, 2.1, 1.2, -0.5, -1.8, -2.3,
     -2.8, -3.4, -4.1, -4.7, -5.6, -7.2, -9.9, -13.6, -19.4, -27.7, -40.0, -40.2,
 ])  # fmt: skip
+MEASURED_RESPONSES = ("galaxy-s5", "nexus-6p")
+"""Presets whose response is a table; that of the others is assumed."""
 N6P_SEPARATION_M, N6P_SPEAKER_TO_BOTTOM_MIC_M = 0.145, 0.031
 N6P_REAR_LOSS_DB = 16.0
 N6P_SHADOW_DB = 7.5

@@ -26,12 +26,18 @@ def browser() -> str:
     return found
 
 
-def screenshot(page: Path, folder: Path, fragment: str = "", size: tuple[int, int] = (600, 400)) -> NDArray[np.float64]:
-    """(height, width, 3) pixels of a page, 0 to 1; every host is unreachable while it is open."""
+def screenshot(
+    page: Path, folder: Path, size: tuple[int, int] = (600, 400), wait_ms: int | None = None
+) -> NDArray[np.float64]:
+    """(height, width, 3) pixels of a page, 0 to 1; every host is unreachable while it is open.
+
+    After two seconds of virtual time, or `wait_ms` of real time: a page that unpacks its library needs that.
+    """
     picture = folder / "shot.png"
+    quiet = QUIET if wait_ms is None else QUIET.replace("--virtual-time-budget=2000", f"--timeout={wait_ms}")
     subprocess.run(
-        [browser(), *QUIET.split(), "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={size[0]},{size[1]}",
-         f"--user-data-dir={folder / 'profile'}", f"--screenshot={picture}", f"{page.as_uri()}#{fragment}"],
+        [browser(), *quiet.split(), "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={size[0]},{size[1]}",
+         f"--user-data-dir={folder / 'profile'}", f"--screenshot={picture}", page.as_uri()],
         check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     return np.asarray(matplotlib.image.imread(picture)[..., :3], dtype=np.float64)

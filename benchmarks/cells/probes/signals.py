@@ -141,6 +141,7 @@ def body(cell: Cell, range_m: float = 1.5) -> Signal:
         "with_db": _db(curves["with"], top),
         "without_db": _db(curves["without"], top),
         "direct_m": float(geometry.speaker_to_mic_m[1]),
+        **_case_m(setting.phone),
         "body_m": float(geometry.speaker_to_mic_m[1] + 2.0 * behind),
         "obstacle_m": speaker_leg + float(truth.mic_range_m[0, 1]),
         "detour_m": 2.0 * behind,
@@ -150,7 +151,7 @@ def body(cell: Cell, range_m: float = 1.5) -> Signal:
 def crests(cell: Cell, range_m: float = 2.0) -> Signal:
     """Figure 10: the crests of objects of different width at one distance, on a common scale."""
     beep = _beep(cell)
-    shown: Signal = {"things": [], "range_m": [], "level_db": [], "crest_samples": [], "true_radius_m": []}
+    shown: Signal = {name: [] for name in ("things", "range_m", "level_db", "crest_samples", "true_radius_m", "true_m")}
     for category in ("sign", "pedestrian", "dustbin", "wall"):
         setting = _setting(cell, [(category, range_m, 0.0)], 0.0, 0.45)
         profile, start_s = _profile(cell, rendered(setting, cell), beep=2)
@@ -161,6 +162,7 @@ def crests(cell: Cell, range_m: float = 2.0) -> Signal:
         shown["level_db"].append(_db(profile.magnitude[0][near], float(profile.magnitude[0].max())))
         shown["crest_samples"].append(_crest_samples(profile, start_s, float(truth.mic_range_m[0, 0]), beep))
         shown["true_radius_m"].append(float(truth.radius_m[0]))
+        shown["true_m"].append(float(truth.mic_range_m[0, 0]))
     return shown
 
 
@@ -174,6 +176,12 @@ def walker_distance_m() -> float:
     """From the phone's bottom microphone straight back to the walker's chest, m."""
     chest = -np.asarray(walker_body(phone_height_m=HEIGHT_M).mesh.vertices)[:, 0].max()
     return float(chest - 0.075)
+
+
+def _case_m(phone: Phone) -> dict[str, float]:
+    """How far sound in the air would get while that in the case reaches microphone 1."""
+    case = phone.structure_borne
+    return {} if case is None else {"case_m": float(SPEED_M_S * case.delay_s[1])}
 
 
 def _setting(cell: Cell, things: Sequence[tuple[str, float, float]], speed_m_s: float, seconds: float) -> Situation:

@@ -33,7 +33,7 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
     said = []
     for detector in plain_detectors(run):
         table = approach_table(run, detector)
-        aside = 0.015 * (len(lines) - 1)
+        aside = 0.015 * len(lines)
         line = binned_rates(detector, MISS_BINS_M, table["miss_distance_m"], table["alert"], aside)
         lines.append(line)
         if np.isfinite(line.y).any():
@@ -56,7 +56,8 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
         "Alert rate against miss distance",
         (panel,),
         " ".join(said) or "No data.",
-        "Whiskers: exact 95 % intervals. At 0 the line meets the obstacle. An ideal detector falls from 100 to 0 % at "
+        "Whiskers: exact 95 % intervals; points of one bin stand side by side. At 0 the line meets the obstacle. An "
+        "ideal detector falls from 100 to 0 % at "
         "half the walker's width.",
     )
 

@@ -31,12 +31,14 @@ def range_budget(run: RunData) -> PlotFigure:
     for detector in judged_detectors(run):
         walking, still = beep_table(run, detector, "approach"), beep_table(run, detector, "standing")
         parts = _budget(run, walking, still, detector not in CORRECT_RANGE_DOPPLER)
+        held = [(tick, part) for tick, part in zip(ticks, parts, strict=True) if np.isfinite(part).any()]
         lines = []
         for k, (label, quantile) in enumerate((("median", 0.5), ("P90", 0.9))):
-            heights = np.array([100 * finite_quantile(part, quantile) for part in parts])
-            lines.append(Line(label, str(k), np.arange(4.0), heights, "points" if k == 0 else "ring"))
+            heights = np.array([100 * finite_quantile(part, quantile) for _, part in held])
+            lines.append(Line(label, str(k), np.arange(float(len(held))), heights, "points" if k == 0 else "ring"))
         signed = 100 * finite_quantile(walking["range_m"] - walking["true_range_m"], 0.5)
-        panels.append(Panel(detector, "", "absolute range error, cm", tuple(lines), log="y", ticks=ticks, width_in=4.0))
+        shown = tuple(tick for tick, _ in held)
+        panels.append(Panel(detector, "", "absolute range error, cm", tuple(lines), log="y", ticks=shown, width_in=4.0))
         said.append(f"{detector}: signed median while walking {signed:+.1f} cm" if np.isfinite(signed) else detector)
     return PlotFigure(
         "error_budget",

@@ -58,7 +58,7 @@ def extremes_axes(run: RunData) -> PlotFigure:
         y_label = "" if panels else "error, share of its limit"
         ends = (0.3 * SMALLEST, 3.0 * GREATEST)
         panels.append(
-            Panel(name, label, y_label, lines, (Guide("y", 1.0, ""),), None, log, y_range=ends, width_in=1.5)  # type: ignore[arg-type]
+            Panel(name, label, y_label, lines, (Guide("y", 1.0, ""),), None, log, y_range=ends, width_in=2.4)  # type: ignore[arg-type]
         )
     return PlotFigure("extremes_axes", "Errors over the axes", tuple(panels), _reading(run))
 

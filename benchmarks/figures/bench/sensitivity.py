@@ -116,11 +116,13 @@ def _tornado(
                 if np.isfinite(before) and found:
                     most = max(found, key=lambda change: np.nan_to_num(abs(change.by)))
                     said.append(f"{label}, {detector}: {before:.1f} {unit} as it is, {most.by:+.1f} by {most.words}")
-            ticks = tuple(_named(rows, each) if not panels else "" for each in order)
+            ticks = tuple(_named(rows, each) for each in order)
             shown = "percentage points" if unit == "%" else unit
             guides = (Guide("x", 0.0, ""),)
+            span = _ends(lines)
+            words = f"change, {shown}"
             panels.append(
-                Panel(label, f"change, {shown}", "", tuple(lines), guides, x_range=_ends(lines), ticks=ticks, flat=True)
+                Panel(label, words, "", tuple(lines), guides, x_range=span, ticks=ticks, flat=True, width_in=2.0)
             )
     walked = sum(counts_as(cell["cell"], "approach") for cell in base.ok) if base is not None else 0
     note = f"The same walks ({walked}) with one thing changed; 0 is the suite as it is."

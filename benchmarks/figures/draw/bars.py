@@ -8,7 +8,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Patch
 
 from benchmarks.figures.data import Bar, BarFigure, BarPanel
-from benchmarks.figures.draw.page import finish, panel_axes
+from benchmarks.figures.draw.page import finish, leads_row, panel_axes
 from benchmarks.figures.draw.style import INK, MUTED, PAPER_INK, colour, lighter
 
 BAR_WIDTH, PAPER_WIDTH, GAP = 1.0, 0.55, 0.9
@@ -24,7 +24,6 @@ def draw_bars(figure: BarFigure) -> Canvas:
     for ax, panel in zip(axes, figure.panels, strict=True):
         _draw_panel(ax, panel, figure, 7.0 if inches == INCHES_PER_UNIT else 6.0)
     _share_scale(axes, figure)
-    axes[0].set_ylabel(figure.y_label)
     return finish(canvas, figure.title, figure.note, _legend(figure))
 
 
@@ -37,7 +36,7 @@ def _inches_per_unit(figure: BarFigure) -> float:
 def _draw_panel(ax: Axes, panel: BarPanel, figure: BarFigure, count_size: float) -> None:
     places = _places(panel)
     for bar, left in zip(panel.bars, places, strict=False):
-        _draw_bar(ax, bar, left, _shade(panel, bar), count_size)
+        _draw_bar(ax, bar, left, shade(panel, bar), count_size)
     middles = [_middle_of(panel, places, group) for group in panel.groups]
     ax.set_xticks(middles, panel.groups)
     ax.tick_params(axis="x", length=0, pad=13)
@@ -94,7 +93,7 @@ def _draw_paper(ax: Axes, bar: Bar, middle: float) -> None:
                 ha="center", va="bottom", fontsize=7.5, color=PAPER_INK)  # fmt: skip
 
 
-def _shade(panel: BarPanel, bar: Bar) -> str:
+def shade(panel: BarPanel, bar: Bar) -> str:
     """The colour of the bar's detector, which is its panel or else its group, lighter for every further series."""
     return lighter(colour(panel.title or bar.group), _LIGHTER[min(2, panel.series.index(bar.series))])
 
@@ -108,8 +107,11 @@ def _share_scale(axes: list[Axes], figure: BarFigure) -> None:
         ax.set_ylim(0.0, top)
         if figure.unit == "%":
             ax.set_yticks(np.arange(0.0, min(top, 100.0) + 1e-9, 20.0 if top > 50.0 else 10.0))
-    for ax in axes[1:]:
-        ax.tick_params(axis="y", labelleft=False, length=0)
+    for ax in axes:
+        if leads_row(ax):
+            ax.set_ylabel(figure.y_label)
+        else:
+            ax.tick_params(axis="y", labelleft=False, length=0)
 
 
 def _legend(figure: BarFigure) -> list[Patch]:

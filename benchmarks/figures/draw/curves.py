@@ -37,7 +37,7 @@ def draw_curves(figure: CurveFigure) -> Canvas:
 
 def axis_end(figure: CurveFigure) -> float:
     """A round number past the 95th percentile of every curve but diagnostics and past the paper's points."""
-    reach = [mark.paper.display * 1.1 for mark in figure.marks]
+    reach = [figure.reach, *(mark.paper.display * 1.1 for mark in figure.marks)]
     for curve in (curve for curve in figure.curves if curve.n and not curve.diagnostic):
         reach.append(float(curve.value[np.searchsorted(curve.share, 0.95).clip(max=len(curve.value) - 1)]))
     longest = max(reach, default=1.0)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 
-from benchmarks.figures.draw.page import finish, panel_axes
+from benchmarks.figures.draw.page import finish, leads_row, panel_axes
 from benchmarks.figures.draw.style import MUTED, series_colour
 from benchmarks.figures.plots import Guide, Image, Line, Panel, PlotFigure
 
@@ -34,18 +34,21 @@ def draw_plots(figure: PlotFigure) -> Canvas:
     wide = max(panel.width_in for panel in panels)
     shared = all(not panel.y_label for panel in panels[1:])
     gap = 0.07 if shared else 0.24
-    canvas, axes = panel_axes([panel.width_in for panel in panels], gap * 3.4 / wide, figure.height_in)
+    left = max(_tick_room(panel) for panel in panels)
+    canvas, axes = panel_axes([panel.width_in for panel in panels], gap * 3.4 / wide, figure.height_in, left)
     handles: dict[str, Artist] = {}
     for ax, panel in zip(axes, panels, strict=True):
         _draw_panel(ax, panel)
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
-    for ax in axes[1:] if shared else ():
-        ax.tick_params(axis="y", labelleft=False)
+    for ax in axes if shared else ():
+        if not leads_row(ax):
+            ax.tick_params(axis="y", labelleft=False)
+        elif panels[0].y_label:
+            ax.set_ylabel(panels[0].y_label)
     last = panels[-1].image
     if last is not None:
         _add_scale(canvas, axes[-1], last)
-    left = _tick_room(panels[0])
     right = 0.75 if last is not None else 0.0
     return finish(canvas, figure.title, figure.note, list(handles.values()), list(handles), left, right)
 

@@ -12,18 +12,46 @@ from matplotlib.figure import Figure as Canvas
 from benchmarks.figures.draw.style import MUTED
 
 PANEL_HEIGHT, TITLE_ROOM, LEFT_ROOM, LEAST_WIDTH = 2.7, 0.75, 0.65, 6.5
-LINE_ROOM = 0.16
+LINE_ROOM, ROW_ROOM = 0.16, 0.85
+WIDEST = 9.6
+"""Inches of a row of panels: in a report of 900 pixels its text is as large as the report's small print."""
 
 
 def panel_axes(
-    widths_in: Sequence[float], wspace: float = 0.12, height_in: float = PANEL_HEIGHT
+    widths_in: Sequence[float], wspace: float = 0.12, height_in: float = PANEL_HEIGHT, names_in: float = 0.0
 ) -> tuple[Canvas, list[Axes]]:
-    """A page with panels of these widths, inches, side by side; `wspace` in widths of a panel."""
-    between = max(0.35, wspace * sum(widths_in) / len(widths_in)) * (len(widths_in) - 1)
-    total = max(LEAST_WIDTH, LEFT_ROOM + sum(widths_in) + between + 0.15)
-    canvas = Canvas(figsize=(total, TITLE_ROOM + height_in + 0.6), layout=None)
-    grid = canvas.add_gridspec(1, len(widths_in), width_ratios=list(widths_in), wspace=wspace)
-    return canvas, [canvas.add_subplot(grid[0, k]) for k in range(len(widths_in))]
+    """A page with panels of these widths, inches, side by side, in as many rows as fit on it.
+
+    `wspace` is in widths of a panel, `names_in` what names take to the left of each row.
+    """
+    gap = max(0.35, wspace * sum(widths_in) / len(widths_in))
+    rows = _rows(widths_in, gap, WIDEST - LEFT_ROOM - names_in)
+    widest = max(sum(row) + gap * (len(row) - 1) for row in rows)
+    height = len(rows) * (height_in + ROW_ROOM) - ROW_ROOM
+    canvas = Canvas(figsize=(max(LEAST_WIDTH, LEFT_ROOM + widest + 0.15), TITLE_ROOM + height + 0.6), layout=None)
+    outer = canvas.add_gridspec(len(rows), 1, hspace=ROW_ROOM / height_in)
+    axes = []
+    for number, row in enumerate(rows):
+        spare = widest - sum(row) - gap * (len(row) - 1)
+        ratios = [*row, spare - gap] if spare > gap else row
+        inner = outer[number].subgridspec(1, len(ratios), width_ratios=ratios, wspace=wspace)
+        axes += [canvas.add_subplot(inner[0, k]) for k in range(len(row))]
+    return canvas, axes
+
+
+def leads_row(ax: Axes) -> bool:
+    """Whether it is the first of a row of panels, which shows the names of what they share."""
+    place = ax.get_subplotspec()
+    return place is not None and bool(place.is_first_col())
+
+
+def _rows(widths_in: Sequence[float], gap_in: float, most_in: float) -> list[list[float]]:
+    rows: list[list[float]] = [[]]
+    for width in widths_in:
+        if rows[-1] and sum(rows[-1]) + width + gap_in * len(rows[-1]) > most_in:
+            rows.append([])
+        rows[-1].append(width)
+    return rows
 
 
 def finish(

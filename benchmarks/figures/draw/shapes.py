@@ -26,6 +26,7 @@ _ROLES = {
     "text": INK,
 }
 BOX = (0.86, 0.62)
+_BEHIND_WORDS = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
 ROW_IN, CHARACTERS_PER_INCH = 0.2, 15.0
 
 
@@ -112,6 +113,6 @@ def _draw_shape(ax: Axes, shape: Shape) -> None:
     if shape.kind == "box":
         ax.text(x, y, shape.text, ha="center", va="center", fontsize=7.5, color=INK)
     elif shape.kind == "text":
-        ax.text(x, y, shape.text, ha="center", va="center", fontsize=8.0, color=INK)
+        ax.text(x, y, shape.text, ha="center", va="center", fontsize=8.0, color=INK, bbox=_BEHIND_WORDS)
     elif shape.text:
         ax.annotate(shape.text, (x, y), (4, 4), textcoords="offset points", fontsize=8.0, color=shade)

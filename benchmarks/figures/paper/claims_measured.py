@@ -127,7 +127,7 @@ def error_of(column: str, quantile: float, standing_m: float | None = None) -> M
 
 def charge(run: RunData, detector: str) -> Measurement:
     """The modelled charge of 30 minutes; its interval is that of the model's stated constants."""
-    cpu = cpu_per_beep_s(_first(run), detector) if run.manifest.get("suite") == "energy" else np.zeros(0)
+    cpu = cpu_per_beep_s(run, detector) if run.manifest.get("suite") == "energy" else np.zeros(0)
     if len(cpu) == 0:
         return NO_MEASUREMENT
     middle = float(np.median(cpu))

@@ -9,13 +9,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from benchmarks.figures.plots import Drawing, DrawingFigure, Role, Shape
 from benchmarks.runs.results import RunData
-
-Floats = NDArray[np.floating]
+from obstaclewatch.support.arrays import Floats
+from scenes.preview.silhouette import outer_rings, silhouette
 
 SIDE, PLAN = (0, 2), (0, 1)
 HEIGHT_M, PITCH_RAD = 1.3, float(np.deg2rad(30.0))
@@ -106,8 +104,8 @@ def _sensing_panel() -> Drawing:
     edges = pose.to_world(phone.geometry.mics_m)[0][:, SIDE]
     shapes = [
         Shape("line", np.array([[-0.7, 0.0], [3.2, 0.0]]), "axis"),
-        Shape("polygon", _outline(bin_.mesh), "thing"),
-        Shape("polygon", _outline(body.mesh) + [0.0, HEIGHT_M], "person"),
+        *(Shape("polygon", ring, "thing") for ring in _outlines(bin_, SIDE)),
+        *(Shape("polygon", ring + [0.0, HEIGHT_M], "person") for ring in _outlines(body, SIDE)),
     ]
     chosen = paths[(paths.mic == 0) & (paths.order > 0)]
     for points, order in zip(chosen.points_m, chosen.order, strict=True):
@@ -235,41 +233,30 @@ def _street_panel(scene: str) -> Drawing:
     for obstacle in load_scene(scene, 0).obstacles:
         if obstacle.category == "ground":
             continue
-        points = np.asarray(obstacle.mesh.vertices)[:, :2]
-        hull = points[ConvexHull(points).vertices]
+        rings = _outlines(obstacle, PLAN)
         role: Role = "person" if obstacle.category == "pedestrian" else "thing"
         word = obstacle.name if obstacle.category in ("wall", "") else obstacle.category
-        shapes.append(Shape("polygon", hull, role))
+        shapes += [Shape("polygon", ring, role) for ring in rings]
         if word not in seen:
             taken = [shape.points[0] for shape in shapes if shape.kind == "text"]
-            shapes.append(Shape("text", _free_place(hull, taken)[None, :], "text", word))
+            shapes.append(Shape("text", _free_place(np.concatenate(rings), taken)[None, :], "text", word))
         seen.add(word)
     shapes.append(Shape("arrow", np.array([[-0.5, 0.0], [23.0, 0.0]]), "walk"))
     shapes.append(Shape("text", np.array([[1.2, -0.6]]), "text", "the walk"))
-    return Drawing("", tuple(shapes), width_in=7.6, x_range=(-1.5, 25.5), y_range=(-8.8, 8.8))
+    return Drawing("", tuple(shapes), width_in=7.6, x_range=(-1.5, 25.5), y_range=(-9.8, 8.8))
 
 
-def _free_place(hull: Floats, taken: Sequence[Floats]) -> Floats:
+def _free_place(outline: Floats, taken: Sequence[Floats]) -> Floats:
     """Just above a thing seen from above, or just below where another word stands already."""
-    middle = 0.5 * (hull.min(axis=0) + hull.max(axis=0))
-    above, below = np.array([middle[0], hull[:, 1].max() + 0.5]), np.array([middle[0], hull[:, 1].min() - 0.5])
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    above, below = (np.array([0.5 * (low[0] + high[0]), y]) for y in (high[1] + 0.5, low[1] - 0.5))
     crowded = any(abs(above[0] - x) < 3.0 and abs(above[1] - y) < 0.8 for x, y in taken)
     return below if crowded or above[1] > 8.0 else above
 
 
-def _outline(mesh: Any, layers: int = 48) -> Floats:
-    """(2 layers, 2) silhouette from the side: the extent of the triangles' edges at every height."""
-    corners = np.asarray(mesh.vertices)[np.asarray(mesh.faces)]
-    share = np.linspace(0.0, 1.0, 65)[:, None, None, None]
-    points = (corners * (1.0 - share) + np.roll(corners, 1, axis=1) * share).reshape(-1, 3)[:, SIDE]
-    place = np.linspace(points[:, 1].min(), points[:, 1].max(), layers + 1)
-    index = np.clip(np.digitize(points[:, 1], place) - 1, 0, layers - 1)
-    left, right = [], []
-    for k in np.unique(index):
-        row = points[index == k]
-        left.append([row[:, 0].min(), row[:, 1].mean()])
-        right.append([row[:, 0].max(), row[:, 1].mean()])
-    return np.array([*left, *right[::-1]])
+def _outlines(obstacle: Any, plane: tuple[int, int]) -> list[Floats]:
+    """Outer borders (K, 2) of what an obstacle covers, seen along the axis that the plane lacks."""
+    return outer_rings(silhouette(np.asarray(obstacle.mesh.triangles)[:, :, plane]))
 
 
 def street_drawings() -> dict[str, Callable[[RunData], DrawingFigure]]:

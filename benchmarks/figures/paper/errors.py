@@ -13,6 +13,7 @@ from benchmarks.figures.data import Bar, BarFigure, BarPanel, Curve, CurveFigure
 from benchmarks.figures.measured import (
     NO_DATA,
     error_curve,
+    finite_quantile,
     judged_detectors,
     quantile_over_walks,
     significant,
@@ -60,7 +61,20 @@ def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
         marks=(marks := _distance_marks(range_m)),
         reading=_curves_sentence(curves, marks),
         note=f"{INTERVALS} Only echoes within the association gate count as estimates of the target.{remark}",
+        reach=_distance_reach(run),
     )
+
+
+def _distance_reach(run: RunData) -> float:
+    """The greatest 95th percentile among Figures 21 to 23, cm, so that their axes are the same."""
+    reach = [0.0]
+    for detector in judged_detectors(run):
+        table = beep_table(run, detector, "standing")
+        for range_m in np.unique(table["standing_range_m"]) if len(table["label"]) else ():
+            there = rows_where(table, standing_range_m=range_m)
+            errors = (absolute_errors(there, f"{column}_m", f"true_{column}_m") for column, *_ in DISTANCES)
+            reach += [100.0 * finite_quantile(each, 0.95) for each in errors]
+    return float(np.nanmax(reach))
 
 
 def bearing_errors(run: RunData) -> CurveFigure:

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.figures.plots import Guide, Image, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
+from simulator.phone.presets import MEASURED_RESPONSES
 
 
 def signals_of(run: RunData, name: str) -> list[dict[str, Any]]:
@@ -23,17 +24,20 @@ def responses(run: RunData) -> PlotFigure:
     for record in cells:
         signal, phone = record["result"]["signal"], record["cell"]["phone"]
         frequency = np.array(signal["frequency_hz"]) / 1e3
+        known = phone in MEASURED_RESPONSES
         lines = tuple(
-            Line(f"mic{k}", str(k - 1), frequency, np.array(signal[f"mic{k}_db"]), "line" if k == 1 else "dashed")
-            for k in (1, 2)
-        )
-        said.append(f"{phone} at 23 kHz: {np.interp(23.0, frequency, lines[0].y):.0f} dB at mic1")
+            Line(f"mic{k}, measured" if known else "both, assumed", str(k - 1) if known else "ink", frequency,
+                 np.array(signal[f"mic{k}_db"]), ("line" if k == 1 else "dashed") if known else "dashed")
+            for k in ((1, 2) if known else (1,))
+        )  # fmt: skip
+        basis = "measured" if known else "assumed"
+        said.append(f"{phone} ({basis}) at 23 kHz: {np.interp(23.0, frequency, lines[0].y):.0f} dB at mic1")
         guides = (Guide("x", 18.0, ""), Guide("x", 23.0, ""))
         panels.append(
             Panel(
-                phone,
+                f"{phone}, {basis}",
                 "frequency, kHz",
-                "" if panels else "level, dB",
+                "" if panels else "level, dB re mean over 18-22 kHz",
                 lines,
                 guides,
                 y_range=(-55.0, 10.0),
@@ -45,8 +49,7 @@ def responses(run: RunData) -> PlotFigure:
         "Fig. 3 · Frequency response, speaker to microphone",
         tuple(panels),
         f"{'; '.join(said)}. The paper's phones decay quickly after 22 to 23 kHz." if said else "No data.",
-        "Dotted: 18 and 23 kHz. 0 dB is the mean power over 18-22 kHz. The S5's is measured (see "
-        "simulator/phone/presets.py), the others are assumed.",
+        "Lines up: 18 and 23 kHz. Sources and assumptions: simulator/phone/presets.py.",
     )
 
 
@@ -105,20 +108,18 @@ def body_at_obstacle(run: RunData) -> PlotFigure:
     return _body_figure(
         run,
         "fig8",
-        "Fig. 8 · Envelope around the obstacle's echo, with and without the body, microphone 2",
+        "Fig. 8 · The obstacle's echo at mic2, with and without the body",
         True,
     )
 
 
 def body_at_phone(run: RunData) -> PlotFigure:
     """Figure 9: the direct sound at microphone 2 and the body's echo after it."""
-    return _body_figure(
-        run, "fig9", "Fig. 9 · Envelope after the direct sound, with and without the body, microphone 2", False
-    )
+    return _body_figure(run, "fig9", "Fig. 9 · The direct sound at mic2, with and without the body", False)
 
 
 def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFigure:
-    found = signals_of(run, "envelope")[which : which + 1]
+    found, words = signals_of(run, "envelope")[which : which + 1], "level, dB re the highest peak"
     panels, said = [], "No data."
     for signal in found:
         axis, level = np.array(signal["range_m"]), np.array(signal["level_db"])
@@ -133,7 +134,16 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
         truths = zip(signal["things"], signal["true_m"], strict=True)
         guides = tuple(Guide("x", r, name) for name, r in truths)
         panels.append(
-            Panel("", "range, m", "level, dB", lines, guides, x_range=(0.3, 7.0), width_in=6.0, y_range=(-50.0, 3.0))
+            Panel(
+                "",
+                "range, m",
+                words,
+                lines,
+                guides,
+                x_range=(0.3, 7.0),
+                width_in=6.0,
+                y_range=(-50.0, 3.0),
+            )
         )
         near = [float(np.abs(candidates - r).min()) if len(candidates) else np.inf for r in signal["true_m"]]
         hits = sum(miss < 0.1 for miss in near)
@@ -148,6 +158,18 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
     )
 
 
+def _peaks(signal: dict[str, Any]) -> str:
+    """Which of D2 and D3 is the higher peak, and what the paper says of it."""
+    axis, level = np.array(signal["path_m"]), np.array(signal["with_db"])
+    ends = signal["obstacle_m"], signal["obstacle_m"] + signal["detour_m"]
+    near, far = (float(level[np.abs(axis - end) < 0.1].max()) for end in ends)
+    held = "This contradicts the paper" if near > far else "This agrees with the paper"
+    return (
+        f"D2 peaks at {near:.0f} dB, D3 at {far:.0f} dB. {held}, which sees no clear peak at D2 and the body's D3 "
+        "above it (section 3.5)."
+    )
+
+
 def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
     panels, said = [], "No data."
     for signal in signals_of(run, "body")[:1]:
@@ -158,13 +180,22 @@ def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
         )
         obstacle, detour = signal["obstacle_m"], signal["detour_m"]
         if far:
-            guides = (Guide("x", obstacle, "D2: the wall"), Guide("x", obstacle + detour, "D3: over the body"))
+            guides: tuple[Guide, ...] = (
+                Guide("x", obstacle, "D2: the wall"),
+                Guide("x", obstacle + detour, "D3: over the body"),
+            )
             ends = (obstacle - 0.6, obstacle + detour + 0.6)
-            said = f"The body's detour is {100 * detour:.0f} cm of path, {detour / 0.125:.1f} pulse widths."
+            said = f"The body's detour is {100 * detour:.0f} cm of path, {detour / 0.125:.1f} pulse widths. " + _peaks(
+                signal
+            )
         else:
-            guides = (Guide("x", signal["direct_m"], "direct sound"), Guide("x", signal["body_m"], "the body"))
+            marks = ("case_m", "through the case"), ("direct_m", "through the air"), ("body_m", "the body")
+            guides = tuple(Guide("x", signal[key], words) for key, words in marks if key in signal)
             ends = (-0.1, 1.6)
-            said = f"The body's echo follows the direct sound by {100 * detour:.0f} cm of path."
+            said = (
+                f"The body's echo follows the direct sound in the air by {100 * detour:.0f} cm of path; sound through "
+                "the case comes first, and both together peak in between."
+            )
         inside = (axis >= ends[0]) & (axis <= ends[1])
         top = max(float(line.y[inside].max()) for line in curves)
         panels.append(

@@ -69,7 +69,7 @@ def crest_shapes(run: RunData) -> PlotFigure:
                 )
             )
             said.append(f"{name} {words}")
-        guides = [Guide("x", 2.0, "front")]
+        guides = [Guide("x", range_m, "", str(k)) for k, range_m in enumerate(signal.get("true_m", ()))]
         where = " at 2 m"
     panel = Panel("", "range, m", "level re direct sound, dB", tuple(lines), tuple(guides), width_in=5.6)
     return PlotFigure(
@@ -77,7 +77,8 @@ def crest_shapes(run: RunData) -> PlotFigure:
         f"Fig. 10 · Crests of objects of different size{where}",
         (panel,),
         f"Crest widths above the average: {', '.join(said)}." if said else "No data.",
-        "Width: samples at 192 kHz above the average envelope of the target range (section 3.6).",
+        "Width: samples at 192 kHz above the average envelope of the target range (section 3.6). Lines up: true ranges "
+        "of the nearest points to microphone 1, which is 7 cm ahead of the phone's middle.",
     )
 
 
@@ -92,6 +93,8 @@ def crest_against_distance(run: RunData) -> PlotFigure:
         )
         lines.append(Line(signal["category"], str(k), true, width, "points"))
         said.append(f"{signal['category']} {far:.0f} beyond 3.5 m and {near:.0f} within 2 m")
+    if lines:
+        lines.append(_trend(lines))
     panel = Panel("", "true distance, m", "crest width, samples at 192 kHz", tuple(lines), width_in=5.6)
     return PlotFigure(
         "fig12",
@@ -101,6 +104,15 @@ def crest_against_distance(run: RunData) -> PlotFigure:
         "Samples above the average envelope of the target range (section 3.6), highest peak within 25 cm "
         "of the truth; a gap where it stays below.",
     )
+
+
+def _trend(lines: list[Line]) -> Line:
+    """Medians over half metres of what the lines hold."""
+    x, y = (np.concatenate([getattr(line, axis) for line in lines]) for axis in "xy")
+    x, y = x[np.isfinite(y)], y[np.isfinite(y)]
+    places = np.unique(np.floor(2.0 * x)) / 2.0 + 0.25
+    middle = np.array([np.median(y[np.abs(x - place) <= 0.25]) for place in places])
+    return Line("median of all, by half metre", "ink", places, middle)
 
 
 def radius_medians(run: RunData, detector: str, kind: str) -> tuple[Floats, Floats]:

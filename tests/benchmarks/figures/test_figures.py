@@ -6,6 +6,7 @@ import csv
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -16,9 +17,12 @@ from hypothesis import strategies as st
 from benchmarks import figures
 from benchmarks.figures import FIGURES, draw_figures, picture
 from benchmarks.figures.data import MOST_POINTS, BarFigure, distribution_steps
+from benchmarks.figures.draw.curves import axis_end
+from benchmarks.figures.draw.page import WIDEST, leads_row, panel_axes
 from benchmarks.figures.measured import against_paper, significant
 from benchmarks.plan.figure_names import FIGURE_RULES
 from benchmarks.plan.suite import list_suites, load_suite
+from benchmarks.report.provenance import cost_lines
 from benchmarks.scoring.paper_values import PaperValue
 from benchmarks.scoring.statistics import exact_rate
 from tests.benchmarks.synthetic_run import DETECTORS, made_up_run, standing, walk
@@ -250,3 +254,28 @@ def test_the_bearing_caption_says_where_this_run_s_targets_stand(tmp_path):
     assert "straight ahead" not in note
     assert "at 0°, 30°" in note
     assert "Standing targets" not in FIGURES["fig24"](made_up_run(tmp_path, [walk()])).note
+
+
+def test_wide_figures_have_rows():
+    """Cause: five panels side by side, shrunk to the report's width, had letters of 5 pixels."""
+    canvas, axes = panel_axes([3.0] * 5)
+    rows = [ax.get_subplotspec().get_topmost_subplotspec().rowspan.start for ax in axes]
+    assert rows == [0, 0, 1, 1, 2]
+    assert canvas.get_size_inches()[0] <= WIDEST
+    assert [leads_row(ax) for ax in axes] == [True, False, True, False, True]
+
+
+def test_figures_of_distance_errors_have_one_axis(tmp_path):
+    run = made_up_run(tmp_path)
+    assert len({axis_end(FIGURES[name](run)) for name in ("fig21", "fig22", "fig23")}) == 1
+
+
+def test_a_processor_time_is_that_of_walks_wherever_it_is_shown(tmp_path):
+    """Cause: the report's cost pooled standing phones and points of a sweep, so that one beep had three times."""
+    cells = [walk(index=k) for k in range(3)] + [standing(1.5, k) for k in range(9)]
+    run = made_up_run(tmp_path, cells)
+    spent = {**run.costs[0], "detect_cpu_s": dict.fromkeys(DETECTORS, 5.0)}
+    run = replace(run, costs=(*run.costs[:3], *[spent] * 9))
+    assert dict(cost_lines(run))["processor time of detection, PaperDetector"] == "1.0 ms a beep, median over walks"
+    assert {row[4] for row in FIGURES["table1"](run).cells} == {"1.0 ms"}
+    assert "PaperDetector: 1.0 ms a beep" in FIGURES["fig27"](run).reading

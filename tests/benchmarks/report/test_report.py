@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 import shlex
 import shutil
@@ -103,8 +104,24 @@ def test_one_file_without_a_network(written):
     _, html = written
     links = re.findall(r'(?:src|href)="([^"]*)"', html)
     assert links
-    assert all(link.startswith(("data:", "#")) for link in links)
-    assert not re.search(r"https?://|@import|url\(|<script", html)
+    assert all(link.startswith(("data:", "#", "figures/")) for link in links)
+    own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)  # the packed library names pages of its own
+    assert not re.search(r"https?://|@import|url\(", own)
+    assert "src=" not in "".join(re.findall(r"<script[^>]*>", html))
+
+
+def test_every_figure_has_its_numbers_and_its_chart(written):
+    """The links lead to files, and every figure but tables and drawings can be explored."""
+    path, html = written
+    for name in re.findall(r'href="(figures/[^"]*)"', html):
+        assert (path.parent / name).read_text(encoding="utf-8").count("\n") > 1
+    charts = json.loads(re.findall(r'<script id="charts"[^>]*>(.*?)</script>', html, re.DOTALL)[0])
+    shown = set(re.findall(r'<figure id="(\w+)"', html))
+    assert {"fig16", "fig19", "fig21"} <= set(charts) < shown
+    assert {"strata", "claims"} <= shown - set(charts)
+    bars = {trace["name"]: trace for trace in charts["fig16"]["data"]}
+    assert bars["TP: collisions with an alert before contact"]["text"][0] == "3/4"
+    assert bars["the paper"]["type"] == "bar"
 
 
 def test_failures_and_gaps_are_said_and_escaped(tmp_path):
@@ -184,7 +201,7 @@ def test_cost_is_summed_over_what_is_known(tmp_path):
     assert lines["cells with a known cost"] == "12 of 14"
     assert lines["sound simulated"] == "11 s, 120 beeps"
     assert lines["computing time"] == "4 s over all processes, 3.00 times real time"
-    assert lines["processor time of detection, PaperDetector"] == "1.00 ms a beep, median over walks"
+    assert lines["processor time of detection, PaperDetector"] == "1.0 ms a beep, median over walks"
     assert cost_lines(made_up_run(tmp_path, [])) == [("cost", "unknown")]
 
 
