@@ -39,7 +39,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     rays += [each for each in singles if each is not None]
     taken = left_to_integral(search, concatenated(rays), uneven)
     loudest = _loudest(tracing, rays[1:])
-    if search.max_order > 1 and len(tracing.world.surfaces) > 1:
+    if search.scatter_order > 1 and len(tracing.world.surfaces) > 1:
         rays.append(twice_curved(search, singles, loudest))
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))

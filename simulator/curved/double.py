@@ -135,10 +135,10 @@ def _shortest(tracing: Tracing, a: int, b: int) -> Floats:
 
 def _between(search: Search, pair: tuple[int, int], poses: Ints, threshold: Floats) -> list[Candidates]:
     """Paths over two surfaces, either first."""
-    tracing, (a, b), mirrors = search.tracing, pair, search.max_order - 2
-    left = _sighted(tracing, a, _spots(tracing, b, a, poses), poses, mirrors, search.limit_m)
-    right = _sighted(tracing, b, _spots(tracing, a, b, poses), poses, mirrors, search.limit_m)
-    left, right = _combined(left, right, mirrors)
+    tracing, (a, b) = search.tracing, pair
+    left = _sighted(search, a, _spots(tracing, b, a, poses), poses)
+    right = _sighted(search, b, _spots(tracing, a, b, poses), poses)
+    left, right = _combined(left, right, search.scatter_order - 2)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
     for mic, back in DIRECTIONS:
@@ -163,12 +163,13 @@ def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
     return spot
 
 
-def _sighted(tracing: Tracing, index: int, target: Floats, poses: Ints, mirrors: int, limit_m: float) -> Sighting:
+def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sighting:
     """Where a surface mirrors images of the phone's middle into targets (N, 3)."""
+    tracing = search.tracing
     surface, middle = tracing.world.surfaces[index], _middle(tracing)
     ends = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     extent = float(np.linalg.norm(ends - middle[:, None], axis=2).max())
-    images = images_lighting(tracing, surface, middle, mirrors, limit_m, extent)
+    images = images_lighting(search, surface, middle, search.scatter_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]
     hit = curved.find(surface, frame, images.point_m, target[images.pose])

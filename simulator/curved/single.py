@@ -25,11 +25,11 @@ from simulator.world.search_context import Search
 def mixed(search: Search, index: int) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it."""
     tracing, surface, mirrors = search.tracing, search.tracing.world.surfaces[index], search.max_order - 1
-    lit = images_lighting(tracing, surface, tracing.source_m, mirrors, search.limit_m)
+    lit = images_lighting(search, surface, tracing.source_m, mirrors)
     parts = []
     for mic in range(2):
-        received = images_lighting(tracing, surface, tracing.mics_m[:, mic], mirrors, search.limit_m)
-        left, right = image_pairs(lit, received, search.max_order)
+        received = images_lighting(search, surface, tracing.mics_m[:, mic], mirrors)
+        left, right = image_pairs(search, surface, search.max_order, lit, received)
         before, after = lit[left], received[right]
         frame = tracing.placed[before.pose, surface.obstacle]
         hit = curved.find(surface, frame, before.point_m, after.point_m)

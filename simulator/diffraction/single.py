@@ -42,7 +42,12 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     Args:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
-    tracing, max_order, audible, wavenumber = search.tracing, search.max_order, search.audible, search.wavenumber_1_m
+    tracing, max_order, audible, wavenumber = (
+        search.tracing,
+        search.scatter_order,
+        search.audible,
+        search.wavenumber_1_m,
+    )
     lit = images_of(tracing, tracing.source_m, max_order - 1, audible.limit_m)
     parts = []
     for mic in range(2):

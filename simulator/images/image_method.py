@@ -27,7 +27,7 @@ MISSES = {BEHIND: Reason.BEHIND_PATCH, OUTSIDE: Reason.OUTSIDE_PATCH}
 def planar(search: Search) -> Candidates:
     """Image sources in planar patches; what falls beside its patches is rejected."""
     tracing = search.tracing
-    where, sequence, hits, counts = _reached(tracing, search.max_order, search.limit_m, search.log.listed > 0)
+    where, sequence, hits, counts = _reached(search)
     code = where[:, 3]
     for miss, reason in MISSES.items():
         rows = np.flatnonzero(code == miss)
@@ -37,18 +37,20 @@ def planar(search: Search) -> Candidates:
     return with_plane_normals(tracing, found)
 
 
-def _reached(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool) -> tuple[Ints, Ints, Floats, Ints]:
+def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
     """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent.
 
     Returns:
         where: (R, 4) pose, microphone, order, code; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
         counts: (3,) sequences REACHED, BEHIND and OUTSIDE, kept or not.
     """
+    tracing, limit_m, max_order = search.tracing, search.limit_m, search.max_order
     mirrors, mics = tracing.mirrors, np.ascontiguousarray(tracing.mics_m)
     spread = float(np.linalg.norm(mics - mics[:, :1], axis=2).max())
     parts, counts = [], np.zeros(3, dtype=np.int64)
-    every = np.ones(len(tracing.world.patches), dtype=bool)
-    for level in image_levels(mirrors, every, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
+    allowed = np.ones((max_order, len(tracing.world.patches)), dtype=bool)
+    allowed[2:] &= search.large_mirrors
+    for level in image_levels(mirrors, allowed, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
         if level.order == 0:
             continue
         apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)
@@ -56,7 +58,7 @@ def _reached(tracing: Tracing, max_order: int, limit_m: float, keep_missed: bool
         pose, sequence, order = level.pose[row], level.sequence[row], np.full(len(row), level.order)
         code, hits = crossed(tracing, tracing.source_m[pose], mics[pose, mic], pose, order, sequence)
         counts += np.bincount(code, minlength=3)
-        kept = np.flatnonzero((code == REACHED) | keep_missed)
+        kept = np.flatnonzero((code == REACHED) | (search.log.listed > 0))
         parts.append((np.column_stack([pose, mic, order, code])[kept], sequence[kept], hits[kept]))
     where, sequence, hits = (np.concatenate(column) for column in zip(*parts, strict=True))
     rows = in_turn(where[:, 0], sequence)

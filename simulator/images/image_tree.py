@@ -19,6 +19,7 @@ from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.plane_walks import mirrored
 from simulator.world.frames import out_of_rest
 from simulator.world.mirrors import BORDER_M, Mirrors
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
@@ -113,18 +114,17 @@ class Body(Protocol):
     def radius_m(self) -> float: ...
 
 
-def images_lighting(
-    tracing: Tracing, surface: Body, point_m: Floats, max_order: int, limit_m: float, extent_m: float = 0.0
-) -> Images:
+def images_lighting(search: Search, surface: Body, point_m: Floats, max_order: int, extent_m: float = 0.0) -> Images:
     """Images of a point in the patches from which the surface's bounding sphere, and `extent_m` around, is reached.
 
-    Patches of the surface's own obstacle are no mirrors.
+    Patches of the surface's own obstacle are no mirrors, and only large ones follow each other.
     """
-    world, mirrors = tracing.world, tracing.mirrors
-    center = out_of_rest(np.broadcast_to(surface.center_m, point_m.shape), tracing.placed[:, surface.obstacle])
-    goal = Goal(np.ascontiguousarray(center), surface.radius_m + extent_m, limit_m)
+    world, mirrors, limit_m = search.tracing.world, search.tracing.mirrors, search.limit_m
+    goal = Goal(_centers(search.tracing, surface), surface.radius_m + extent_m, limit_m)
+    allowed = np.tile(world.patches.obstacle != surface.obstacle, (max_order, 1))
+    allowed[1:] &= search.large_mirrors
     parts = []
-    for level in image_levels(mirrors, world.patches.obstacle != surface.obstacle, point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         lit = _lit_balls(
             mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, limit_m
         )  # type: ignore[call-arg]
@@ -133,11 +133,25 @@ def images_lighting(
     return found[in_turn(found.pose, found.sequence)]
 
 
-def image_pairs(lit: Images, received: Images, max_order: int) -> tuple[Ints, Ints]:
-    """Indices of every image of the speaker with every image of the microphone at the same pose, within the order."""
+def image_pairs(search: Search, surface: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
+    """Indices of images of speaker and microphone at the same pose that make a path over a surface: within the order,
+    not too long, and with large mirrors alone where there are several."""
     left, right = matches(lit.pose, received.pose)
-    keep = lit.order[left] + received.order[right] + 1 <= max_order
-    return left[keep], right[keep]
+    mirrors = lit.order[left] + received.order[right]
+    small = np.append(~search.large_mirrors, False)  # for -1
+    alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
+    keep = np.flatnonzero((mirrors < max_order) & ((mirrors < 2) | ~alone))
+    left, right = left[keep], right[keep]
+    center = _centers(search.tracing, surface)[lit.pose[left]]
+    way = sum(np.linalg.norm(point - center, axis=1) for point in (lit.point_m[left], received.point_m[right]))
+    near = np.flatnonzero(way - 2.0 * surface.radius_m <= search.limit_m)
+    return left[near], right[near]
+
+
+def _centers(tracing: Tracing, surface: Body) -> Floats:
+    """(N, 3) middle of a surface's bounding sphere at each pose."""
+    frame = tracing.placed[:, surface.obstacle]
+    return np.ascontiguousarray(out_of_rest(np.broadcast_to(surface.center_m, (len(frame), 3)), frame))
 
 
 def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
@@ -154,7 +168,7 @@ def images_of(tracing: Tracing, point_m: Floats, max_order: int, limit_m: float)
     start, end = placed_edges(tracing)
     goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
     parts = []
-    for level in image_levels(mirrors, np.ones(len(patches), dtype=bool), point_m, max_order, goal):
+    for level in image_levels(mirrors, np.ones((max_order, len(patches)), dtype=bool), point_m, max_order, goal):
         row, wedge = _lit_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, start, end,
             tracing.world.wedges.patch, tracing.world.wedges.mirror, limit_m,
@@ -181,12 +195,12 @@ def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: i
     The points themselves come first. An image may lie where its last mirror shows it to nobody.
 
     Args:
-        allowed: (P,) patches that count as mirrors.
+        allowed: (max_order, P) patches that count as mirrors where an image is of that many.
     """
     images = np.zeros((len(point_m), max_order + 1, 3))
     images[:, 0] = point_m
     level = Level(0, np.arange(len(point_m)), np.full((len(point_m), max_order), -1), images)
-    at_once = max(1, TRIED_AT_ONCE // max(len(allowed), 1))
+    at_once = max(1, TRIED_AT_ONCE // max(allowed.shape[1], 1))
     yield level
     waiting = [level]
     while waiting:
@@ -194,13 +208,14 @@ def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: i
         if level.order == max_order or len(level) == 0:
             continue
         waiting.append(level[at_once:])
-        level = _next_level(mirrors, allowed, level[:at_once], goal)
+        level = _next_level(mirrors, allowed[level.order], level[:at_once], goal)
         yield level
         waiting.append(level)
 
 
 def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> Level:
     """Images of a level in one more mirror each."""
+    level = level[np.flatnonzero(allowed[level.sequence[:, : level.order]].all(axis=1))]
     row, patch = _onwards(
         mirrors, allowed, level.order, level.pose, level.sequence, level.images_m,
         np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,

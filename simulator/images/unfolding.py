@@ -89,7 +89,7 @@ def _assembled(search: Search, turns: Turns, rows: Ints, hits_before: Floats, hi
     sequence, hits = np.full((len(rows), width), -1), np.zeros((len(rows), width, 3))
     each, place, late_order = np.arange(len(rows)), before.order[rows], after.order[rows]
     met = turns.reflector.shape[1]
-    for k in range(width - met):
+    for k in range(before.sequence.shape[1]):
         early = np.flatnonzero(place > k)
         sequence[early, k], hits[early, k] = before.sequence[rows[early], k], hits_before[early, k]
         late = np.flatnonzero(late_order > k)

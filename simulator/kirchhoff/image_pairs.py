@@ -11,6 +11,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.images.image_tree import Images, image_pairs, images_lighting
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
+from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 
@@ -49,14 +50,15 @@ class _Ball:
     radius_m: float
 
 
-def pairs_over(tracing: Tracing, obstacle: int, max_order: int, limit_m: float) -> Pairs:
-    """All pairs over an obstacle with mirrors of others before and after it, up to `max_order` reflections in all."""
+def pairs_over(search: Search, obstacle: int) -> Pairs:
+    """All pairs over an obstacle with mirrors of others before and after it."""
+    tracing = search.tracing
     ball = _bounds(tracing, obstacle)
-    lit = _images(tracing, ball, tracing.source_m, max_order - 1, limit_m)
+    lit = _images(search, ball, tracing.source_m)
     mics, before, after = [], [], []
     for mic in range(2):
-        received = _images(tracing, ball, tracing.mics_m[:, mic], max_order - 1, limit_m)
-        left, right = image_pairs(lit, received, max_order)
+        received = _images(search, ball, tracing.mics_m[:, mic])
+        left, right = image_pairs(search, ball, search.scatter_order, lit, received)
         mics.append(np.full(len(left), mic))
         before.append(lit[left])
         after.append(received[right])
@@ -78,7 +80,7 @@ def sequences_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
     """(R, 2 + width) pose, microphone and the reflectors met in order, -1 padded."""
     sequence = np.full((len(pairs), width), -1)
     each, place, late_order = np.arange(len(pairs)), pairs.before.order, pairs.after.order
-    for k in range(width - 1):
+    for k in range(pairs.before.sequence.shape[1]):
         early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
         sequence[early, k] = pairs.before.sequence[early, k]
         sequence[late, place[late] + late_order[late] - k] = pairs.after.sequence[late, k]
@@ -121,9 +123,10 @@ def _bounds(tracing: Tracing, obstacle: int) -> _Ball:
     return _Ball(obstacle, center, float(np.linalg.norm(vertices - center, axis=1).max()))
 
 
-def _images(tracing: Tracing, ball: _Ball, point_m: Floats, max_order: int, limit_m: float) -> Images:
+def _images(search: Search, ball: _Ball, point_m: Floats) -> Images:
     """Images of a point that may light the obstacle, none of them in its own planes."""
-    images = images_lighting(tracing, ball, point_m, max_order, limit_m)
+    tracing = search.tracing
+    images = images_lighting(search, ball, point_m, search.scatter_order - 1)
     own = np.append(tracing.world.patches.obstacle == ball.obstacle, False)[images.sequence].any(axis=1)
     return images[np.flatnonzero(~own)]
 

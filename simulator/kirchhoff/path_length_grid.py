@@ -16,7 +16,7 @@ from obstaclewatch.support.compiled import compiled
 
 STEP_M = 4e-3  # of the grid: 2 mm move no echo by more than 0.02 dB
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
-STAND_M = 0.02  # apart are, on average, the facets of which one may stand for a cell
+STAND_M = 0.04  # apart are, on average, the facets of which one may stand for a cell
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from simulator.world.world import Tracing
 CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.015, 0.02, 0.032  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
-HELD = 0.2  # of the body's distance: 0.05 changes the echoes of people by 0.02 dB in the median, 0.1 dB at P95
+HELD, COARSE_HELD = 0.2, 0.4  # of the body's distance: 0.05 changes echoes of people by 0.1 dB at P95
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
@@ -135,4 +135,6 @@ def light_of(fidelity: Fidelity) -> Light:
     """How finely light is asked for: where the finest tolerance is asked for, for each pose and transducer."""
     if fidelity.tolerance_db < FINE_DB:
         return Light(FINE_SPOT_M, 0.0)
-    return Light(SPOT_M if fidelity.tolerance_db < COARSE_DB else COARSE_SPOT_M, HELD)
+    if fidelity.tolerance_db < COARSE_DB:
+        return Light(SPOT_M, HELD)
+    return Light(COARSE_SPOT_M, COARSE_HELD)

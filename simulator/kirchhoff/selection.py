@@ -63,17 +63,17 @@ def left_to_integral(search: Search, echoes: Candidates, uneven: set[int]) -> li
     for obstacle, (reading, _) in enumerate(world.skins):
         flat, bent = bool((reading.patch >= 0).any()), bool(reading.curved.any())
         if (flat and "specular" not in mechanisms) or (bent and "curved" not in mechanisms):
-            chosen.append(pairs_over(tracing, obstacle, fidelity.max_order, audible.limit_m))
+            chosen.append(pairs_over(search, obstacle))
     rims_count = np.isfinite(fidelity.tolerance_db)
     for index, surface in enumerate(world.surfaces):
         if index in uneven:
-            pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
+            pairs = pairs_over(search, surface.obstacle)
             search.log.choices.append(
                 Choice(world.obstacles[surface.obstacle].name, len(pairs), len(pairs), np.inf, 0.0)
             )
             chosen.append(pairs)
         elif rims_count and _may_be_cut(tracing, index, fidelity) and len(world.borders[index]):
-            pairs = pairs_over(tracing, surface.obstacle, fidelity.max_order, audible.limit_m)
+            pairs = pairs_over(search, surface.obstacle)
             error = rim_error_db(tracing, index, pairs, echoes, audible, wavenumber)
             error += _shadow_error_db(tracing, surface.obstacle, pairs, echoes, wavenumber)
             needed = _needed(tracing, pairs, CAUTION * error, fidelity.tolerance_db)

@@ -16,8 +16,8 @@ MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     "standard": {
-        "max_order": 2, "mechanisms": MECHANISMS, "motion_degree": 3, "band_points": 10,
-        "tolerance_db": np.inf, "facet_m": 0.04,
+        "max_order": 3, "scatter_order": 2, "mirror_m2": 0.1, "mechanisms": MECHANISMS, "motion_degree": 3,
+        "band_points": 10, "tolerance_db": 1.0, "facet_m": 0.04,
     },
     "reference": {
         "max_order": 3, "mechanisms": MECHANISMS, "motion_degree": 4, "band_points": 12, "edge_floor_db": -80.0,
@@ -38,13 +38,16 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "standard" (mirrors, smooth surfaces, edges by the exact integral; uneven bodies, such as people, by
-            Kirchhoff's integral), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps every
+        level: "standard" (estimated errors of 1 dB, coarse facets, the third order only off mirrors and smooth
+            surfaces), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps every
             obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
+        scatter_order: the same of paths over an edge, by Kirchhoff's integral or over two curved surfaces.
+        mirror_m2: least area of the mirrors in paths of three reflections and more. A Fresnel zone has 0.05 m2 at
+            1.5 m, 0.18 m2 at 7 m.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
@@ -76,6 +79,8 @@ class Fidelity:
     level: str = "standard"
     tolerance_db: float = _FROM_LEVEL
     max_order: int = _FROM_LEVEL
+    scatter_order: int = _FROM_LEVEL
+    mirror_m2: float = _FROM_LEVEL
     max_range_m: float = 7.0
     mechanisms: tuple[str, ...] = _FROM_LEVEL
     motion_degree: int = _FROM_LEVEL
@@ -99,20 +104,25 @@ class Fidelity:
         if isinstance(self.mechanisms, str) or not isinstance(self.mechanisms, Iterable):
             raise ValueError(f"mechanisms must be several of {MECHANISMS}, got {self.mechanisms!r}")
         check_numbers(
-            max_range_m=self.max_range_m, facet_m=self.facet_m, edge_floor_db=self.edge_floor_db,
-            edge_share_db=self.edge_share_db,
+            max_range_m=self.max_range_m, facet_m=self.facet_m, mirror_m2=self.mirror_m2,
+            edge_floor_db=self.edge_floor_db, edge_share_db=self.edge_share_db,
         )  # fmt: skip
         object.__setattr__(self, "mechanisms", tuple(self.mechanisms))
         unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
         if unknown:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
-        whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}
+        whole = {
+            "max_order": (0, 8), "scatter_order": (1, 8), "motion_degree": (0, 8), "band_points": (1, 64),
+            "edge_order": (1, 5),
+        }  # fmt: skip
         for name, (low, high) in whole.items():
             object.__setattr__(self, name, _whole(name, getattr(self, name), low, high))
         if not 0.0 < self.max_range_m < np.inf:
             raise ValueError(f"max_range_m must be positive and finite, got {self.max_range_m}")
         if not 0.001 <= self.facet_m <= 0.1:
             raise ValueError(f"facet_m must lie within 1 mm and 10 cm, got {self.facet_m}")
+        if not self.mirror_m2 >= 0.0:
+            raise ValueError(f"mirror_m2 must not be negative, got {self.mirror_m2}")
         for name in ("edge_floor_db", "edge_share_db"):
             if not getattr(self, name) <= 0.0:
                 raise ValueError(f"{name} must not be positive, got {getattr(self, name)}")
@@ -122,6 +132,7 @@ def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
     """Every setting that a level implies."""
     common: dict[str, Any] = {
         "edge_floor_db": -60.0, "edge_share_db": -50.0, "edge_order": 1, "facet_m": 0.015,
+        "scatter_order": 8, "mirror_m2": 0.0,
     }  # fmt: skip
     chosen = common | dict(LEVELS[level])
     if level == "auto":

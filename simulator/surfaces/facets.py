@@ -5,7 +5,8 @@ Curved facets are cut on their rounded surface (quadratic triangles), planes whe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +24,7 @@ COARSEST_M = 0.025  # larger bodies, such as cars, get facets up to this size be
 FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on cars, bins and people
 DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
 BEND_M = 0.08  # radius down to which facets of full size stand for the curve: 12 mm then stand off by 0.2 mm
+KEPT = 6  # bodies cut: a car in facets of 25 mm takes 30 MB
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
 _WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
@@ -84,6 +86,12 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
             f"facets of {size_m} m over {reading.mesh.area:.3g} m2 would be more than {MOST_FACETS}: "
             "choose larger ones or leave this obstacle to the other mechanisms"
         )
+    return replace(_cut_skin(reading, surface, size_m), obstacle=obstacle)
+
+
+@lru_cache(KEPT)
+def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float) -> Facets:
+    """The same of an obstacle of any number."""
     skin = _Skin.of(reading, surface)
     owner, place = _cut(skin, max(size_m, _fitting_m(reading)))
     over, normal = skin.at(owner, place.mean(axis=1))
@@ -95,7 +103,7 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
     every = corner_m.reshape(-1, 3)
     center = 0.5 * (every.min(axis=0) + every.max(axis=0))
     return Facets(
-        obstacle=obstacle, corner_m=corner_m, middle_m=flat + rise, normal=normal,
+        obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
         area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
         standoff_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),

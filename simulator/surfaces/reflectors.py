@@ -41,6 +41,7 @@ class PlanarPatches:
         one_sided: (P,) bool, the back is inside a closed body.
         obstacle: (P,) index of the obstacle.
         center_m, radius_m: (P, 3), (P,) bounding sphere.
+        area_m2: (P,).
         edge_m: (E, 2, 3) boundary segments of all patches, in order.
         edge_start: (P + 1,) where the segments of each patch begin.
     """
@@ -51,6 +52,7 @@ class PlanarPatches:
     obstacle: Ints
     center_m: Floats
     radius_m: Floats
+    area_m2: Floats
     edge_m: Floats
     edge_start: Ints
 
@@ -58,7 +60,7 @@ class PlanarPatches:
         return len(self.offset_m)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SmoothSurface:
     """The curved facets of one obstacle as quadratic triangles.
 
@@ -91,7 +93,7 @@ class SmoothSurface:
         return len(self.corner_m)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshReading:
     """What each facet of an obstacle is: part of a plane, of a smooth surface, or of the rim of a thin plate.
 
@@ -154,6 +156,7 @@ def merge_patches(parts: list[PlanarPatches]) -> PlanarPatches:
         normal=joined("normal", (3,), float), offset_m=joined("offset_m", (), float),
         one_sided=joined("one_sided", (), bool), obstacle=joined("obstacle", (), np.int64),
         center_m=joined("center_m", (3,), float), radius_m=joined("radius_m", (), float),
+        area_m2=joined("area_m2", (), float),
         edge_m=joined("edge_m", (2, 3), float), edge_start=start,
     )  # fmt: skip
 
@@ -292,6 +295,7 @@ def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) 
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))]).astype(np.int64)
     return PlanarPatches(
         normal, offset, np.full(count, closed), np.full(count, obstacle), center, radius,
+        np.bincount(labels[faces], mesh.area_faces[faces]).astype(np.float64),
         mesh.vertices[edges[np.argsort(owner, kind="stable")]], start,
     )  # fmt: skip
 

@@ -186,7 +186,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     faces = _patches(parts)
     crack, strip = cracks(faces, moves)
     patches = closed(faces, crack, strip) if "specular" in mechanisms else merge_patches([])
-    skins = [None if part.surface is None else replace(part.surface, obstacle=i) for i, part in enumerate(parts)]
+    surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     blockers = _blockers(obstacles, shifts, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
@@ -195,8 +195,8 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
     return World(
         obstacles, carried, origin_m, patches, facing(patches, moves),
-        tuple(skin for skin in skins if skin is not None and "curved" in mechanisms), wedges,
-        tuple((part.reading, skin) for part, skin in zip(parts, skins, strict=True)), blockers,
+        tuple(surfaces if "curved" in mechanisms else []), wedges,
+        tuple((part.reading, part.surface) for part in parts), blockers,
     )  # fmt: skip
 
 

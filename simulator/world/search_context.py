@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Flags, Floats
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.fidelity import Fidelity
@@ -41,6 +41,16 @@ class Search:
     def max_order(self) -> int:
         """Greatest number of reflections of a path."""
         return self.fidelity.max_order
+
+    @property
+    def scatter_order(self) -> int:
+        """The same of paths over an edge, a sum over a body, or two curved surfaces."""
+        return min(self.fidelity.scatter_order, self.max_order)
+
+    @cached_property
+    def large_mirrors(self) -> Flags:
+        """(P,) patches that may be met in paths of three reflections and more."""
+        return self.tracing.world.patches.area_m2 >= self.fidelity.mirror_m2
 
     @cached_property
     def audible(self) -> Audible:

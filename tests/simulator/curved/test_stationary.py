@@ -14,6 +14,7 @@ from simulator.surfaces.reflectors import read_mesh, reflectors_in
 from simulator.waves.spreading import spreading
 
 C = 343.0
+RAYS = Fidelity(tolerance_db=np.inf)  # whatever the rims do
 
 
 def _walk_past(phone, count=40):
@@ -59,7 +60,7 @@ def _cylinder_optics(source, receiver, radius, axis_xy):
 def test_cylinder_returns_one_echo_from_everywhere_at_the_optical_level(cylinder, phone, sections):
     post = cylinder(0.25, 3.0, (3.25, 0.0, 1.5), sections)
     pose, source, mics = _walk_past(phone)
-    paths = trace_paths(Scene([post], Air.lossless(C)), phone, pose)
+    paths = trace_paths(Scene([post], Air.lossless(C)), phone, pose, RAYS)
     echo = paths[paths.order > 0]
     np.testing.assert_array_equal(np.bincount(2 * echo.pose + echo.mic, minlength=80), 1)
     for k in range(0, len(echo), 9):
@@ -113,9 +114,9 @@ def test_low_bin_is_heard_by_way_of_the_ground(box, cylinder, phone):
     bin_ = cylinder(0.25, 0.9, (2.25, 0.0, 0.45), 48)
     ground = box((20.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")
     pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0, 0.6))
-    alone = trace_paths(Scene([bin_], Air.lossless(C)), phone, pose)
+    alone = trace_paths(Scene([bin_], Air.lossless(C)), phone, pose, RAYS)
     assert (alone.order > 0).sum() == 0
-    echo = trace_paths(Scene([bin_, ground], Air.lossless(C)), phone, pose)
+    echo = trace_paths(Scene([bin_, ground], Air.lossless(C)), phone, pose, RAYS)
     mixed = echo[echo.kind == "mixed"]
     np.testing.assert_array_equal(mixed.mic, [0, 1])
     assert set(mixed.order) == {2}

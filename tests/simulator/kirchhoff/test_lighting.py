@@ -12,6 +12,7 @@ from simulator.kirchhoff.lighting import _in_view, _Views
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
+from simulator.world.search_context import Search
 
 
 def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
@@ -22,10 +23,11 @@ def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
     parts = {"ground": ground, "wall": wall, "body": body}
     scene = Scene([Obstacle(mesh, Material.rigid(), name) for name, mesh in parts.items()], Air.lossless(343.0))
     pose = Pose([[0.0, 0.2, 1.3]], held_rotation(np.zeros(1)))
-    tracing = still_tracing(scene, Phone.named("ideal"), pose, np.zeros(1), Fidelity())
+    phone, fidelity = Phone.named("ideal"), Fidelity(level="reference")
+    tracing = still_tracing(scene, phone, pose, np.zeros(1), fidelity)
     surface = tracing.world.surfaces[0]
     facets = facets_of(*tracing.world.skins[2], 2, 0.05)
-    images = images_lighting(tracing, surface, tracing.source_m, 2, 14.0)
+    images = images_lighting(Search(tracing, phone, scene.air, fidelity), surface, tracing.source_m, 2)
     views = _Views.of(tracing, tracing.source_m[images.pose], images.pose, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]
