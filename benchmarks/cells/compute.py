@@ -141,7 +141,7 @@ def _judged(
     cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     alert, contact_s = first_alert(detections), truths[0].contact_time_s
     entry = {**alert, **cost, "no_beep": no_beep, "decisions": _decisions(detections, setting.walk, contact_s)}
-    entry["alert_distance_m"] = float(_left_m(setting.walk, alert["alert_time_s"], contact_s))
+    entry["alert_distance_m"] = float(distance_left_m(setting.walk, alert["alert_time_s"], contact_s))
     entry["alert_lead_s"] = float(np.subtract(contact_s, alert["alert_time_s"]))
     entry["outcome"] = outcome(alert["alert"], entry["alert_distance_m"], truths[0].collides)
     entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
@@ -175,11 +175,11 @@ def outcome(alert: bool, alert_distance_m: float, collides: bool) -> Literal["TP
 def _decisions(detections: Sequence[Any], walk: Walk, contact_s: float) -> dict[str, list[float]]:
     """By beep, the probability of a collision that the detector states, and the distance left; none without any."""
     stated = [d.decision for d in detections if math.isfinite(getattr(d.decision, "collision_probability", math.nan))]
-    left_m = _left_m(walk, [decision.time_s for decision in stated], contact_s)
+    left_m = distance_left_m(walk, [decision.time_s for decision in stated], contact_s)
     return {"left_m": left_m.tolist(), "probability": [float(each.collision_probability) for each in stated]}
 
 
-def _left_m(walk: Walk, time_s: ArrayLike, contact_s: float) -> Floats:
+def distance_left_m(walk: Walk, time_s: ArrayLike, contact_s: float) -> Floats:
     """Distance walked along the heading, which may change, from instants to contact; NaN without either."""
     grid_s = np.linspace(0.0, walk.duration_s, 2 + math.ceil(walk.duration_s / PROGRESS_STEP_S))
     pose = walk.pose(grid_s)

@@ -2,8 +2,9 @@
 
 Peaks under a low threshold (`moving_peaks`) and likelihood along lines (`track_before_detect`) -> tracks of what
 closes in, without range-Doppler bias (`tracks`) -> the phone's oscillation, from the ground's echo
-(`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`) -> an alert
-if that is sure and near enough.
+(`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`), and sums of
+likelihood along walked paths, for what no track follows (`approach_sums`) -> the probability of a collision, as learned
+from simulated walks (`collision_model`) -> an alert if that is enough for the distance left.
 """
 
 from __future__ import annotations
@@ -19,46 +20,37 @@ from obstaclewatch.recordings.streaming import StreamingDetector, check_argument
 from obstaclewatch.signal.carrier_phase import check_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
-from obstaclewatch.tracking.moving_peaks import PeakFinder
+from obstaclewatch.tracking.approach_sums import ApproachMemory, ApproachSums
+from obstaclewatch.tracking.collision_model import collision_model
+from obstaclewatch.tracking.evidence import FRONT_M, NO_EVIDENCE, evidence_of
+from obstaclewatch.tracking.moving_peaks import MovingPeaks, PeakFinder
 from obstaclewatch.tracking.range_fit import Timing, TrackRange
 from obstaclewatch.tracking.settings import TrackingSettings
 from obstaclewatch.tracking.track_before_detect import LineLikelihood
 from obstaclewatch.tracking.tracks import Approaches, Track
+from obstaclewatch.trajectories.posterior import WALKING_M_S
 from obstaclewatch.trajectories.posterior_grid import Expectation, TrajectoryGrid
 from obstaclewatch.walker.pitch_oscillation import STEADY, OscillationEstimator
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
-FARTHEST_M = 1.35
-"""Distance left from which on an alert is given: range and bearing say more with every beep, so the decision waits. A
-late alert is better than none."""
-SURE = 0.9
-"""Probability of a collision that raises the alert. Of 240 walks of development, recipe `paper`, 79 % of the collisions
-have it before contact and 95 % of the others never. At 0.79 that is 82 and 91 %, at 0.95 75 and 96 %."""
-PRESSING, NEARLY_M = 0.3, 0.25
-"""Probability of a collision, and how far before `FARTHEST_M`, from which on a track is judged before others."""
-WAITS_M = 1.4
-"""Range from which on a track can wait a beep to be judged: alerts are given within it."""
-LEAST_BEEPS, LEAST_TRAVEL_M = 6, 0.4
-"""Peaks, and fall of range between the first and the last of them, without which no trajectory is believed."""
+FARTHEST_M = 1.6
+"""Distance left from which on collisions were learned, and alerts are given."""
 OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
 """Columns that need two different channels."""
 MOST_RANGE_STD_M = 0.03
 """Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
 MOST_MISFIT = 2.0
 """Squared deviations, a reading, beyond which no trajectory explains a track: it began on another echo."""
-MOST_MISSES = 3
-"""Beeps without a peak after which a track no longer raises an alert."""
 
 
 class TrackingDetector(StreamingDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
-    bearings and their deviations are from the posterior over trajectories. Of several tracks one is judged anew in a
-    beep, and the posteriors of the others are carried along their trajectories; a track that begins is shown once it
-    has been judged. range2_m and bearing_rad are NaN for identical channels. For a phone held still there is
-    `StandingDetector`.
+    bearings and their deviations are from the posterior over trajectories. range2_m and bearing_rad are NaN for
+    identical channels. An alert may be due to an echo that is too weak to be followed: it has no candidate then. For a
+    phone held still there is `StandingDetector`.
 
     Args:
         beep: the emitted signal.
@@ -70,6 +62,9 @@ class TrackingDetector(StreamingDetector):
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
             phones have; None for not known, then only changes of phase from beep to beep count.
+
+    Attributes:
+        evidence: what the last beep's decision is based on.
 
     Raises:
         ValueError: arguments out of range; the message names the value and the rule.
@@ -88,9 +83,9 @@ class TrackingDetector(StreamingDetector):
     TrackingDetector(flat, 18-23 kHz)
     >>> found = next(d for d in detector.stream(Recording(walk, beep.sample_rate_hz)) if d.decision.alert)
     >>> found
-    Detection(index=23, range_m=[1.27], bearing_rad=[0.07], alert=True)
+    Detection(index=21, range_m=[1.5], bearing_rad=[0.07], alert=True)
     >>> print(f"{found.closing_speed_m_s[0]:.1f} m/s, contact in {found.decision.time_to_collision_s:.1f} s")
-    1.3 m/s, contact in 1.0 s
+    1.3 m/s, contact in 1.1 s
     """
 
     settings_type = TrackingSettings
@@ -112,6 +107,7 @@ class TrackingDetector(StreamingDetector):
         likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, likelihood)
+        self._memory, self._model, self.evidence = ApproachMemory(self._finder.cells), collision_model(), NO_EVIDENCE
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
         self._steps = OscillationEstimator(
             self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s
@@ -126,6 +122,8 @@ class TrackingDetector(StreamingDetector):
         self._finder.reset()
         self._approaches.clear()
         self._steps.clear()
+        self._memory.clear()
+        self.evidence = NO_EVIDENCE
         self._take_pitch()
         self._oscillation = STEADY
 
@@ -144,12 +142,12 @@ class TrackingDetector(StreamingDetector):
             self._steps.add(hit_s, self._finder.ground)
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
-        self._judge(tracks, hit_s)
+        self._memory.add(hit_s, peaks.magnitude)
+        self._oscillation = self._steps.oscillation(self._finder.ground_m)
+        trajectories = [self._judged(track, hit_s) for track in tracks]
+        self.evidence = evidence_of(tracks, self._sums(hit_s, peaks), self.evidence)
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
-        trajectories = [track.trajectory for track in tracks if track.trajectory is not None]
-        return self._report(
-            index, emitted_s, [track for track in tracks if track.trajectory is not None], trajectories, flag
-        )
+        return self._report(index, emitted_s, tracks, trajectories, flag)
 
     def _take_pitch(self) -> None:
         """Judge by the pitch that is known from now on, if that is another than so far."""
@@ -167,17 +165,19 @@ class TrackingDetector(StreamingDetector):
             self._baseline_m,
         )
 
-    def _judge(self, tracks: list[Track], hit_s: float) -> None:
-        """Judge at most one track anew: judging all gains nothing."""
-        track = next_to_judge(tracks, hit_s, self._approaches.searched)
-        if track is not None:
-            ground_m, samples = self._finder.ground_m, track.samples(self.beep.range_doppler_s)
-            self._oscillation = self._steps.oscillation(ground_m)
-            track.judged = self._grid.posterior(samples, hit_s, ground_m, self._oscillation)
+    def _judged(self, track: Track, hit_s: float) -> Expectation:
+        """What to expect of a track, judged anew if it was detected since it last was."""
+        if track.judged is None or track.detected_s > track.judged.time_s:
+            samples = track.samples(self.beep.range_doppler_s)
+            track.judged = self._grid.posterior(samples, hit_s, self._finder.ground_m, self._oscillation)
             if track.judged.misfit > MOST_MISFIT:
                 track.forget_oldest()
-        for track in tracks:
-            track.trajectory = None if track.judged is None else self._grid.trajectory(track.judged, hit_s)
+        track.trajectory = self._grid.trajectory(track.judged, hit_s)
+        return track.trajectory
+
+    def _sums(self, hit_s: float, peaks: MovingPeaks) -> ApproachSums:
+        place = peaks.first_m, peaks.cell_m, self._finder.ground_m
+        return self._memory.sums(hit_s, *place, self._oscillation, self.beep.range_doppler_s)
 
     def _report(
         self, index: int, time_s: float, tracks: list[Track], trajectories: list[Expectation], flag: Flag
@@ -186,10 +186,7 @@ class TrackingDetector(StreamingDetector):
             track.ranged(trajectory, self._oscillation, self._timing)
             for track, trajectory in zip(tracks, trajectories, strict=True)
         ]
-        alarming = [
-            self._is_alarming(track, trajectory) for track, trajectory in zip(tracks, trajectories, strict=True)
-        ]
-        known = [k for k in range(len(tracks)) if alarming[k] or found[k].std_m <= MOST_RANGE_STD_M]
+        known = [k for k in range(len(tracks)) if found[k].std_m <= MOST_RANGE_STD_M]
         rows = [self._row(tracks[k], trajectories[k], found[k]) for k in known]
         columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in COLUMNS}
         if flag is Flag.IDENTICAL_CHANNELS:
@@ -201,7 +198,7 @@ class TrackingDetector(StreamingDetector):
             collides=np.array([trajectories[k].collision >= 0.5 for k in known], dtype=bool),
             flags=np.full(len(known), int(flag | Flag.NO_RADIUS), dtype=np.int_),
             beep_flags=flag,
-            decision=self._decide(time_s, any(alarming), tracks, trajectories, found),
+            decision=self._decide(time_s, trajectories, found) if flag is not Flag.NO_BEEP else no_decision(time_s),
         )
 
     def _row(self, track: Track, trajectory: Expectation, found: TrackRange) -> dict[str, float]:
@@ -220,63 +217,18 @@ class TrackingDetector(StreamingDetector):
             "bearing_std_rad": trajectory.bearing_std_rad,
         }
 
-    def _decide(
-        self,
-        time_s: float,
-        alert: bool,
-        tracks: list[Track],
-        trajectories: list[Expectation],
-        found: list[TrackRange],
-    ) -> Decision:
-        """Of the trajectories that rather collide, the first to do so."""
-        farthest = min(FARTHEST_M, self.settings.danger_m)
-        near = (t for o, t in zip(tracks, trajectories, strict=True) if t.left_m <= farthest and has_approached(o))
-        stated = max((trajectory.collision for trajectory in near), default=0.0)
+    def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
+        """Of the trajectories that rather collide, the first to do so; without any, what the sums say."""
+        probability, left_m = self._model.probability(self.evidence), self.evidence.distance_left_m
+        alert = left_m <= min(FARTHEST_M, self.settings.danger_m) and self._model.alerts(probability, left_m)
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
         if not likely:
-            return Decision(False, time_s, np.nan, np.nan, 0, stated)
+            range_m, contact_s = (left_m + FRONT_M, left_m / WALKING_M_S) if alert else (np.nan, np.nan)
+            return Decision(alert, time_s, range_m, contact_s, 0, probability)
         first = min(likely, key=lambda k: trajectories[k].contact_s)
-        return Decision(alert, time_s, found[first].range_m, trajectories[first].contact_s, len(likely), stated)
-
-    def _is_alarming(self, track: Track, trajectory: Expectation) -> bool:
-        """Whether a trajectory collides surely and soon enough."""
-        due_now = 0.0 < trajectory.left_m <= min(FARTHEST_M, self.settings.danger_m)
-        return due_now and trajectory.collision >= SURE and has_approached(track)
+        return Decision(alert, time_s, found[first].range_m, trajectories[first].contact_s, len(likely), probability)
 
 
-def has_approached(track: Track) -> bool:
-    """Whether a track is detected and long enough, in beeps and in range, to be more than an echo that gait moves."""
-    range_m = [read_m for _, read_m, _ in track.past]
-    travelled = len(range_m) >= LEAST_BEEPS and range_m[0] - range_m[-1] >= LEAST_TRAVEL_M
-    return track.misses <= MOST_MISSES and bool(travelled)
-
-
-def is_pressing(track: Track) -> bool:
-    """Whether a track that was just detected may raise an alert now, by what was expected of it a beep ago."""
-    if track.trajectory is None or track.misses > 0 or track.trajectory.collision < PRESSING:
-        return False
-    return 0.0 < track.trajectory.left_m < FARTHEST_M + NEARLY_M
-
-
-def next_to_judge(tracks: list[Track], now_s: float, searched: bool) -> Track | None:
-    """Of the tracks that may raise an alert, if there are any, or else of all, the one that is due.
-
-    A beep that was searched for tracks that begin leaves no time to judge what is far: that waits for the next one.
-    """
-    pressing = [track for track in tracks if is_pressing(track)]
-    near = [track for track in tracks if not searched or track.range_m < WAITS_M]
-    return due(pressing or near, now_s)
-
-
-def due(tracks: list[Track], now_s: float) -> Track | None:
-    """The track whose trajectory is to be judged: of those detected since they were, the longest not judged for its
-    range."""
-
-    def urgency(track: Track) -> float:
-        if track.judged is None:
-            return np.inf
-        waited_s = now_s - track.judged.time_s if track.detected_s > track.judged.time_s else 0.0
-        return waited_s / track.range_m
-
-    most = max(tracks, key=urgency, default=None)
-    return None if most is None or urgency(most) == 0.0 else most
+def no_decision(time_s: float) -> Decision:
+    """Of a beep that was not received."""
+    return Decision(False, time_s, np.nan, np.nan, 0, 0.0)

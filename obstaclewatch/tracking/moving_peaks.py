@@ -56,6 +56,7 @@ class MovingPeaks:
             relative to the direct sound, dB, and 2E/N0, dB, at microphone 0.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
         log_ratio: (M,) of an echo against noise in cells of two samples, see `track_before_detect`.
+        magnitude: (2M or 2M + 1,) what moved at microphone 0, two samples a cell.
         first_m, cell_m: range of the first cell, and their spacing.
         identical: both channels are the same.
     """
@@ -63,6 +64,7 @@ class MovingPeaks:
     readings: Floats
     second: SingleComplexes
     log_ratio: Singles
+    magnitude: Floats
     first_m: float
     cell_m: float
     identical: bool
@@ -175,7 +177,8 @@ class PeakFinder:
         near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
         first = min(near, profile.envelope.shape[1] - self._span)
         first_s, magnitude = profile.start_s + first / profile.rate_hz - start_s, np.abs(moved)
-        clutter = self._clutter.level(magnitude[0, first : first + self._span])
+        received = magnitude[0, first : first + self._span]
+        clutter = self._clutter.level(received)
         self._sound_the_ground(first_s)
         self.ground = self._ground_now(profile, start_s)
         identical = _are_same(profile.envelope)
@@ -193,7 +196,7 @@ class PeakFinder:
             identical,
         )
         first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
-        return start_s, MovingPeaks(*found, first_m, self.cell_m, identical)
+        return start_s, MovingPeaks(*found, received, first_m, self.cell_m, identical)
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""

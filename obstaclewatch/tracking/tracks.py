@@ -69,7 +69,7 @@ class Track:
         judged, trajectory: the trajectories that it was last thought to take, and what was to be expected of them at
             the last beep; None before the first judgement.
         past: the last peaks, oldest first.
-        second: microphone 1 around them.
+        second, levels_db: microphone 1 around them, and their levels.
         detected_s: time of the last.
         readings: of the last `FITTED_BEEPS` peaks the same as `past`, which forgets what fits no trajectory.
     """
@@ -86,6 +86,7 @@ class Track:
     trajectory: Expectation | None = None
     past: deque[Reading] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
     second: deque[SingleComplexes] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
+    levels_db: deque[float] = field(default_factory=lambda: deque(maxlen=KEPT_BEEPS))
     detected_s: float = -np.inf
     readings: deque[Reading] = field(default_factory=lambda: deque(maxlen=FITTED_BEEPS))
 
@@ -103,6 +104,7 @@ class Track:
         self.past.append((time_s, range_m, deviation_m))
         self.readings.append((time_s, range_m, deviation_m))
         self.second.append(peaks.second[which])
+        self.levels_db.append(self.level_db)
         self.detected_s = time_s
 
     def forget_oldest(self) -> None:
@@ -112,6 +114,7 @@ class Track:
             for _ in range(dropped):
                 self.past.popleft()
                 self.second.popleft()
+                self.levels_db.popleft()
 
     def samples(self, ahead_s: float) -> Samples:
         """What was measured, at the times that the readings stand for."""
@@ -150,13 +153,11 @@ class Approaches:
 
     Attributes:
         tracks: those there are.
-        searched: whether the last beep's lines were searched for a track that begins.
     """
 
     def __init__(self, ahead_s: float, likelihood: LineLikelihood) -> None:
         self._ahead_s, self._likelihood = ahead_s, likelihood
         self.tracks: list[Track] = []
-        self.searched = False
         self._free: deque[tuple[float, MovingPeaks, Flags]] = deque(maxlen=SEARCH_BEEPS)
 
     def clear(self) -> None:
@@ -204,13 +205,13 @@ class Approaches:
 
     def _start(self, peaks: MovingPeaks) -> None:
         """Tracks along the lines that have gathered enough."""
-        free, self.searched = None, False
+        free = None
         for _ in range(STARTS_A_BEEP):
             score, cell = self._likelihood.best()
             if score < START_SCORE:
                 return
             read_m = peaks.first_m + cell * peaks.cell_m
-            free, self.searched = self._free_peaks() if free is None else free, True
+            free = self._free_peaks() if free is None else free
             found = _best_chain(free, read_m, self._likelihood.speeds_to(cell))
             chain = [(row, which) for row, which in enumerate(found.tolist()) if which >= 0]
             begun = len(chain) >= LEAST_PEAKS

@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch import BeepDesign, PhoneGeometry
 from obstaclewatch.signal.local_noise import local_noise
-from obstaclewatch.tracking.detector import WAITS_M, TrackingDetector, due, is_pressing, next_to_judge
 from obstaclewatch.tracking.track_before_detect import CHANGE, LineLikelihood, log_ratio
 from obstaclewatch.tracking.tracks import Track
-from obstaclewatch.trajectories.posterior_grid import Expectation, Posterior
 
 CELL_M, PERIOD_S = 0.0143, 0.09
 
@@ -88,84 +85,14 @@ def test_local_noise_of_rayleigh_heights():
     assert local_noise(height, 192)[5_020] < 1.6
 
 
-def _posterior(time_s):
-    return Posterior(time_s, np.ones((7, 1)), 1.3, *(np.ones(1) for _ in range(3)), 1.0)
-
-
-def _track(range_m, judged_s, detected_s):
-    """A track whose trajectory was judged once and that was received last at a time."""
-    judged = None if judged_s is None else _posterior(judged_s)
-    return Track(range_m, 1.3, np.eye(2), detected_s, 12.0, detected_s=detected_s, judged=judged)
-
-
-def test_one_trajectory_is_judged_at_a_time_the_nearest_most_often():
-    tracks = [_track(1.5, 0.0, 0.0), _track(3.5, 0.0, 0.0), _track(7.0, None, 0.0)]
-    turns = []
-    for beep in range(1, 41):
-        now_s = PERIOD_S * beep
-        for track in tracks:
-            track.detected_s = now_s
-        which = due(tracks, now_s)
-        which.judged = _posterior(now_s)
-        turns.append(next(number for number, track in enumerate(tracks) if track is which))
-    assert turns[0] == 2  # what never was judged comes first
-    assert turns.count(0) > turns.count(1) > turns.count(2) >= 4
-
-
-def test_what_was_not_received_since_is_not_judged_again():
-    silent = _track(1.5, 0.9, 0.9)
-    assert due([silent], 1.8) is due([], 1.8) is None
-    assert due([silent, _track(5.0, 0.9, 1.8)], 1.8).range_m == 5.0
-
-
-@pytest.mark.parametrize(
-    ("collision", "left_m", "misses", "pressing"),
-    [
-        (0.4, 1.3, 0, True),
-        (0.4, 1.5, 0, True),
-        (0.4, 0.3, 0, True),
-        (0.4, -0.1, 0, False),
-        (0.2, 1.3, 0, False),
-        (0.9, 2.0, 0, False),
-        (0.9, 1.3, 1, False),
-    ],
-)
-def test_what_may_raise_an_alert_presses(collision, left_m, misses, pressing):
-    track = _track(1.6, 0.9, 0.9)
-    assert not is_pressing(track)  # nothing is expected of it yet
-    track.trajectory, track.misses = Expectation(collision, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9), misses
-    assert is_pressing(track) == pressing
-
-
-@pytest.mark.parametrize(("left_m", "alarming"), [(1.4, False), (1.3, True), (0.8, True), (0.2, True), (-0.1, False)])
-def test_an_alert_may_come_late(left_m, alarming):
-    """Alerts were forbidden with less than a metre left: four of ten collisions had none although followed."""
-    detector = TrackingDetector(BeepDesign(), PhoneGeometry("flat", [0, 0.07, 0], [[0, 0.07, 0], [0, -0.07, 0]]))
-    track = _track(1.6, 0.9, 0.9)
-    for k in range(8):
-        track.past.append((PERIOD_S * k, 2.0 - 0.12 * k, 0.01))
-    expected = Expectation(0.93, left_m, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9)
-    assert detector._is_alarming(track, expected) == alarming
-    assert not detector._is_alarming(track, expected._replace(collision=0.85))
-
-
-def test_what_is_far_waits_while_tracks_are_searched_for():
-    near, far = _track(WAITS_M - 0.1, 0.9, 1.8), _track(5.0, None, 1.8)
-    assert next_to_judge([near, far], 1.8, searched=False) is far  # never judged
-    assert next_to_judge([near, far], 1.8, searched=True) is near
-    assert next_to_judge([far], 1.8, searched=True) is None
-    far.trajectory = Expectation(
-        0.9, 1.3, 1.3, 0.1, 0.1, 0.9, 0.1, 0.0, 0.9
-    )  # fast: 1.3 m of the walker's way are left
-    assert next_to_judge([near, far], 1.8, searched=True) is far
-
-
 @pytest.mark.parametrize(("kept", "left"), [(24, 16), (9, 6), (8, 6), (7, 7), (3, 3)])
 def test_a_track_forgets_its_oldest_third_if_enough_are_left(kept, left):
-    track = _track(1.6, 0.9, 0.9)
+    track = Track(1.6, 1.3, np.eye(2), 0.9, 12.0)
     for k in range(kept):
         track.past.append((PERIOD_S * k, 1.0, 0.01))
         track.second.append(k)
+        track.levels_db.append(-60.0)
     track.forget_oldest()
     assert [time_s for time_s, _, _ in track.past] == [PERIOD_S * k for k in range(kept - left, kept)]
     assert list(track.second) == list(range(kept - left, kept))
+    assert len(track.levels_db) == left

@@ -1,0 +1,132 @@
+"""Learn the decision anew: `python -m benchmarks.training --walks 10000 --held-out 2000 -j 2`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from benchmarks.training.examples import Examples, examples_of, joined
+from benchmarks.training.fit import (
+    FALSE_COST,
+    IN_TIME_M,
+    MISS_COST,
+    alerts_by,
+    calibration,
+    cross_validated,
+    distances_left,
+    fitted,
+    probabilities,
+    rates,
+    with_thresholds,
+)
+from benchmarks.training.walks import development_cells, with_people_drawn
+from obstaclewatch.tracking.collision_model import FILE, CollisionModel
+from obstaclewatch.tracking.evidence import Evidence
+
+SEEDS = {"learned": {"paper": 2018, "mixed": 2019}, "held out": {"paper": 7001}}
+"""Of the development split; more than 1299 walks of a recipe take the seeds that follow."""
+MIXED_SHARE = 0.2
+"""Of the walks; the others have the recipe `paper`."""
+APART = 1_000_000
+"""Between numbers of walks of two recipes."""
+
+
+@click.command()
+@click.option("--walks", default=194, show_default=True, help="to learn from")
+@click.option("--held-out", default=169, show_default=True, help="to measure with, of recipe paper")
+@click.option("--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first")
+@click.option("-j", "--jobs", default=1, show_default=True)
+@click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path))
+@click.option("--table", type=click.Path(path_type=Path), help="where to keep the evidence of held-out walks")
+@click.option("-o", "--output", default=FILE, show_default=True, type=click.Path(path_type=Path))
+def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path) -> None:
+    """Simulate walks of the development split, learn the probability of a collision, and write it with its card."""
+    wanted = {recipe: development_cells(recipe, SEEDS["learned"][recipe], n) for recipe, n in shared(walks).items()}
+    others = {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
+    learned = {
+        recipe: examples_of(with_people_drawn(cells), receptions, jobs, folder / "learned")
+        for recipe, cells in wanted.items()
+    }
+    unseen = {recipe: examples_of(cells, receptions, jobs, folder / "held-out") for recipe, cells in others.items()}
+    output.write_text(document(learned, unseen), encoding="utf-8")
+    if table is not None:
+        write_table(table, unseen["paper"])
+    print(json.dumps(json.loads(output.read_text(encoding="utf-8"))["card"], indent=1))
+
+
+def shared(walks: int) -> dict[str, int]:
+    """How many walks of each recipe."""
+    mixed = round(MIXED_SHARE * walks)
+    return {"paper": walks - mixed, "mixed": mixed}
+
+
+def document(learned: dict[str, Examples], unseen: dict[str, Examples]) -> str:
+    """The model's file, learned from examples and measured on others, by recipe."""
+    every = _apart(learned)
+    paper = every.walk < APART  # thresholds are chosen on the recipe that clearly hits or misses
+    model = with_thresholds(fitted(every), every[paper], cross_validated(every)[paper])
+    return json.dumps(as_plain(model) | {"card": card(model, learned, unseen)}, indent=1) + "\n"
+
+
+def write_table(path: Path, found: Examples) -> None:
+    """The beeps of the first reception, as at the levels that are assumed."""
+    first = found[found.reception == 0]
+    evidence = first.evidence.astype(np.float32)
+    np.savez_compressed(path, walk=first.walk, collides=first.collides, left_m=first.left_m, evidence=evidence)
+
+
+def read_table(path: Path) -> Examples:
+    """What `write_table` wrote."""
+    with np.load(path) as stored:
+        return Examples(reception=np.zeros_like(stored["walk"]), **stored)
+
+
+def as_plain(model: CollisionModel) -> dict[str, Any]:
+    """A model's numbers by name."""
+    curves = {
+        name: {"knots": knots.round(4).tolist(), "values": values.round(4).tolist(), "missing": round(float(miss), 4)}
+        for name, knots, values, miss in zip(Evidence._fields, model.knots, model.values, model.missing, strict=True)
+    }
+    ends = {"left_m": model.left_m.tolist(), "thresholds": model.thresholds.tolist()}
+    return {"constant": round(model.constant, 4)} | ends | {"curves": curves}
+
+
+def card(model: CollisionModel, learned: dict[str, Examples], unseen: dict[str, Examples]) -> dict[str, Any]:
+    """What the model was learned from, and what it does on walks that it has not seen."""
+    count = {recipe: len(np.unique(found.walk)) for recipe, found in learned.items()}
+    receptions = {int(found.reception.max()) + 1 for found in learned.values()}
+    return {
+        "data": {"split": "dev", "seeds": SEEDS, "walks": count, "receptions": max(receptions)},
+        "cost": {"collision without an alert": MISS_COST, "false alert": FALSE_COST, "in time, m left": IN_TIME_M},
+        "held out": {recipe: measured(model, found) for recipe, found in unseen.items()},
+    }
+
+
+def measured(model: CollisionModel, found: Examples) -> dict[str, Any]:
+    """Rates of alerts by what is left, at the levels assumed and at levels drawn, and calibration."""
+    probability = probabilities(model, found)
+    alerts = alerts_by(model, probability, distances_left(found))
+    entry: dict[str, Any] = {
+        "walks": len(np.unique(found.walk)),
+        "collisions": len(np.unique(found.walk[found.collides])),
+    }
+    for name, rows in (("assumed levels", found.reception == 0), ("drawn levels", found.reception > 0)):
+        if rows.any():
+            each = {f"TP, {m:g} m left": rates(found[rows], alerts[rows], m)[0] for m in (0.0, 0.5, 1.0)}
+            each["TN"] = rates(found[rows], alerts[rows], 0.0)[1]
+            entry[name] = {key: None if np.isnan(rate) else round(rate, 3) for key, rate in each.items()}
+    return entry | {"calibration": calibration(found, probability)}
+
+
+def _apart(parts: dict[str, Examples]) -> Examples:
+    """All examples in one, with numbers of walks that do not meet."""
+    return joined(replace(found, walk=found.walk + APART * k) for k, found in enumerate(parts.values()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""Examples to learn from: the evidence of every beep of every reception, and whether the walk collides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from benchmarks.cells.spec import Cell
+from benchmarks.training.walks import evidence_at_beeps, recorded
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.tracking.detector import FARTHEST_M
+
+SETTLING_BEEPS = 8
+"""First beeps, of which nothing is learned."""
+PAST_M = -0.02
+"""Distance left to which collisions are learned: a touch more than contact."""
+
+
+@dataclass(frozen=True)
+class Examples:
+    """n beeps.
+
+    Attributes:
+        walk, reception: (n,) numbers of the walk and of its reception.
+        collides: (n,) whether the walk is a collision.
+        left_m: (n,) distance left to contact; NaN without one.
+        evidence: (n, F) see `Evidence`.
+    """
+
+    walk: Ints
+    reception: Ints
+    collides: Flags
+    left_m: Floats
+    evidence: Floats
+
+    def __len__(self) -> int:
+        return len(self.walk)
+
+    def __getitem__(self, rows: Flags) -> Examples:
+        return Examples(*(getattr(self, name)[rows] for name in self.__annotations__))
+
+    @property
+    def used(self) -> Flags:
+        """(n,) beeps to learn from: of collisions those with an alert's distance left, of other walks all."""
+        near = (self.left_m <= FARTHEST_M) & (self.left_m > PAST_M)
+        return np.where(self.collides, near, True)
+
+    def weights(self) -> Floats:
+        """(n,) by which beeps count: every reception as much as every other of its outcome, both outcomes the same."""
+        reception = 1000 * self.walk + self.reception
+        _, which, count = np.unique(reception, return_inverse=True, return_counts=True)
+        weight = 1.0 / count[which]
+        share = np.where(self.collides, weight[self.collides].sum(), weight[~self.collides].sum())
+        found: Floats = 0.5 * weight / share
+        return found
+
+
+def joined(parts: Iterable[Examples]) -> Examples:
+    """All of them in one."""
+    kept = list(parts)
+    return Examples(*(np.concatenate([getattr(p, name) for p in kept]) for name in Examples.__annotations__))
+
+
+def examples_of(cells: Sequence[Cell], receptions: int, jobs: int, folder: Path) -> Examples:
+    """Examples of walks; each walk's are kept in a file, so that what is interrupted goes on from there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    work = (delayed(_of_walk)(cell, number, receptions, folder) for number, cell in enumerate(cells))
+    return joined(Parallel(n_jobs=jobs)(work))
+
+
+def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples:
+    path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
+    if not path.exists():
+        walk = recorded(cell)
+        parts = [_of_reception(walk.collides, walk.left_m, evidence_at_beeps(walk, k), k) for k in range(receptions)]
+        kept = joined(parts)
+        temporary = path.with_suffix(".tmp.npz")
+        np.savez(temporary, **{name: getattr(kept, name) for name in Examples.__annotations__})
+        temporary.rename(path)
+    with np.load(path) as stored:
+        found = Examples(**stored)
+    return Examples(np.full(len(found), number), found.reception, found.collides, found.left_m, found.evidence)
+
+
+def _of_reception(collides: bool, left_m: Floats, evidence: Floats, reception: int) -> Examples:
+    rows = slice(SETTLING_BEEPS, None)
+    count = len(evidence[rows])
+    numbers = np.zeros(count, dtype=np.int64), np.full(count, reception, dtype=np.int64)
+    return Examples(*numbers, np.full(count, collides), left_m[rows], evidence[rows])

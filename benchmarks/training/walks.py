@@ -1,0 +1,97 @@
+"""Walks to learn from: of the development split alone, rendered once without noise, then received several times over.
+
+Tracing a walk costs 1.7 s, receiving it once more 0.2 s: noise, its level against the beep's, and the rear microphone
+are drawn anew for every reception, the reflection of people for every second walk (`benchmarks.plan.unknowns`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.cells.compute import distance_left_m, situation_of, truths_at_beeps
+from benchmarks.cells.equipment import detector_for
+from benchmarks.cells.situations.situation import Situation, rendered
+from benchmarks.cells.spec import Cell
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.plan.unknowns import UNKNOWNS, with_unknowns
+from obstaclewatch import BeepDesign, TrackingDetector
+from obstaclewatch.support.arrays import Floats, Singles
+from simulator.phone.noise import noise_rms
+
+SUITE, TIER = "paper", "full"
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk as its phone records it without noise.
+
+    Attributes:
+        cell, setting: what it is.
+        samples: (2, n) without noise.
+        left_m: (beeps,) distance left to contact at every emission; NaN on walks without a collision.
+        collides: whether the walker meets the target.
+    """
+
+    cell: Cell
+    setting: Situation
+    samples: Singles
+    left_m: Floats
+    collides: bool
+
+
+def development_cells(recipe: str, seed: int, count: int) -> list[Cell]:
+    """So many walks of a recipe, in an order of their own; of further seeds once a seed's are used up."""
+    cells: list[Cell] = []
+    while len(cells) < count:
+        suite = load_suite(SUITE, ["split=dev", f"seed={seed}", f"recipe={recipe}"])
+        planned = [cell for cell in plan_cells(suite, TIER) if cell.kind == "approach"]
+        cells += [planned[which] for which in np.random.default_rng(seed).permutation(len(planned))]
+        seed += 1
+    return cells[:count]
+
+
+def with_people_drawn(cells: list[Cell]) -> list[Cell]:
+    """The walks, every second one with the reflection of people drawn."""
+    drawn = [cell.model_copy(update={"scene_change": with_unknowns(cell).scene_change}) for cell in cells]
+    return [drawn[k] if k % 2 else cell for k, cell in enumerate(cells)]
+
+
+def recorded(cell: Cell) -> Walk:
+    """Render a walk without noise."""
+    setting, beep = situation_of(cell), BeepDesign(**cell.beep.model_dump())
+    quiet = replace(setting, phone=replace(setting.phone, noise_spl_db=-np.inf))
+    recording = rendered(quiet, cell)
+    truth = truths_at_beeps(cell, setting, beep, recording)[0]
+    emitted_s = beep.period_s * np.arange(len(truth.time_s))
+    left_m = distance_left_m(setting.walk, emitted_s, truth.contact_time_s)
+    return Walk(cell, setting, recording.samples, left_m, bool(truth.collides))
+
+
+def received(walk: Walk, reception: int) -> Singles:
+    """(2, n) the walk with noise; reception 0 at the levels that are assumed, others at levels drawn."""
+    rng = np.random.default_rng(np.random.SeedSequence(walk.cell.seed, spawn_key=(reception,)))
+    beep_db, noise_db, _, rear_db = (rng.uniform(u.low_db, u.high_db) for u in UNKNOWNS) if reception else (0.0,) * 4
+    beep = BeepDesign(**walk.cell.beep.model_dump())
+    rms = noise_rms(walk.setting.phone, beep.sample_rate_hz) * 10.0 ** ((noise_db - beep_db) / 20.0)
+    samples = walk.samples * np.array([[1.0], [10.0 ** (rear_db / 20.0)]], dtype=np.float32)
+    noise = rng.standard_normal(samples.shape, dtype=np.float32)
+    noise *= np.float32(rms)
+    return noise + samples
+
+
+def evidence_at_beeps(walk: Walk, reception: int) -> Floats:
+    """(beeps, F) what `TrackingDetector` has for evidence after every beep of a reception."""
+    beep = BeepDesign(**walk.cell.beep.model_dump())
+    detector = detector_for(walk.cell, TrackingDetector.__name__, walk.setting, beep)
+    samples = received(walk, reception)
+    return np.array(list(_evidence(detector, samples, beep)))
+
+
+def _evidence(detector: TrackingDetector, samples: Singles, beep: BeepDesign) -> Iterator[tuple[float, ...]]:
+    for first in range(0, samples.shape[1] - beep.period_samples + 1, beep.period_samples):
+        detector.process(samples[:, first : first + beep.period_samples], first / beep.sample_rate_hz)
+        yield tuple(detector.evidence)
