@@ -160,10 +160,13 @@ def _of_paths(change: Callable[[Paths], Paths]) -> Callable[[pytest.MonkeyPatch]
     return apply
 
 
-def _faster(patch: pytest.MonkeyPatch) -> None:
-    speed = Air.sound_speed_m_s.fget
-    assert speed is not None
-    patch.setattr(Air, "sound_speed_m_s", property(lambda air: 1.01 * speed(air)))
+def _faster(factor: float) -> Callable[[pytest.MonkeyPatch], None]:
+    def apply(patch: pytest.MonkeyPatch) -> None:
+        speed = Air.sound_speed_m_s.fget
+        assert speed is not None
+        patch.setattr(Air, "sound_speed_m_s", property(lambda air: factor * speed(air)))
+
+    return apply
 
 
 def _shifted_truth(patch: pytest.MonkeyPatch) -> None:
@@ -197,7 +200,8 @@ SABOTAGE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     "levels 0.1 dB too high": (_of_paths(lambda p: replace(p, gain=1.0116 * p.gain)), "extremes_triangulations"),
     "microphones swapped": (_of_paths(lambda p: replace(p, mic=1 - p.mic)), "extremes_rooms"),
     "an echo lost": (_of_paths(lambda p: p[p.order < 2]), "extremes_rooms"),
-    "speed of sound 1 % off": (_faster, "extremes_air"),
+    "speed of sound 1 % off": (_faster(1.01), "extremes_air"),
+    "2e-3 samples at a kilometre, rendered": (_faster(1.0 + 2e-9), "extremes_sound"),
     "truth 10 cm off": (_shifted_truth, "truth"),
     "beep resampled by 1e-4": (_resampled, "extremes_sound"),
     "threshold 3 dB higher": (_threshold, "extremes_snr"),

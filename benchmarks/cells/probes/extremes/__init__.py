@@ -39,6 +39,7 @@ CHECKS: dict[str, Check] = {
     "walking": sound.walking,
     "moving-wall": sound.moving_wall,
     "walk-length": sound.walk_length,
+    "rendered-phase": sound.rendered_phase,
     "last-beep": sound.last_beep,
     "impossible": impossible.impossible,
     "detector-snr": snr.detector_snr,

@@ -6,9 +6,12 @@ speeds and the instants of emission are closed forms.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from benchmarks.cells.probes.extremes.mirrors import AHEAD, MICS_M, SOUND_M_S, SPEAKER_M, slab
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.cells.probes.extremes.mirrors import AHEAD, MICS_M, SOUND_M_S, SPEAKER_M, moved, slab, wall
 from benchmarks.cells.probes.extremes.verdict import Error, Errors, Refusal, must_refuse
 from obstaclewatch import BeepDesign, Recording
 from obstaclewatch.support.arrays import Floats, Singles
@@ -16,6 +19,8 @@ from simulator import Air, Fidelity, Phone, Scene, StraightWalk, render_pieces, 
 
 SHAPE = 1e-4
 """Of the peak: float32 samples have 6e-8, the band's nodes and the fit of motion leave 1e-5."""
+PHASE_DEG = 0.04
+"""A thousandth of a sample at the middle of the band, 20.5 kHz."""
 MODELLED_HZ = (15_000.0, 25_000.0)
 """Where materials, air and phones have tables: what a short beep spills beyond it is not rendered."""
 WALL_M = 1.5
@@ -66,6 +71,26 @@ def walk_length(duration_s: float) -> Errors | Refusal:
     recording = _recorded(_walk(0.0, duration_s), beep)
     wanted = int(duration_s / beep.period_s + 1e-9) * beep.period_samples
     return {"samples": Error(float(recording.samples.shape[1] - wanted), 0.5)}
+
+
+def rendered_phase(distance_m: float, offset_m: float) -> Errors:
+    """The phase of a rendered echo: a wall far away, after the direct sound and all of it far from the origin."""
+    gap_s = max(0.04, float(np.ceil(2000.0 * distance_m / SOUND_M_S) + 10.0) / 1000.0)
+    beep, shift = BeepDesign(gap_s=gap_s), np.array([offset_m, -offset_m, 0.5 * offset_m])
+    scene = Scene([moved(wall(distance_m), shift, Rotation.identity())], Air.lossless(SOUND_M_S))
+    fidelity = replace(_FIDELITY, max_range_m=2.0 * distance_m + 1.0)
+    samples = render_walk(scene, _phone(), StraightWalk(shift, 0.0, 0.0, beep.period_s), beep, fidelity).samples
+    time = np.arange(samples.shape[1]) / beep.sample_rate_hz
+    worst = []
+    for mic in (0, 1):
+        length = 2.0 * distance_m - float(SPEAKER_M[1]) - float(MICS_M[mic, 1])
+        heard = (time > length / SOUND_M_S) & (time < length / SOUND_M_S + beep.duration_s)
+        played = time[heard] - length / SOUND_M_S
+        parts = np.stack([chirp(played, beep), chirp(played, beep, -0.25)], axis=1)
+        level, quadrature = np.linalg.lstsq(parts, samples[mic, heard] / _phone().full_scale_gain, rcond=None)[0]
+        worst.append((abs(level * length - 1.0), np.degrees(abs(np.arctan2(quadrature, level)))))
+    amplitude, phase = np.max(worst, axis=0)
+    return {"amplitude": Error(float(amplitude), SHAPE), "phase_deg": Error(float(phase), PHASE_DEG)}
 
 
 def last_beep(duration_s: float) -> Errors:
@@ -120,10 +145,10 @@ def _of_mic(
     return float(shape), float(np.abs(weights - 1.0).max())
 
 
-def chirp(time_s: Floats, beep: BeepDesign) -> Floats:
-    """The Hann-windowed linear chirp, of its numbers alone: phase 2 pi (f0 t + (f1 - f0) t^2 / 2T)."""
+def chirp(time_s: Floats, beep: BeepDesign, early: float = 0.0) -> Floats:
+    """The Hann-windowed linear chirp, of its numbers alone: phase 2 pi (f0 t + (f1 - f0) t^2 / 2T + early)."""
     share = time_s / beep.duration_s
-    turns = beep.start_hz * time_s + 0.5 * (beep.stop_hz - beep.start_hz) * time_s * share
+    turns = beep.start_hz * time_s + 0.5 * (beep.stop_hz - beep.start_hz) * time_s * share + early
     inside = (share > 0.0) & (share < 1.0)
     sound: Floats = np.where(inside, 0.5 * (1.0 - np.cos(2.0 * np.pi * share)) * np.cos(2.0 * np.pi * turns), 0.0)
     return sound
