@@ -31,10 +31,15 @@ def street_picture(name: str) -> None:
     phone = Phone.named("galaxy-s5").held_by(walker_body(phone_height_m=1.3))
     with tempfile.TemporaryDirectory() as folder:
         figure = preview_figure(load_scene(name), walk, phone, [INSTANT_S])
-        figure["layout"] |= {"sliders": [], "annotations": [], "margin": dict.fromkeys("lrtb", 0)}
+        figure["layout"] |= {
+            "title": {"text": ""},
+            "sliders": [],
+            "annotations": [],
+            "margin": dict.fromkeys("lrtb", 0),
+        }
         page = write_page(figure, Path(folder) / "page.html")
         subprocess.run(
-            [browser, *QUIET.split(), "--window-size=1200,640", "--timeout=60000",
+            [browser, *QUIET.split(), "--window-size=1200,640", "--timeout=100000",
              f"--user-data-dir={folder}/profile", f"--screenshot={DOCS / name}.png", page.as_uri()],
             check=True, capture_output=True, timeout=200,
         )  # fmt: skip

@@ -26,7 +26,7 @@ from scenes.preview.page import KINDS
 from scenes.preview.pictures import COLORS
 from scenes.preview.plotly_page import in_script, library_script
 
-WIDE_IN = 8.0
+WIDE_IN = 7.0
 """Figures wider than this, inches, stand alone in a row."""
 
 

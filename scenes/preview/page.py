@@ -230,7 +230,7 @@ def _strongest(paths: Paths, pose: int) -> Paths:
 def _lines(paths: Paths, kind: str, loud: bool, sound_speed_m_s: float) -> Trace:
     """The strongest paths of one mechanism, thick or thin, with a gap after each."""
     level = 20.0 * np.log10(np.abs(paths.gain))
-    points, words = [np.zeros((0, 3))], []
+    points, words = [np.full((1, 3), np.nan)], [""]  # the legend leaves out what has no points
     for row in range(min(len(level), DRAWN_PATHS)):
         if paths.kind[row] != kind or (level[row] > level[0] - LOUD_DB) != loud:
             continue

@@ -67,10 +67,11 @@ def _page(
     inside = rows * ROW_PX
     layout: Parts = {
         "height": HEAD_PX + inside, "barmode": "group", "paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR,
-        "title": {"text": f"<b>{heading}</b>", "x": 0, "font": {"size": 15}}, "font": {"color": INK},
-        "margin": {"l": 60, "r": 20, "t": HEAD_PX - 50, "b": 50}, "modebar": {"bgcolor": CLEAR, "color": MUTED},
+        "title": {"text": f"<b>{heading}</b>", "x": 0, "y": 1, "yanchor": "top", "pad": {"t": 10}},
+        "font": {"color": INK},
+        "margin": {"l": 60, "r": 20, "t": 60, "b": HEAD_PX - 60}, "modebar": {"bgcolor": CLEAR, "color": MUTED},
         "grid": {"rows": rows, "columns": columns, "pattern": "independent", "xgap": GAP * columns, "ygap": 0.3},
-        "legend": {"orientation": "h", "x": 0, "y": 1.0 + 25.0 / inside, "yanchor": "bottom"}, "shapes": [],
+        "legend": {"orientation": "h", "x": 0, "y": -55.0 / inside, "yanchor": "top"}, "shapes": [],
         "annotations": [],
     }  # fmt: skip
     data, named = [], set()

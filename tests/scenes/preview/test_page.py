@@ -98,9 +98,13 @@ def test_a_scene_alone_can_be_shown(tmp_path: Path, page: Path) -> None:
 
 
 def test_a_browser_draws_it(tmp_path: Path, page: Path) -> None:
-    """The bricks and the bin are there."""
-    red, green, blue = np.moveaxis(screenshot(page, tmp_path, wait_ms=20_000), 2, 0)
-    assert ((red > 1.5 * blue) & (red > 1.4 * green)).sum() > 1000
+    """The bricks and the bin are there, on a busy machine after a while."""
+    for wait_ms in (4_000, 16_000, 64_000):
+        red, green, blue = np.moveaxis(screenshot(page, tmp_path, wait_ms=wait_ms), 2, 0)
+        bricks = ((red > 1.5 * blue) & (red > 1.4 * green)).sum()
+        if bricks > 1000:
+            break
+    assert bricks > 1000
     assert ((green > 1.3 * red) & (green > 1.3 * blue)).sum() > 200
 
 
