@@ -100,7 +100,7 @@ def _digest(record: Mapping[str, Any]) -> str:
 @cache
 def packing_fingerprint() -> str:
     """SHA-256 over the source that packs the numbers, hexadecimal."""
-    packing = [*sorted((ROOT / "benchmarks" / "replays").glob("*.py")), ROOT / "benchmarks" / "echogram.py"]
+    packing = [*sorted((ROOT / "benchmarks" / "report" / "replays").glob("*.py")), ROOT / "benchmarks" / "echogram.py"]
     return hashlib.sha256(b"".join(hashlib.sha256(path.read_bytes()).digest() for path in packing)).hexdigest()
 
 
