@@ -84,10 +84,10 @@ def rendered_phase(distance_m: float, offset_m: float) -> Errors:
     worst = []
     for mic in (0, 1):
         length = 2.0 * distance_m - float(SPEAKER_M[1]) - float(MICS_M[mic, 1])
-        heard = (time > length / SOUND_M_S) & (time < length / SOUND_M_S + beep.duration_s)
-        played = time[heard] - length / SOUND_M_S
+        received = (time > length / SOUND_M_S) & (time < length / SOUND_M_S + beep.duration_s)
+        played = time[received] - length / SOUND_M_S
         parts = np.stack([chirp(played, beep), chirp(played, beep, -0.25)], axis=1)
-        level, quadrature = np.linalg.lstsq(parts, samples[mic, heard] / _phone().full_scale_gain, rcond=None)[0]
+        level, quadrature = np.linalg.lstsq(parts, samples[mic, received] / _phone().full_scale_gain, rcond=None)[0]
         worst.append((abs(level * length - 1.0), np.degrees(abs(np.arctan2(quadrature, level)))))
     amplitude, phase = np.max(worst, axis=0)
     return {"amplitude": Error(float(amplitude), SHAPE), "phase_deg": Error(float(phase), PHASE_DEG)}
