@@ -63,7 +63,7 @@ def _direct_peaks(magnitude: Floats, start_s: float, rate_hz: float) -> tuple[Fl
         position, height[mic] = refined_peak(magnitude[mic], peak)
         delay_s[mic] = start_s + position / rate_hz
         if mic == 0:
-            strongest = magnitude[0].max()
+            strongest = magnitude[0, np.argmax(magnitude[0])]
             found = first < peak < last - 1 and bool(strongest > 0.0 and magnitude[0, peak] == strongest)
     return delay_s, height, found
 

@@ -73,8 +73,11 @@ def _posterior(range_m: Floats, readings: DifferenceReadings, attitude: Attitude
         rotated = readings.phase_rad[row], readings.phase_std_rad[row]
         total = _weigh(range_m[row], said, rotated, readings.cycle_m, attitude, place, cycles[row])
         if total > 0.0:
-            medians[row], deviations[row] = _middle(place / total)
-            cycles[row] /= total
+            for angle in range(len(place)):
+                place[angle] /= total
+            medians[row], deviations[row] = _middle(place)
+            for cycle in range(len(CYCLES)):
+                cycles[row, cycle] /= total
     return medians, deviations, cycles
 
 
@@ -136,4 +139,7 @@ def _middle(share: Floats) -> tuple[float, float]:
             median = BEARINGS_RAD[angle] + STEP_RAD * ((0.5 - passed) / share[angle] - 0.5)
             break
         passed += share[angle]
-    return median, np.sqrt(np.sum(share * (BEARINGS_RAD - median) ** 2))
+    spread = 0.0
+    for angle in range(len(share)):
+        spread += share[angle] * (BEARINGS_RAD[angle] - median) ** 2
+    return median, np.sqrt(spread)

@@ -133,7 +133,7 @@ def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flag
         log[trajectory] = (
             log_prior[trajectory] + log_fit(float(found.misfit[trajectory])) + received + np.log(density[trajectory])
         )
-    share = np.exp(log - log.max())
+    share = np.exp(log - log[np.argmax(log)])
     return share / share.sum()
 
 
