@@ -22,6 +22,7 @@ from benchmarks.cells.probes.extremes import numerics_result
 from benchmarks.cells.probes.fidelities import fidelity_result
 from benchmarks.cells.probes.motions import motion_result
 from benchmarks.cells.probes.signals import signal_result
+from benchmarks.cells.probes.speed import speed_result
 from benchmarks.cells.probes.tessellations import tessellation_result
 from benchmarks.cells.situations.approaching import approach_situation
 from benchmarks.cells.situations.own_scene import scene_situation
@@ -44,6 +45,7 @@ PROBES = {
     "fidelity": fidelity_result,
     "tessellation": tessellation_result,
     "motion": motion_result,
+    "speed": speed_result,
 }
 
 PROGRESS_STEP_S = 0.02

@@ -186,8 +186,9 @@ class Cell(Conditions, frozen=True):
     Attributes:
         kind: "approach" walks towards (or past) an obstacle; "standing" measures at a fixed distance; "signal" stores
             what the paper's Figures 3 to 12 show; "numerics" compares the simulator with formulas at an extreme;
-            "fidelity", "tessellation" and "motion" measure what levels, meshes and motion cost and buy; "scene" walks
-            through a scene file, which `approach` names with its digest and the preset to use, if any.
+            "fidelity", "tessellation" and "motion" measure what levels, meshes and motion cost and buy;
+            "speed" measures processor time; "scene" walks through a scene file, which `approach` names with its digest
+            and the preset to use, if any.
         index: number of the walk within its scene and category.
         phone: name of a preset, or of the phone in a scene file.
         seed: of the walk's own random stream.
@@ -197,7 +198,7 @@ class Cell(Conditions, frozen=True):
         detector_sources: SHA-256 of the file of each detector that is not obstaclewatch's own.
     """
 
-    kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "tessellation", "motion", "scene"]
+    kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "tessellation", "motion", "speed", "scene"]
     scene: str
     category: str
     index: Annotated[int, Field(ge=0)]

@@ -16,6 +16,7 @@ from benchmarks.figures.bench.extremes import extremes_axes, extremes_map, extre
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
 from benchmarks.figures.bench.hardness import rates_by_point, rates_by_stratum
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
+from benchmarks.figures.bench.speed import speed_growth, speed_table
 from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves
 from benchmarks.figures.bench.variants import of_one_variant
 from benchmarks.figures.data import BarFigure, CurveFigure
@@ -100,6 +101,8 @@ _BUILDERS: dict[str, Builder] = {
     "tornado_alerts": alert_tornado,
     "pareto": fidelity_pareto,
     "fidelity": fidelity_table,
+    "speed_growth": speed_growth,
+    "speed": speed_table,
     "tolerance": tolerance_table,
     "sweep": sweep_curves,
     "cause_budget": cause_budget,

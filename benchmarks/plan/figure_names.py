@@ -18,7 +18,7 @@ class FigureRule:
         compares_points: made of all points of a sweep; every other figure of the first point alone.
     """
 
-    needs: Literal["", "signal", "numerics", "fidelity", "sweep"] = ""
+    needs: Literal["", "signal", "numerics", "fidelity", "speed", "sweep"] = ""
     named_only: bool = False
     compares_points: bool = False
 
@@ -40,6 +40,7 @@ FIGURE_RULES: dict[str, FigureRule] = {
     **dict.fromkeys(["fig18", "holding", "sides", "interference", "tornado", "tornado_alerts"], _NAMED_POINTS),
     **dict.fromkeys(["pareto", "fidelity"], FigureRule(needs="fidelity", compares_points=True)),
     "tolerance": FigureRule(needs="fidelity", named_only=True, compares_points=True),
+    **dict.fromkeys(["speed_growth", "speed"], FigureRule(needs="speed")),
     **dict.fromkeys(["sweep", "points"], FigureRule(needs="sweep", compares_points=True)),
     **dict.fromkeys(["cause_budget", "cause_strata", "cause_table"], _NAMED_POINTS),
     "claims": _POINTS,

@@ -64,14 +64,14 @@ class Probe(BaseModel, extra="forbid", frozen=True):
     Attributes:
         kind: "signal" stores what a figure shows, "numerics" judges one extreme, "fidelity"
             the errors and costs of levels of fidelity, "tessellation" of a body's segments, "motion" of following
-            motion within a beep.
+            motion within a beep, "speed" what things cost.
         name: which signal or check; see `docs/suites.md`.
         phones: one cell for each.
         parameters: plain values that the probe understands.
         over: lists of values by parameter; every combination is a cell.
     """
 
-    kind: Literal["signal", "numerics", "fidelity", "tessellation", "motion"]
+    kind: Literal["signal", "numerics", "fidelity", "tessellation", "motion", "speed"]
     name: str
     phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
     parameters: dict[str, Any] = {}
