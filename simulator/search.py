@@ -14,7 +14,7 @@ from simulator.diffraction.single import diffracted
 from simulator.diffraction.thin_panels import panels_of
 from simulator.images.image_method import planar
 from simulator.kirchhoff.image_pairs import Pairs, run_over
-from simulator.kirchhoff.scattering import scattered_paths
+from simulator.kirchhoff.scattering import facet_size_m, has_plates, scattered_paths
 from simulator.kirchhoff.selection import left_to_integral, uneven_surfaces
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import facets_of
@@ -59,7 +59,9 @@ def _integrals(search: Search, taken: list[Pairs]) -> tuple[list[Candidates], Co
     parts: list[Candidates] = []
     sums = _no_sums(search)
     for pairs in taken:
-        skin = facets_of(*search.tracing.world.skins[pairs.obstacle], pairs.obstacle, search.fidelity.facet_m)
+        reading, surface = search.tracing.world.skins[pairs.obstacle]
+        size_m = facet_size_m(search.fidelity, has_plates(reading))
+        skin = facets_of(reading, surface, pairs.obstacle, size_m)
         found, gain = scattered_paths(search, skin, pairs)
         parts, sums = [*parts, replace(found, cell=found.cell + len(sums))], np.concatenate([sums, gain])
     return parts, sums

@@ -16,7 +16,7 @@ from obstaclewatch.support.compiled import compiled
 
 STEP_M = 4e-3  # of the grid: 2 mm move no echo by more than 0.02 dB
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
-STAND_M = 0.04  # apart are, on average, the facets of which one may stand for a cell
+STAND_M, ONE_IN = 0.02, 7  # apart are, on average, the facets of which one may stand for a cell; fewer of large ones
 
 
 @dataclass(frozen=True)
@@ -179,6 +179,6 @@ def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, wid
 
 
 def standing(area_m2: Floats) -> Ints:
-    """Facets, one in so many, that lie `STAND_M` apart on average."""
-    every = max(1, round(STAND_M**2 / float(area_m2.mean())))
+    """Facets, one in so many, that lie `STAND_M` apart on average; one in `ONE_IN` at the most."""
+    every = max(ONE_IN, round(STAND_M**2 / float(area_m2.mean())))
     return np.arange(0, len(area_m2), every)

@@ -20,6 +20,7 @@ from simulator.kirchhoff.integral import Cells, scattered
 from simulator.kirchhoff.lighting import Light, Sights, lit_spots, spots_of
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets
+from simulator.surfaces.reflectors import MeshReading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates, joined
 from simulator.world.frames import into_rest, out_of_rest, rotated
@@ -32,6 +33,7 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.015, 0.02, 0.032  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD, COARSE_HELD = 0.2, 0.4  # of the body's distance: 0.05 changes echoes of people by 0.1 dB at P95
+PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
@@ -46,7 +48,10 @@ def scattered_paths(search: Search, facets: Facets, pairs: Pairs) -> tuple[Candi
     material = tracing.world.obstacles[facets.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
-    light, kept = light_of(search.fidelity), faintest(search.fidelity, search.audible)
+    light, kept = (
+        light_of(search.fidelity, has_plates(tracing.world.skins[facets.obstacle][0])),
+        faintest(search.fidelity, search.audible),
+    )
     spots = spots_of(facets, light.spot_m)
     lit, view = lit_spots(tracing, facets, spots, sights, light)
     seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
@@ -131,9 +136,23 @@ def _over_body(
     return replace(found, cell=first + ok)
 
 
-def light_of(fidelity: Fidelity) -> Light:
+def has_plates(reading: MeshReading) -> bool:
+    """Whether a body has thin plates, which are left to the integral where something close hides a part of them."""
+    return bool((reading.sheet_m > 0.0).any())
+
+
+def facet_size_m(fidelity: Fidelity, plates: bool) -> float:
+    """Longest edge of the facets of a body with thin plates or without."""
+    return min(fidelity.facet_m, PLATE_FACET_M) if _in_detail(fidelity, plates) else fidelity.facet_m
+
+
+def _in_detail(fidelity: Fidelity, plates: bool) -> bool:
+    return fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB)
+
+
+def light_of(fidelity: Fidelity, plates: bool) -> Light:
     """How finely light is asked for: where the finest tolerance is asked for, for each pose and transducer."""
-    if fidelity.tolerance_db < FINE_DB:
+    if _in_detail(fidelity, plates):
         return Light(FINE_SPOT_M, 0.0)
     if fidelity.tolerance_db < COARSE_DB:
         return Light(SPOT_M, HELD)

@@ -45,7 +45,8 @@ class Fidelity:
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
-        scatter_order: the same of paths over an edge, by Kirchhoff's integral or over two curved surfaces.
+        scatter_order: the same of paths over an edge, by Kirchhoff's integral or over two curved surfaces. A given
+            `max_order` holds for these as well, and for mirrors of any area, unless they are given too.
         mirror_m2: least area of the mirrors in paths of three reflections and more. A Fresnel zone has 0.05 m2 at
             1.5 m, 0.18 m2 at 7 m.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
@@ -98,7 +99,10 @@ class Fidelity:
             check_numbers(tolerance_db=self.tolerance_db)
         if self.tolerance_db is not None and not self.tolerance_db > 0.0:
             raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
-        for name, value in _settings(self.level, self.tolerance_db).items():
+        implied = _settings(self.level, self.tolerance_db)
+        if self.max_order is not None:
+            implied |= {"scatter_order": 8, "mirror_m2": 0.0}  # whatever has so many reflections
+        for name, value in implied.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
         if isinstance(self.mechanisms, str) or not isinstance(self.mechanisms, Iterable):

@@ -148,7 +148,7 @@ def test_fidelity_draws_error_against_cost(tmp_path):
     """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose."""
     stored = standing(3.0)
     stored["cell"] |= {"kind": "fidelity"}
-    errors = {"standard": [1.0] * 4, "auto 0.5 dB": [-0.1] * 4}
+    errors = {"standard": [3.0] * 4, "auto 0.5 dB": [-0.1] * 4}
     stored["result"]["fidelity"] = {"reference": {"level_db": [0.0] * 4}} | {
         name: {"level_db": values, "delay_samples": [0.0] * 4, "correlation": [1.0] * 4}
         for name, values in errors.items()
@@ -157,14 +157,15 @@ def test_fidelity_draws_error_against_cost(tmp_path):
     run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "standard": 0.2, "auto 0.5 dB": 0.4}},))
     lines = FIGURES["pareto"](run).panels[0].lines
     assert [(line.label, line.x[0], line.y[0]) for line in lines] == [
-        ("standard", pytest.approx(100.0), pytest.approx(1.0)),
+        ("standard", pytest.approx(100.0), pytest.approx(3.0)),
         ("auto 0.5 dB", pytest.approx(200.0), pytest.approx(0.1)),
     ]  # fmt: skip
     assert len(FIGURES["fidelity"](run).cells) == 3
-    kept = {row[0]: row[-1] for row in FIGURES["tolerance"](run).cells}
+    kept = {row[0]: row[5] for row in FIGURES["tolerance"](run).cells if row[1] == "all"}
     assert kept["reference"] == "-"
     assert kept["standard"].startswith("0.0 % (0/1")
     assert kept["auto 0.5 dB"].startswith("100.0 % (1/1")
+    assert len(FIGURES["tolerance"](run).cells) == 6
 
 
 def test_extremes_are_a_map_a_table_and_curves(tmp_path):

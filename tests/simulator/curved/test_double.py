@@ -80,7 +80,7 @@ def test_ground_before_and_after_mirrors_speaker_and_microphone(box):
     # between two upright bodies the ground is met between them, which is left out; spheres send sound down as well
     pair = PAIRS["two spheres"]
     ground = box((20.0, 20.0, 0.2), (0.0, 0.0, -1.3), "ground")
-    fidelity = Fidelity(max_order=3, scatter_order=3, mechanisms=("specular", "curved"), edge_floor_db=-np.inf)
+    fidelity = Fidelity(max_order=3, mechanisms=("specular", "curved"), edge_floor_db=-np.inf)
     pose = Pose(np.zeros(3), Rotation.identity())
     paths = trace_paths(_scene(pair, 96, ground), Phone.ideal(SPEAKER, MICS), pose, fidelity)
     below = np.array([1.0, 1.0, -1.0]), np.array([0.0, 0.0, -2.4])
