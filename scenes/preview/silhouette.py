@@ -8,6 +8,8 @@ from obstaclewatch.support.arrays import Floats
 
 SLACK_M = 0.005
 """How far an outline may lie off the triangles: a line in any picture."""
+GRID_M = 1e-4
+"""To which corners are rounded: without a grid the union of slivers may fail (GEOS, "Ring edge missing")."""
 
 
 def silhouette(corners_m: Floats) -> shapely.Geometry:
@@ -20,7 +22,7 @@ def silhouette(corners_m: Floats) -> shapely.Geometry:
     seen = shapely.area(faces) > SLACK_M**4
     if not seen.any():
         faces, seen = shapely.buffer(shapely.linestrings(corners_m), 2.0 * SLACK_M), slice(None)
-    return shapely.union_all(faces[seen]).simplify(SLACK_M)
+    return shapely.union_all(faces[seen], grid_size=GRID_M).simplify(SLACK_M)
 
 
 def outer_rings(shape: shapely.Geometry) -> list[Floats]:
