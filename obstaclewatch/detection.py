@@ -153,3 +153,9 @@ class Decision:
     time_to_collision_s: float
     votes: int
     collision_probability: float = np.nan
+
+    def __repr__(self) -> str:
+        stated = {"range_m": self.range_m, "time_to_collision_s": self.time_to_collision_s, "votes": self.votes,
+                  "collision_probability": self.collision_probability}  # fmt: skip
+        known = [f"{name}={value:.3g}" for name, value in stated.items() if value and np.isfinite(value)]
+        return f"Decision({', '.join([f'alert={self.alert}', f'time_s={self.time_s + 0.0:.2f}', *known])})"

@@ -82,6 +82,9 @@ def test_the_tutorial_s_detector_runs_through_the_bench(tmp_path, monkeypatch):
     with (folder / "figures" / "fig16.csv").open(encoding="utf-8") as stream:
         groups = {row["group"] for row in csv.DictReader(stream)}
     assert groups == {"PaperDetector", "SoonDetector", "SoonDetector(seconds=3.0)"}
+    with (folder / "results.csv").open(encoding="utf-8") as stream:  # a detector of one's own had no standing cells
+        standing = {row["detector"] for row in csv.DictReader(stream) if row["kind"] == "standing"}
+    assert "SoonDetector" in standing
     for name in ("fig17", "fig20", "fig24", "miss_distance"):
         assert "SoonDetector" in (folder / "figures" / f"{name}.csv").read_text(encoding="utf-8"), name
     assert "SoonDetector" in (folder / "report.html").read_text(encoding="utf-8")

@@ -45,20 +45,18 @@ def scene() -> None:
     "--cost/--no-cost",
     default=True,
     show_default=True,
-    help="simulate the opening and five instants of a walk, to say what one takes and needs",
+    help="simulate the opening of a walk, to say what one takes",
 )
-def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
+@click.option("--auto", is_flag=True, help="trace five instants at level auto, to say whom it integrates: minutes")
+def check(name: str, seed: int, as_json: bool, cost: bool, auto: bool) -> None:
     """Check NAME (a scene or a YAML file) and say what the simulator will need for it.
-
-    The cost is measured on a simulated walk. In a street of two dozen obstacles that takes minutes;
-    --no-cost takes seconds.
 
     Exit codes: 0 fit, warnings or none; 2 an error that would make its echoes wrong.
     """
     walked = has_walk(name)
     met = load_encounter(name, seed) if walked else _walked_straight(name, seed)
     price, integrals = None, None
-    steps = 1 + cost * (TIMED_RENDERINGS + INSTANTS)
+    steps = 1 + cost * TIMED_RENDERINGS + auto * INSTANTS
     with tqdm(desc="meshes", total=steps, unit="step", leave=False, disable=not sys.stderr.isatty()) as bar:
         findings = check_scene(met.scene, met.walk, met.phone) if walked else check_scene(met.scene)
         needs = needs_of(met.scene)
@@ -67,6 +65,7 @@ def check(name: str, seed: int, as_json: bool, cost: bool) -> None:
         if cost and sound:
             bar.set_description("first beeps")
             price = rendering_cost(met.scene, met.phone, met.walk, step=bar.update)
+        if auto and sound:
             bar.set_description("instants at level auto")
             integrals = integrals_needed(met.scene, met.phone, met.walk, bar.update)
     show = _as_json if as_json else _as_text

@@ -129,6 +129,8 @@ def _own_walks(suite: Suite, own: OwnScene, size: Callable[[int], int]) -> Itera
 
 
 def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> list[Cell]:
+    """With the detectors named for them, and with those of a user's own that walk."""
+    own = [name for name in suite.detectors if parse_detector(name).module and name not in standing.detectors]
     return [
         Cell(
             kind="standing",
@@ -140,7 +142,7 @@ def _standing(suite: Suite, standing: Standing, size: Callable[[int], int]) -> l
             collision=False,
             range_m=range_m,
             bearing_rad=bearing_rad,
-            detectors=standing.detectors,
+            detectors=(*standing.detectors, *own),
             **_shared(suite) | {"scoring": suite.scoring.model_copy(update={"gate_m": standing.gate_m})},
         )
         for category, count in standing.counts.items()

@@ -20,7 +20,7 @@ from simulator.surfaces.wedges import wedges_of
 from simulator.trace import trace_paths
 
 Step = Callable[[], object]
-TIMED_BEEPS = 6
+TIMED_BEEPS = 4
 TIMED_RENDERINGS = 3
 """The first of them compiles, the other two are timed."""
 INSTANTS = 5

@@ -168,7 +168,7 @@ def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.Mon
     shown = StringIO()
     monkeypatch.setattr(shown, "isatty", lambda: True, raising=False)
     with redirect_stderr(shown):
-        command.main([str(path)], standalone_mode=False)
+        command.main([str(path), "--auto"], standalone_mode=False)
     assert f"/{1 + TIMED_RENDERINGS + INSTANTS} " in shown.getvalue()
     assert all(stage in shown.getvalue() for stage in ("meshes", "first beeps", "instants at level auto"))
 
