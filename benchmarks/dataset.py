@@ -145,5 +145,6 @@ def _texts(suite: Suite, table: pd.DataFrame, argv: Sequence[str]) -> dict[str, 
         argv=" ".join(argv), hours=f"{table.duration_s.sum() / 3600.0:.2g}", not_modelled=NOT_MODELLED,
         source=source_fingerprint()[:12],
     )  # fmt: skip
-    licence = distribution("obstaclewatch").read_text("licenses/LICENSE")
+    files = distribution("obstaclewatch").files or []
+    licence = next((file.read_text() for file in files if file.name == "LICENSE"), None)
     return {"README.md": card, "load.py": loader} | ({} if licence is None else {"LICENSE": licence})

@@ -15,6 +15,7 @@ GRID_M = 1e-4
 def silhouette(corners_m: Floats) -> shapely.Geometry:
     """The union of projected triangles (T, 3, 2); a sheet seen edge-on is as wide as a drawn line.
 
+    >>> import numpy as np
     >>> silhouette(np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])).area
     1.0
     """

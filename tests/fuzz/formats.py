@@ -24,8 +24,9 @@ from benchmarks.gates.baseline import baseline_walks, load_baseline
 from benchmarks.gates.config import load_gates
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
-from benchmarks.runs.results import RunData, load_run, write_results_csv
+from benchmarks.runs.results import RunData, load_run
 from benchmarks.runs.store import cell_path, to_json, write_cell
+from benchmarks.scoring.frames import write_frames
 from benchmarks.scoring.scores import approach_table, beep_table
 from obstaclewatch import read_recording
 from scenes import load_encounter
@@ -191,7 +192,7 @@ def _manifest(data: bytes, folder: Path) -> object:
 
 def _tables(folder: Path) -> object:
     run = load_run(folder)
-    return write_results_csv(run), [table(run) for table in TABLES]
+    return write_frames(run), [table(run) for table in TABLES]
 
 
 TABLES: tuple[Callable[[RunData], object], ...] = (

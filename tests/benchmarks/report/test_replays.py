@@ -57,10 +57,10 @@ def test_the_outline_of_a_box_is_its_plan(turn):
     box.apply_translation([1.0, 2.0, 0.5])
     (ring,) = outline(Obstacle(box, Material.rigid(), "box"), HERE, WIDE)
     assert len(ring) == 5
-    assert _area(ring) == pytest.approx(1.0)
+    assert _area(ring) == pytest.approx(1.0, abs=5e-4)  # corners are rounded to 0.1 mm
     corners = np.asarray(box.vertices)[:, :2]
     distance = np.linalg.norm(corners[:, None] - ring[None], axis=2).min(axis=1)
-    assert distance.max() < 1e-9
+    assert distance.max() < 1e-4
 
 
 def test_what_is_above_the_walker_or_outside_the_window_has_no_outline():
