@@ -112,6 +112,8 @@ class _Walk(_Stored):
     seed: Natural
     range_m: Number
     detectors: list[str] = []
+    variant: dict[str, Any] | None = None
+    probe: dict[str, Any] | None = None
 
 
 class StoredCell(_Stored):
