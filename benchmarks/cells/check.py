@@ -8,7 +8,6 @@ from benchmarks.cells.detectors import check_detector, paper_settings, standing_
 from benchmarks.cells.interference import other_beep
 from benchmarks.cells.situations.variation import air_of, changed_phone
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
 from scenes import list_scenes, make_approach
 from scenes.obstacles import CATEGORIES
 from simulator import Fidelity, Material, Phone
@@ -21,7 +20,7 @@ def check_cell(cell: Cell) -> None:
         ValueError: something is unknown or out of range; the message names the cell.
     """
     try:
-        beep = BeepDesign(**cell.beep.model_dump())
+        beep = cell.beep.design()
         if cell.interferer is not None:
             other_beep(beep, cell.interferer)
         if cell.kind != "scene":  # such a file may bring a phone of its own

@@ -86,17 +86,12 @@ def compute(cell: Cell) -> dict[str, Any]:
 def recording_of(cell: Cell) -> tuple[Situation, BeepDesign, Recording]:
     """What a walk or a standing measurement simulates, its beep, and the recording that the detectors run on."""
     setting, recorded = _simulated(simulated_part(cell).model_dump_json())
-    return setting, beep_of(cell), after_microphones(cell, setting, recorded)
-
-
-def beep_of(cell: Cell) -> BeepDesign:
-    """The cell's beep."""
-    return BeepDesign(**cell.beep.model_dump())
+    return setting, cell.beep.design(), after_microphones(cell, setting, recorded)
 
 
 def after_microphones(cell: Cell, setting: Situation, recorded: Recording) -> Recording:
     """What the detector gets of what was recorded: with the second phone's beeps, through the cell's channel."""
-    return through_channel(with_interferer(recorded, setting, beep_of(cell), cell.interferer), cell.recording)
+    return through_channel(with_interferer(recorded, setting, cell.beep.design(), cell.interferer), cell.recording)
 
 
 def simulated_part(cell: Cell) -> Cell:

@@ -61,7 +61,7 @@ def direct_delay_s(phone_name: str, beep: BeepSetting) -> float:
 def phone_delay_s(phone: Phone, beep: BeepSetting) -> float:
     """Delay of the direct peak at microphone 0 after emission: the phone alone in free space, without noise."""
     alone = replace(phone, noise_spl_db=-np.inf, body=None)
-    design = BeepDesign(**beep.model_dump())
+    design = beep.design()
     still = StraightWalk(np.zeros(3), heading_rad=0.0, speed_m_s=0.0, duration_s=design.period_s)
     recording = render_walk(Scene(()), alone, still, design)
     return measured_direct_delay_s(recording.samples, design)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
-from obstaclewatch.beep import LEAST_TAPER, LOWEST_HZ
+from obstaclewatch.beep import LEAST_TAPER, LOWEST_HZ, BeepDesign
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
@@ -32,6 +32,14 @@ class BeepSetting(BaseModel, extra="forbid", frozen=True):
     def period_s(self) -> float:
         """From the start of one beep to the start of the next, s."""
         return self.duration_s + self.gap_s
+
+    def design(self) -> BeepDesign:
+        """The beep itself.
+
+        Raises:
+            ValueError: as `BeepDesign`, of values that do not fit each other.
+        """
+        return BeepDesign(**self.model_dump())
 
 
 class Knowledge(BaseModel, extra="forbid", frozen=True):

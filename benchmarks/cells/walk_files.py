@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.cells.compute import after_microphones, beep_of, situation_of, truth_entry, truths_at_beeps
+from benchmarks.cells.compute import after_microphones, situation_of, truth_entry, truths_at_beeps
 from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, write_recording
@@ -38,7 +38,7 @@ def write_walk(cell: Cell, folder: Path) -> dict[str, Any]:
         ValueError: as `benchmarks.cells.compute.compute`, or samples beyond full scale, which FLAC does not hold.
     """
     begin, name, blocks = perf_counter(), walk_name(cell), []
-    setting, beep = situation_of(cell), beep_of(cell)
+    setting, beep = situation_of(cell), cell.beep.design()
     recorded = rendered(setting, cell, lambda paths, first: blocks.append(_path_rows(paths, first)))
     recording = after_microphones(cell, setting, recorded)
     truths = truths_at_beeps(cell, setting, beep, recording)

@@ -49,10 +49,15 @@ class Examples:
         near = (self.left_m <= FARTHEST_M) & (self.left_m > PAST_M)
         return np.where(self.collides, near, True)
 
+    @property
+    def received(self) -> Ints:
+        """(n,) a number for each walk and reception."""
+        found: Ints = 1000 * self.walk + self.reception
+        return found
+
     def weights(self) -> Floats:
         """(n,) by which beeps count: every reception as much as every other of its outcome, both outcomes the same."""
-        reception = 1000 * self.walk + self.reception
-        _, which, count = np.unique(reception, return_inverse=True, return_counts=True)
+        _, which, count = np.unique(self.received, return_inverse=True, return_counts=True)
         weight = 1.0 / count[which]
         share = np.where(self.collides, weight[self.collides].sum(), weight[~self.collides].sum())
         found: Floats = 0.5 * weight / share

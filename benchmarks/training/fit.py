@@ -38,7 +38,7 @@ def fitted(examples: Examples) -> CollisionModel:
     learned = examples[examples.used]
     knots = np.array([_knots(column) for column in learned.evidence.T])
     design = _design(learned.evidence, knots)
-    receptions = len(np.unique(1000 * learned.walk + learned.reception))
+    receptions = len(np.unique(learned.received))
     weight = learned.weights() * EFFECTIVE_EXAMPLES * receptions
     sign = np.where(learned.collides, 1.0, -1.0)
 
@@ -95,7 +95,7 @@ def distances_left(examples: Examples) -> Floats:
 
 def rates(examples: Examples, alerts: Flags, in_time_m: float) -> tuple[float, ...]:
     """TP and TN of walks (every reception counts), of an alert at any beep with so much left or more; NaN of none."""
-    own = 1000 * examples.walk + examples.reception
+    own = examples.received
     receptions, which = np.unique(own, return_inverse=True)
     counts = alerts & np.where(examples.collides, examples.left_m > in_time_m, True)
     alerted, collides = np.zeros(len(receptions), dtype=bool), np.zeros(len(receptions), dtype=bool)

@@ -62,7 +62,7 @@ def with_people_drawn(cells: list[Cell]) -> list[Cell]:
 
 def recorded(cell: Cell) -> Walk:
     """Render a walk without noise."""
-    setting, beep = situation_of(cell), BeepDesign(**cell.beep.model_dump())
+    setting, beep = situation_of(cell), cell.beep.design()
     quiet = replace(setting, phone=replace(setting.phone, noise_spl_db=-np.inf))
     recording = rendered(quiet, cell)
     truth = truths_at_beeps(cell, setting, beep, recording)[0]
@@ -75,7 +75,7 @@ def received(walk: Walk, reception: int) -> Singles:
     """(2, n) the walk with noise; reception 0 at the levels that are assumed, others at levels drawn."""
     rng = np.random.default_rng(np.random.SeedSequence(walk.cell.seed, spawn_key=(reception,)))
     beep_db, noise_db, _, rear_db = (rng.uniform(u.low_db, u.high_db) for u in UNKNOWNS) if reception else (0.0,) * 4
-    beep = BeepDesign(**walk.cell.beep.model_dump())
+    beep = walk.cell.beep.design()
     rms = noise_rms(walk.setting.phone, beep.sample_rate_hz) * 10.0 ** ((noise_db - beep_db) / 20.0)
     samples = walk.samples * np.array([[1.0], [10.0 ** (rear_db / 20.0)]], dtype=np.float32)
     noise = rng.standard_normal(samples.shape, dtype=np.float32)
@@ -85,7 +85,7 @@ def received(walk: Walk, reception: int) -> Singles:
 
 def evidence_at_beeps(walk: Walk, reception: int) -> Floats:
     """(beeps, F) what `TrackingDetector` has for evidence after every beep of a reception."""
-    beep = BeepDesign(**walk.cell.beep.model_dump())
+    beep = walk.cell.beep.design()
     detector = detector_for(walk.cell, TrackingDetector.__name__, walk.setting, beep)
     samples = received(walk, reception)
     return np.array(list(_evidence(detector, samples, beep)))

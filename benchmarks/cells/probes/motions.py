@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from benchmarks.cells.probes.fidelities import envelope_errors, of_target, peak_levels_db, priced
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Complexes
 from scenes import make_approach
@@ -51,7 +50,7 @@ def motion_result(cell: Cell) -> dict[str, Any]:
     Raises:
         ValueError: an unknown scene or category.
     """
-    beep = BeepDesign(**cell.beep.model_dump())
+    beep = cell.beep.design()
     approach = make_approach(category=cell.category, phone_name=cell.phone, seed=cell.seed, **_drawn(cell))
     share = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(1,))).uniform(0.2, 0.9)
     walk = Excerpt(approach.walk, share * approach.walk.duration_s, beep.period_s)

@@ -201,7 +201,7 @@ def _setting(cell: Cell, things: Sequence[tuple[str, float, float]], speed_m_s: 
 
 
 def _beep(cell: Cell) -> BeepDesign:
-    return BeepDesign(**cell.beep.model_dump())
+    return cell.beep.design()
 
 
 def _block(cell: Cell, recording: Recording, beep: int) -> Singles:

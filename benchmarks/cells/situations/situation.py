@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
 from scenes import GaitWalk
 from scenes.streets.approaches import AFTER_CONTACT_S
@@ -39,7 +38,7 @@ class Situation:
 
 def rendered(setting: Situation, cell: Cell, seen: Callable[[Paths, int], None] | None = None) -> Recording:
     """What the phone records on the walk, with the cell's beep, fidelity and seed; `seen` is told the paths."""
-    beep, fidelity = BeepDesign(**cell.beep.model_dump()), Fidelity(**cell.fidelity)
+    beep, fidelity = cell.beep.design(), Fidelity(**cell.fidelity)
     return render_walk(setting.scene, setting.phone, setting.walk, beep, fidelity, cell.seed, setting.gated, seen)
 
 

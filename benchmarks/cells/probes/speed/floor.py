@@ -7,7 +7,6 @@ import numpy as np
 from benchmarks.cells.probes.speed.timing import cpu_ms, fft_ms, require
 from benchmarks.cells.situations.approaching import approach_situation
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
 from obstaclewatch.support.arrays import Ints
 from simulator import Fidelity
 from simulator.paths import Paths
@@ -17,7 +16,7 @@ from simulator.render import sum_envelopes, to_rate, trace_walk
 def against_floor(cell: Cell, arrivals: int = 20, category: str = "wall") -> tuple[dict[str, float], list[str]]:
     """A beep of so many moving paths to each microphone in transforms: in the band, and on to the full rate."""
     walk = cell.model_copy(update={"kind": "approach", "scene": "supermarket", "category": category, "probe": {}})
-    setting, beep = approach_situation(walk), BeepDesign(**cell.beep.model_dump())
+    setting, beep = approach_situation(walk), cell.beep.design()
     paths, motion, count = trace_walk(setting.scene, setting.phone, setting.walk, beep, Fidelity(**cell.fidelity))
     rows = _rows(paths, count, arrivals)
     some, moving = paths[rows], motion[rows]

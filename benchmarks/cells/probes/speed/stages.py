@@ -11,7 +11,6 @@ from benchmarks.cells.probes.speed.timing import cpu_ms, require
 from benchmarks.cells.situations.approaching import approach_situation
 from benchmarks.cells.situations.situation import rendered
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
 from scenes import ground_truth
 from simulator import Fidelity, PreparedScene
 from simulator.phone.noise import noise_samples
@@ -28,7 +27,7 @@ def by_stage(
     walk = cell.model_copy(
         update={"kind": "approach", "scene": scene, "category": category, "index": index, "probe": {}}
     )
-    setting, beep = approach_situation(walk), BeepDesign(**cell.beep.model_dump())
+    setting, beep = approach_situation(walk), cell.beep.design()
     recording = rendered(setting, walk)
     require(np.array_equal(recording.samples, rendered(setting, walk).samples), "a walk sounds otherwise when repeated")
     place, fidelity = PreparedScene(setting.scene), Fidelity(**cell.fidelity)
