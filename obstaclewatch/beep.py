@@ -121,8 +121,7 @@ class BeepDesign:
 
     def samples(self) -> Floats:
         """(n,) the beep sampled at `sample_rate_hz`; 9600 samples for the paper's beep."""
-        count = round(self.duration_s * self.sample_rate_hz)
-        return self.waveform(np.arange(count) / self.sample_rate_hz)
+        return self.waveform(self._sample_times_s())
 
     def replica(self) -> Floats:
         """(n,) what a receiver correlates with, so that an echo is compressed to a Hann chirp's pulse.
@@ -130,6 +129,9 @@ class BeepDesign:
         Under the Hann window that is the beep. A Tukey window's own pulse has sidelobes 13 dB down; where the echo's
         window times the replica's is Hann's squared, they are 47 dB down as ever.
         """
-        time = np.arange(len(self.samples())) / self.sample_rate_hz
+        time = self._sample_times_s()
         hann, own = np.sin(np.pi * time / self.duration_s) ** 2, self.window(time)
         return hann * np.divide(hann, own, out=np.zeros_like(own), where=own > 0.0) * np.cos(self.phase_rad(time))
+
+    def _sample_times_s(self) -> Floats:
+        return np.arange(round(self.duration_s * self.sample_rate_hz)) / self.sample_rate_hz

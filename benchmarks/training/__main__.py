@@ -20,7 +20,6 @@ from benchmarks.training.fit import (
     cross_validated,
     distances_left,
     fitted,
-    probabilities,
     rates,
     with_thresholds,
 )
@@ -109,7 +108,7 @@ def card(model: CollisionModel, learned: dict[str, Examples], unseen: dict[str, 
 
 def measured(model: CollisionModel, found: Examples) -> dict[str, Any]:
     """Rates of alerts by what is left, at the levels assumed and at levels drawn, and calibration."""
-    probability = probabilities(model, found)
+    probability = model.probabilities(found.evidence)
     alerts = alerts_by(model, probability, distances_left(found))
     entry: dict[str, Any] = {
         "walks": len(np.unique(found.walk)),

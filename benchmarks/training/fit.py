@@ -62,7 +62,7 @@ def cross_validated(examples: Examples) -> Floats:
     fold, found = examples.walk % FOLDS, np.zeros(len(examples))
     for own in range(FOLDS):
         if (fold == own).any():
-            found[fold == own] = probabilities(fitted(examples[fold != own]), examples[fold == own])
+            found[fold == own] = fitted(examples[fold != own]).probabilities(examples.evidence[fold == own])
     return found
 
 
@@ -75,17 +75,7 @@ def with_thresholds(model: CollisionModel, examples: Examples, probability: Floa
 
 def alerts_by(model: CollisionModel, probability: Floats, left_m: Floats) -> Flags:
     """(n,) whether there is an alert after a beep."""
-    enough: Flags = probability > np.interp(left_m, model.left_m, model.thresholds)
-    return enough & (left_m <= FARTHEST_M)
-
-
-def probabilities(model: CollisionModel, examples: Examples) -> Floats:
-    """(n,) of a collision at every beep."""
-    odds = np.full(len(examples), model.constant)
-    for number, column in enumerate(examples.evidence.T):
-        curve = np.interp(column, model.knots[number], model.values[number])
-        odds += np.where(np.isnan(column), model.missing[number], curve)
-    return 1.0 / (1.0 + np.exp(-odds))
+    return model.suffices(probability, left_m) & (left_m <= FARTHEST_M)
 
 
 def distances_left(examples: Examples) -> Floats:

@@ -160,9 +160,8 @@ def _best_sums(
     hit = passing = oncoming = oncoming_passing = NOTHING
     at_m, cells, per_m = ahead_m[-1], ratio.shape[1], 1.0 / cell_m
     for height_m in heights_m:
-        height2, bob_m = height_m * height_m, height_m
         for miss_m in misses_m:
-            aside2 = miss_m * miss_m + height2
+            aside2 = miss_m * miss_m + height_m * height_m
             for place in range(len(ahead_m)):
                 for which in range(len(speeds)):
                     pace_m_s, begin_m = speeds[which] * speed_m_s, ahead_m[place] * max(speeds[which], 1.0)
@@ -170,7 +169,7 @@ def _best_sums(
                     for beep in range(len(age_s)):
                         along_m = begin_m + pace_m_s * age_s[beep]
                         range_m = np.sqrt(along_m * along_m + aside2)
-                        read_m = range_m + (bob_m * waves[1, beep] - along_m * waves[2, beep]) / range_m
+                        read_m = range_m + (height_m * waves[1, beep] - along_m * waves[2, beep]) / range_m
                         cell = int((read_m - first_m) * per_m + 0.5)
                         if 0 <= cell < cells:
                             total += ratio[beep, cell]

@@ -13,8 +13,9 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Flags, Floats
 from obstaclewatch.tracking.evidence import Evidence
 
 FILE = Path(__file__).with_name("collision_model.json")
@@ -48,14 +49,22 @@ class CollisionModel:
 
     def probability(self, evidence: Evidence) -> float:
         """Of a collision."""
-        log_odds = self.constant
-        for number, knots, values, missing in zip(evidence, self.knots, self.values, self.missing, strict=True):
-            log_odds += missing if np.isnan(number) else np.interp(number, knots, values)
-        return float(1.0 / (1.0 + np.exp(-log_odds)))
+        return float(self.probabilities(np.array([evidence]))[0])
 
-    def alerts(self, probability: float, left_m: float) -> bool:
-        """Whether a probability suffices with so much left to walk."""
-        return bool(probability > np.interp(left_m, self.left_m, self.thresholds))
+    def probabilities(self, evidence: Floats) -> Floats:
+        """(n,) of a collision, by (n, F) numbers."""
+        log_odds = np.full(len(evidence), self.constant)
+        for number, knots, values, missing in zip(evidence.T, self.knots, self.values, self.missing, strict=True):
+            log_odds += np.where(np.isnan(number), missing, np.interp(number, knots, values))
+        found: Floats = 1.0 / (1.0 + np.exp(-log_odds))
+        return found
+
+    def suffices(self, probability: ArrayLike, left_m: ArrayLike) -> Flags:
+        """Whether probabilities are enough for an alert with so much left to walk."""
+        enough: Flags = np.asarray(probability) > np.interp(
+            np.asarray(left_m, dtype=np.float64), self.left_m, self.thresholds
+        )
+        return enough
 
     @classmethod
     def from_file(cls, path: Path) -> CollisionModel:

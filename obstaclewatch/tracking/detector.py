@@ -39,7 +39,7 @@ FARTHEST_M = 1.6
 OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
 """Columns that need two different channels."""
 MOST_RANGE_STD_M = 0.03
-"""Claimed deviation of the range beyond which a track is not shown, unless it raises the alert."""
+"""Claimed deviation of the range beyond which a track is not shown."""
 MOST_MISFIT = 2.0
 """Squared deviations, a reading, beyond which no trajectory explains a track: it began on another echo."""
 
@@ -220,7 +220,7 @@ class TrackingDetector(StreamingDetector):
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
         """Of the trajectories that rather collide, the first to do so; without any, what the sums say."""
         probability, left_m = self._model.probability(self.evidence), self.evidence.distance_left_m
-        alert = left_m <= min(FARTHEST_M, self.settings.danger_m) and self._model.alerts(probability, left_m)
+        alert = left_m <= min(FARTHEST_M, self.settings.danger_m) and bool(self._model.suffices(probability, left_m))
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
         if not likely:
             range_m, contact_s = (left_m + FRONT_M, left_m / WALKING_M_S) if alert else (np.nan, np.nan)

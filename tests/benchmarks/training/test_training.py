@@ -14,7 +14,7 @@ from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.training.__main__ import SEEDS, as_plain, main, read_table
 from benchmarks.training.examples import Examples
-from benchmarks.training.fit import alerts_by, calibration, distances_left, fitted, probabilities, rates
+from benchmarks.training.fit import alerts_by, calibration, distances_left, fitted, rates
 from benchmarks.training.walks import development_cells, with_people_drawn
 from obstaclewatch.tracking.collision_model import FILE, CollisionModel, collision_model
 from obstaclewatch.tracking.evidence import Evidence
@@ -57,9 +57,9 @@ def test_a_known_law_is_learned_and_calibrated():
     which = Evidence._fields.index("hit")
     slope = np.diff(model.values[which]) / np.diff(model.knots[which])
     assert slope[1:-1] == pytest.approx(np.full(len(slope) - 2, 0.4), abs=0.15)
-    assert _worst(unseen, probabilities(model, unseen)) < 3.0
+    assert _worst(unseen, model.probabilities(unseen.evidence)) < 3.0
     one = unseen.evidence[3]
-    assert model.probability(Evidence(*one)) == pytest.approx(probabilities(model, unseen)[3])
+    assert model.probability(Evidence(*one)) == pytest.approx(model.probabilities(unseen.evidence)[3])
 
 
 def _learned_again(folder, output):
@@ -93,7 +93,7 @@ def test_a_file_with_other_numbers_is_refused(tmp_path):
 def test_the_card_is_that_of_the_weights():
     found, card = read_table(TABLE), json.loads(FILE.read_text())["card"]["held out"]["paper"]
     model = collision_model()
-    alerts = alerts_by(model, probabilities(model, found), distances_left(found))
+    alerts = alerts_by(model, model.probabilities(found.evidence), distances_left(found))
     claimed = card["assumed levels"]
     for left_m in (0.0, 0.5, 1.0):
         assert rates(found, alerts, left_m)[0] == pytest.approx(claimed[f"TP, {left_m:g} m left"], abs=0.006)
@@ -103,6 +103,6 @@ def test_the_card_is_that_of_the_weights():
 
 def test_stated_probabilities_are_observed_and_a_shift_is_seen():
     found, model = read_table(TABLE), collision_model()
-    assert _worst(found, probabilities(model, found)) < 4.0
+    assert _worst(found, model.probabilities(found.evidence)) < 4.0
     for shift in (-1.5, 1.5):
-        assert _worst(found, probabilities(replace(model, constant=model.constant + shift), found)) > 4.0
+        assert _worst(found, replace(model, constant=model.constant + shift).probabilities(found.evidence)) > 4.0
