@@ -17,6 +17,11 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 
 ESTIMATES = tuple(name for name in COLUMNS if name not in ("level_db", "closing_speed_m_s"))
 """Columns of a detector's candidates that are stored of the target."""
+BEEP_COLUMNS = (
+    "beep", "time_s", "true_range_m", "true_range2_m", "low", "true_bearing_rad", "true_radius_m",
+    "true_signed_bearing_rad", *ESTIMATES, "flags", "candidates",
+)  # fmt: skip
+"""Columns over the beeps of a cell: what is true of the target, and what a detector says of it."""
 
 
 class DetectionLike(Protocol):

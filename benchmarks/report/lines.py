@@ -6,11 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from benchmarks.scoring.scores import NARROW_M
+
 QUANTITIES = (
-    ("range_m", "range", "cm", 100.0),
-    ("range2_m", "range to mic 2", "cm", 100.0),
-    ("bearing_rad", "bearing", "degrees", 180.0 / math.pi),
-    ("radius_m", "radius", "cm", 100.0),
+    ("range_m", "range error", "cm", 100.0),
+    ("range2_m", "range error to mic 2", "cm", 100.0),
+    ("bearing_rad", "bearing error", "degrees", 180.0 / math.pi),
+    ("radius_m", f"radius error, up to {2 * NARROW_M:g} m wide", "cm", 100.0),
 )
 
 
@@ -24,9 +26,9 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
     for point, detectors in summary.get("points", {}).items():
         lines.append(f"[{point}]")
         for name, found in detectors.items():
-            lines += [f"  {name}", *(f"    {label:<44}{text}" for label, text in list(_told(found))[:_OF_A_POINT])]
+            lines += [f"  {name}", *(f"    {label:<46}{text}" for label, text in list(_told(found))[:_OF_A_POINT])]
     for name, found in summary.get("detectors", {}).items():
-        lines += [name, *(f"  {label:<44}{text}" for label, text in _told(found))]
+        lines += [name, *(f"  {label:<46}{text}" for label, text in _told(found))]
     return lines
 
 
@@ -42,7 +44,7 @@ def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for state in ("walking", "standing"):
         for key, label, unit, scale in QUANTITIES:
             if found[state][key]["of"]:
-                yield f"median {label} error, {state}", _median(found[state][key], unit, scale)
+                yield f"median {label}, {state}", _median(found[state][key], unit, scale)
     for key, label in (("range_m", "range"), ("range2_m", "mic 2")):
         entry = found["standing_against_echoes"][key]
         if entry["n"]:

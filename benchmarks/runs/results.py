@@ -36,7 +36,7 @@ def load_run(folder: str | Path) -> RunData:
     """Read a run's manifest and every cell that its plan names and that is there whole.
 
     Raises:
-        ValueError: the folder holds no run, or its manifest is damaged.
+        ValueError: the folder holds no run, or its manifest is damaged, or a cell is of another version.
     """
     folder = Path(folder)
     path = folder / "manifest.json"

@@ -118,5 +118,9 @@ def _store(run: Path, done: Done) -> None:
 
 
 def _stored_status(run: Path, digest: str) -> str | None:
-    record = read_cell(cell_path(run, digest), digest)
+    try:
+        record = read_cell(cell_path(run, digest), digest)
+    except ValueError as error:
+        tqdm.write(f"{error}; it is computed again", file=sys.stderr)
+        return None
     return None if record is None else str(record["status"])

@@ -76,12 +76,14 @@ def read_cost(path: Path) -> dict[str, Any]:
 
 
 def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
-    """A stored cell, or None where there is none, or only a damaged one, which is then to be computed again."""
+    """A stored cell, or None where there is none, or only a damaged one, which is then to be computed again.
+
+    Raises:
+        ValueError: its checksum is right, but it is not what this version stores; with file, field and rule.
+    """
     found = read_sealed(path, digest)
-    try:
-        check_stored(found or {}, StoredCell, str(path))
-    except ValueError:
-        return None
+    if found is not None:
+        check_stored(found, StoredCell, f"'{path}' must be a cell as this version stores it")
     return found
 
 
@@ -110,8 +112,11 @@ def point_to(folder: Path, link: Path) -> None:
     """Make `link` a symbolic link to a folder beside it, replacing an older one in one step."""
     partial = link.with_name(f".{link.name}.{os.getpid()}.partial")
     partial.unlink(missing_ok=True)
-    partial.symlink_to(folder.name, target_is_directory=True)
-    os.replace(partial, link)
+    try:
+        partial.symlink_to(folder.name, target_is_directory=True)
+        os.replace(partial, link)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 @contextmanager

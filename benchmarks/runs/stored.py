@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
+from benchmarks.cells.association import BEEP_COLUMNS
 from benchmarks.cells.spec import first_error
 
 Number = Annotated[float, Field(ge=-1e18, le=1e18)] | None
 """JSON lacks NaN: no number is null. The bound is that of 64-bit integers, as which beeps are counted."""
 Natural = Annotated[int, Field(ge=0, lt=1 << 63)]
+COUNTS = ("beep", "candidates")
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 """Names a file of the run, so it must be no path."""
 
@@ -74,25 +76,35 @@ class _Entry(_Stored):
     beeps: list[dict[str, list[Number | bool]]]
 
     @model_validator(mode="after")
-    def _even(self) -> _Entry:
+    def _columns(self) -> _Entry:
         for columns in self.beeps:
+            missing = [name for name in BEEP_COLUMNS if name not in columns]
+            if missing:
+                raise ValueError(f"columns over beeps must hold '{missing[0]}'")
             lengths = {len(column) for column in columns.values()}
             if len(lengths) > 1:
                 raise ValueError(f"columns over beeps must be equally long, got {sorted(lengths)}")
+            for name in COUNTS:
+                odd = [value for value in columns[name] if value is None or value % 1 != 0]
+                if odd:
+                    raise ValueError(f"column '{name}' must hold whole numbers, got {odd[0]}")
         return self
 
 
 class _Result(_Stored):
     truth: dict[str, Any]
     detectors: dict[str, _Entry]
+    loud_echoes_m: Annotated[list[list[float]], Field(min_length=2, max_length=2)] = [[], []]
 
 
 class _Truth(_Stored):
     """Of a walk that detectors were judged on."""
 
+    targets: list[str]
     collides: bool
     line_collides: bool
     moving: bool
+    radius_m: Number
     duration_s: float
     contact_time_s: Number
     miss_distance_m: Number
@@ -131,11 +143,22 @@ class StoredCell(_Stored):
         if (self.result is None) is (self.status == "ok") or (self.error is None) is (self.status == "failed"):
             raise ValueError(f"a cell must have a result or an error, as its status '{self.status}' says")
         if self.result is not None and self.result.detectors:
-            truth = _Truth.model_validate(self.result.truth)
-            left = [value for entry in self.result.detectors.values() for value in entry.decisions.left_m]
-            if truth.collides and None in left:
-                raise ValueError("decisions on a walk that collides must say what was left of it")
+            truth = _truth(self.result.truth)
+            for name, entry in self.result.detectors.items():
+                if truth.collides and None in entry.decisions.left_m:
+                    raise ValueError(f"decisions of '{name}' on a walk that collides must say what was left of it")
+                if len(entry.beeps) != len(truth.targets):
+                    raise ValueError(
+                        f"beeps of '{name}' must be told of {len(truth.targets)} targets, got {len(entry.beeps)}"
+                    )
         return self
+
+
+def _truth(data: dict[str, Any]) -> _Truth:
+    try:
+        return _Truth.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(f"truth.{first_error(error, _Truth)}") from error
 
 
 def json_mapping(text: str, source: str) -> dict[str, Any]:

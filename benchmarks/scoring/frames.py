@@ -114,8 +114,11 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
         pairs = [pair for columns in parts for pair in zip(columns[estimate], columns[truth], strict=True)]
         error = pd.Series([math.nan if None in pair else pair[0] - pair[1] for pair in pairs], dtype=float)
         row[f"{quantity}_estimates"] = int(error.count())
-        row[f"{quantity}_error_median_{unit}"] = error.abs().median()
-        row[f"{quantity}_bias_median_{unit}"] = error.median()
+        for kind, values in (
+            ("error", error.abs()),
+            ("bias", error),
+        ):  # of an even number the lower middle, as all here
+            row[f"{quantity}_{kind}_median_{unit}"] = values.quantile(0.5, interpolation="lower")
     return row
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from benchmarks.cells.association import ESTIMATES
+from benchmarks.cells.association import BEEP_COLUMNS
 from benchmarks.cells.spec import counts_as
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.operating_points import TRUE_NEGATIVE_RATES, OperatingPoint, operating_point
@@ -96,10 +96,6 @@ def beeps_of(record: Mapping[str, Any], detector: str) -> list[dict[str, list[An
     return [beeps | _nearest_echoes(record["result"], beeps, record["cell"]["kind"]) for beeps in tables]
 
 
-BEEP_COLUMNS = (
-    "beep", "time_s", "true_range_m", "true_range2_m", "low", "true_bearing_rad", "true_radius_m",
-    "true_signed_bearing_rad", *ESTIMATES, "flags", "candidates",
-)  # fmt: skip
 ECHOES = {"echo_range_m": "range_m", "echo_range2_m": "range2_m"}
 """Columns of the nearest loud echo at microphone 0 and 1, and of the estimates that they are nearest to."""
 

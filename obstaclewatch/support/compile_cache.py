@@ -34,17 +34,25 @@ class SourcesLocator:
 
     @staticmethod
     def from_function(function: Callable[..., Any], file: str) -> Any:
-        """For a function of these packages, numba's locator with a stamp over all its sources; else None."""
+        """For a function of these packages, numba's locator with a stamp over all its sources; else None.
+
+        Raises:
+            OSError: no place can be written: without one every start would compile for minutes.
+        """
         if function.__module__.partition(".")[0] not in PACKAGES:
             return None
         found = next(filter(None, (place.from_function(function, file) for place in PLACES)), None)
-        if found is not None:
-            root = Path(file).parents[function.__module__.count(".")]
-            found.get_source_stamp = partial(sources_stamp, root, Path(file))
-            line, stamp = found.get_disambiguator(), sources_stamp(root, Path(file)).hex()
-            # The file's name depends on the sources as well: numba looks at the stamp only after it has unpickled
-            # classes of theirs, which an update may have renamed.
-            found.get_disambiguator = lambda: f"{line}-{stamp[:8]}"
+        if found is None:
+            raise OSError(
+                f"compiled functions must be stored beside '{file}' or in the user's cache, and neither can be "
+                "written: name a folder in NUMBA_CACHE_DIR"
+            )
+        root = Path(file).parents[function.__module__.count(".")]
+        found.get_source_stamp = partial(sources_stamp, root, Path(file))
+        line, stamp = found.get_disambiguator(), sources_stamp(root, Path(file)).hex()
+        # The file's name depends on the sources as well: numba looks at the stamp only after it has unpickled
+        # classes of theirs, which an update may have renamed.
+        found.get_disambiguator = lambda: f"{line}-{stamp[:8]}"
         return found
 
 

@@ -187,9 +187,12 @@ def _resampled(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(sound, "render_walk", stretched)
 
 
-def _threshold(patch: pytest.MonkeyPatch) -> None:
-    louder = PaperSettings(cfar_factor=PaperSettings().cfar_factor * 10.0 ** (3.0 / 20.0))
-    patch.setattr(snr, "PaperStandingDetector", partial(snr.PaperStandingDetector, settings=louder))
+def _threshold(change_db: float) -> Callable[[pytest.MonkeyPatch], None]:
+    def apply(patch: pytest.MonkeyPatch) -> None:
+        other = PaperSettings(cfar_factor=PaperSettings().cfar_factor * 10.0 ** (change_db / 20.0))
+        patch.setattr(snr, "PaperStandingDetector", partial(snr.PaperStandingDetector, settings=other))
+
+    return apply
 
 
 SABOTAGE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
@@ -204,7 +207,8 @@ SABOTAGE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     "2e-3 samples at a kilometre, rendered": (_faster(1.0 + 2e-9), "extremes_sound"),
     "truth 10 cm off": (_shifted_truth, "truth"),
     "beep resampled by 1e-4": (_resampled, "extremes_sound"),
-    "threshold 3 dB higher": (_threshold, "extremes_snr"),
+    "threshold 3 dB higher": (_threshold(3.0), "extremes_snr"),
+    "threshold 3 dB lower": (_threshold(-3.0), "extremes_snr"),
 }  # fmt: skip
 """What is done to the simulator or the detector, and the gate that must turn red by it."""
 

@@ -1,16 +1,21 @@
-"""Damage in a run's files is one named error, or a cell that counts as missing; never a traceback in a figure."""
+"""Damage in a run's files is one named error, never a traceback in a figure."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.cells.association import BEEP_COLUMNS
+from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.gates.baseline import load_baseline
 from benchmarks.runs.results import load_run
+from benchmarks.runs.runner import run_cells
 from benchmarks.runs.store import cell_path, cost_path, read_cell, to_json, write_cell
+from tests.benchmarks.fake_cells import fake_plan, fake_work
 from tests.benchmarks.synthetic_run import walk
 
 DIGEST = "ab" + 62 * "0"
@@ -45,32 +50,92 @@ def test_what_is_no_json_object_is_refused(tmp_path: Path, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "message"),
     [
-        {"result": None},
-        {"result": {"detectors": {"PaperDetector": {"alert": "yes"}}}},
-        {"result": {"detectors": [1]}},
-        {"label": 3},
-        {"cell": {"kind": "approach"}},
-        {"status": "failed"},
+        ({"result": None}, "a cell must have a result or an error"),
+        ({"result": {"truth": {}, "detectors": {"PaperDetector": {"alert": "yes"}}}}, r"PaperDetector\.alert: Input"),
+        ({"result": {"truth": {}, "detectors": [1]}}, r"result\.detectors: Input should be a valid dict"),
+        ({"label": 3}, "label: Input should be a valid string, got 3"),
+        ({"cell": {"kind": "approach"}}, r"cell\.scene is missing"),
+        ({"status": "failed"}, "a cell must have a result or an error"),
     ],
 )
-def test_a_sealed_cell_of_other_types_counts_as_missing(tmp_path: Path, change: dict[str, Any]) -> None:
-    record = walk() | {"digest": DIGEST}
+def test_a_sealed_cell_of_other_types_is_refused_by_field(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    """Cause: it counted as missing, so that a report of an older version's run said that nothing was measured."""
     path = cell_path(tmp_path, DIGEST)
-    write_cell(path, to_json(record))
-    assert read_cell(path, DIGEST) is not None
-    write_cell(path, to_json(record | change))
-    assert read_cell(path, DIGEST) is None
-    (tmp_path / "manifest.json").write_text(json.dumps(MANIFEST))
-    assert load_run(tmp_path).cells == ()
+    _hold(tmp_path, walk() | change)
+    for read in (lambda: read_cell(path, DIGEST), lambda: load_run(tmp_path)):
+        with pytest.raises(ValueError, match=rf"{path}' must be a cell as this version stores it: .*{message}"):
+            read()
 
 
-def test_columns_of_uneven_length_are_damage(tmp_path: Path) -> None:
-    record = walk() | {"digest": DIGEST}
-    record["result"]["detectors"]["PaperDetector"]["beeps"][0]["snr_db"].pop()
-    write_cell(cell_path(tmp_path, DIGEST), to_json(record))
-    assert read_cell(cell_path(tmp_path, DIGEST), DIGEST) is None
+def _hold(run: Path, record: dict[str, Any]) -> None:
+    write_cell(cell_path(run, DIGEST), to_json(record | {"digest": DIGEST}))
+    (run / "manifest.json").write_text(json.dumps(MANIFEST))
+
+
+@pytest.mark.parametrize("name", BEEP_COLUMNS)
+def test_a_missing_column_is_refused_by_file_and_name(tmp_path: Path, name: str) -> None:
+    """Cause: a cell without `radius_m` ended in a KeyError in the tables."""
+    record = walk()
+    _hold(tmp_path, record)
+    assert len(load_run(tmp_path).cells) == 1
+    del record["result"]["detectors"]["PaperDetector"]["beeps"][0][name]
+    _hold(tmp_path, record)
+    with pytest.raises(ValueError, match=rf"{DIGEST}\.json' .*columns over beeps must hold '{name}'"):
+        load_run(tmp_path)
+
+
+def _shortened(entry: dict[str, Any]) -> None:
+    entry["beeps"][0]["snr_db"].pop()
+
+
+def _half_a_beep(entry: dict[str, Any]) -> None:
+    entry["beeps"][0]["beep"][1] = 0.5
+
+
+def _no_count(entry: dict[str, Any]) -> None:
+    entry["beeps"][0]["candidates"][0] = None
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (_shortened, r"columns over beeps must be equally long, got \[3, 4\]"),
+        (_half_a_beep, "column 'beep' must hold whole numbers, got 0.5"),
+        (_no_count, "column 'candidates' must hold whole numbers, got None"),
+        (lambda entry: entry["beeps"].pop(), "beeps of 'PaperDetector' must be told of 1 targets, got 0"),
+    ],
+)
+def test_columns_that_cannot_be_are_refused(
+    tmp_path: Path, spoil: Callable[[dict[str, Any]], object], message: str
+) -> None:
+    record = walk(detectors=("PaperDetector",))
+    spoil(record["result"]["detectors"]["PaperDetector"])
+    _hold(tmp_path, record)
+    with pytest.raises(ValueError, match=message):
+        load_run(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["targets", "radius_m", "collides"])
+def test_a_truth_that_lacks_a_number_is_refused(tmp_path: Path, name: str) -> None:
+    record = walk()
+    del record["result"]["truth"][name]
+    _hold(tmp_path, record)
+    with pytest.raises(ValueError, match=rf"truth\.{name} is missing"):
+        load_run(tmp_path)
+
+
+def test_a_sealed_cell_of_other_types_is_computed_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (cell,) = cells = fake_plan(1)
+    assert run_cells(tmp_path, cells, work=fake_work()).complete
+    digest = cell.digest(source_fingerprint())
+    path = cell_path(tmp_path, digest)
+    whole = path.read_bytes()
+    write_cell(path, to_json({"digest": digest, "status": "ok"}))
+    assert run_cells(tmp_path, cells, work=fake_work()).complete
+    assert path.read_bytes() == whole
+    assert "label is missing; it is computed again" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("cost", ["[1]", '{"total_s": "long"}', '{"detect_s": [1]}', "["])

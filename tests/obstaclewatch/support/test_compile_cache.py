@@ -50,6 +50,20 @@ def test_an_update_that_renames_a_class_of_the_arguments_is_survived(tmp_path):
         assert [_printed(tmp_path, script), _printed(tmp_path, script)] == ["10 0", "10 1"]
 
 
+def test_no_place_to_store_is_one_error_that_says_what_to_do(monkeypatch):
+    """Cause: installed for all, with a home that cannot be written, numba said "no locator available"."""
+    monkeypatch.setattr("obstaclewatch.support.compile_cache.PLACES", ())
+    with pytest.raises(OSError, match=r"beside '.*test_compile_cache\.py' .* name a folder in NUMBA_CACHE_DIR"):
+        SourcesLocator.from_function(_of_the_packages, __file__)
+
+
+def _of_the_packages():
+    pass
+
+
+_of_the_packages.__module__ = "scenes.somewhere"
+
+
 def _printed(folder, script=SCRIPT):
     """Result of the caller, and how often it came from the store, in a fresh process that finds `scenes` there."""
     path = os.pathsep.join([str(folder), str(ROOT)])
