@@ -21,11 +21,10 @@ from simulator.phone.transducers import StructureBorne
 from simulator.scene.fidelity import MECHANISMS, Fidelity
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
-from simulator.search import FOCUS_GAIN, searched
+from simulator.search import searched
 from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
-from simulator.waves.spreading import spreading
-from simulator.world.candidates import Candidates
+from simulator.world.candidates import FOCUS_GAIN, Candidates
 from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -198,8 +197,7 @@ def _out_of_focus(_search: Search, found: Candidates) -> Flags:
     clear = np.ones(len(found), dtype=bool)
     rows = np.flatnonzero((found.face >= 0).any(axis=1))
     curved = found[rows]
-    gain = np.abs(spreading(curved.points_m, curved.normal, curved.curvature, curved.order))
-    clear[rows] = gain * curved.length_m <= FOCUS_GAIN
+    clear[rows] = curved.amplitude * curved.length_m <= FOCUS_GAIN
     return clear
 
 
@@ -216,13 +214,13 @@ def _paths(search: Search, found: Candidates, gain: Complexes) -> Paths:
     tracing = search.tracing
     return Paths(
         delay_s=found.length_m / search.air.sound_speed_m_s,
-        gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
         band_gain=gain, mic=found.mic, pose=found.pose, order=found.order,
         kind=found.kind,
         obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
         phone=search.phone, poses=len(tracing.pose), rejected=search.log.totals,
         left_out=_left_out(search.fidelity), choices=tuple(search.log.choices),
+        gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
     )  # fmt: skip
 
 

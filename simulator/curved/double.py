@@ -22,13 +22,14 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.curved.stationary_pairs import settle
-from simulator.images.image_tree import Images, images_lighting, matches
-from simulator.images.plane_walks import last_image
+from simulator.images.image_pairs import Pairs, centers, images_of, matches
+from simulator.images.image_tree import Images
+from simulator.images.plane_walks import image_in
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ
 from simulator.waves.spreading import spreading
-from simulator.world.candidates import Candidates, concatenated, nothing
+from simulator.world.candidates import Candidates
 from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
@@ -63,7 +64,7 @@ class Sighting:
         return Sighting(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floats) -> Candidates:
+def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floats) -> list[Candidates]:
     """Paths with two reflections off smooth surfaces of different obstacles.
 
     What is under the audible floor, or `MASKED` under the strongest echo of the pose, is left out; a floor of 0 keeps
@@ -74,18 +75,18 @@ def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floa
         loudest: (N, 2) strongest of all those found so far.
     """
     tracing, audible = search.tracing, search.audible
-    parts = [nothing(search.max_order)]
-    factor = _factors(tracing, singles)
+    middles = [centers(tracing, surface) for surface in tracing.world.surfaces]
+    parts, factor = [], _factors(tracing, singles)
     masked = min(MASKED, OVER_SHARE * audible.share) if audible.floor > 0.0 else 0.0
     threshold = np.maximum(audible.floor, masked * loudest.max(axis=1))
     for a in range(len(factor)):
         for b in range(a + 1, len(factor)):
-            shortest = _shortest(tracing, a, b)
+            shortest = _shortest(tracing, (a, b), middles)
             bound = 10.0 ** (JUDGED_DB / 20.0) * factor[a] * factor[b] / np.maximum(shortest, 1e-3)
             poses = np.flatnonzero((bound >= threshold) & (shortest <= audible.limit_m))
             if len(poses):
-                parts += _between(search, (a, b), poses, threshold)
-    return concatenated(parts)
+                parts += _between(search, (a, b), middles, poses, threshold)
+    return parts
 
 
 def _factors(tracing: Tracing, singles: list[Candidates | None]) -> Floats:
@@ -98,8 +99,7 @@ def _factors(tracing: Tracing, singles: list[Candidates | None]) -> Floats:
         if found is None:
             continue
         alone = found[found.order == 1]
-        amplitude = np.abs(spreading(alone.points_m, alone.normal, alone.curvature, alone.order))
-        np.maximum.at(factor, alone.pose, amplitude * alone.length_m)
+        np.maximum.at(factor, alone.pose, alone.amplitude * alone.length_m)
         factor[factor == 0.0] = 1.0
         np.minimum(factor, 1.0, out=factor)
         factor *= _loss(tracing, surface)
@@ -117,27 +117,26 @@ def _middle(tracing: Tracing) -> Floats:
     return (tracing.source_m + tracing.mics_m.sum(axis=1)) / 3.0
 
 
-def _center(tracing: Tracing, index: int) -> Floats:
-    """(N, 3) middle of a surface's bounding sphere."""
-    surface = tracing.world.surfaces[index]
-    frame = tracing.placed[:, surface.obstacle]
-    return out_of_rest(np.broadcast_to(surface.center_m, (len(frame), 3)), frame)
+def _shortest(tracing: Tracing, pair: tuple[int, int], middles: list[Floats]) -> Floats:
+    """(N,) no way from the phone over both surfaces and back is shorter.
 
-
-def _shortest(tracing: Tracing, a: int, b: int) -> Floats:
-    """(N,) no way from the phone over both surfaces and back is shorter."""
-    phone, first, second = _middle(tracing), _center(tracing, a), _center(tracing, b)
-    radius = tracing.world.surfaces[a].radius_m, tracing.world.surfaces[b].radius_m
+    Args:
+        middles: (N, 3) of each surface's bounding sphere.
+    """
+    phone, (first, second) = _middle(tracing), (middles[index] for index in pair)
+    radius = [tracing.world.surfaces[index].radius_m for index in pair]
     out = np.maximum(np.linalg.norm(first - phone, axis=1) - radius[0], 0.0)
     back = np.maximum(np.linalg.norm(second - phone, axis=1) - radius[1], 0.0)
     return out + back + np.maximum(np.linalg.norm(second - first, axis=1) - sum(radius), 0.0)
 
 
-def _between(search: Search, pair: tuple[int, int], poses: Ints, threshold: Floats) -> list[Candidates]:
+def _between(
+    search: Search, pair: tuple[int, int], middles: list[Floats], poses: Ints, threshold: Floats
+) -> list[Candidates]:
     """Paths over two surfaces, either first."""
     tracing, (a, b) = search.tracing, pair
-    left = _sighted(search, a, _spots(tracing, b, a, poses), poses)
-    right = _sighted(search, b, _spots(tracing, a, b, poses), poses)
+    left = _sighted(search, a, _spots(tracing, b, middles[a], poses), poses)
+    right = _sighted(search, b, _spots(tracing, a, middles[b], poses), poses)
     left, right = _combined(left, right, search.scatter_order - 2)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
@@ -147,8 +146,8 @@ def _between(search: Search, pair: tuple[int, int], poses: Ints, threshold: Floa
     return _both_directions(search, pair, left[loud], right[loud]) if len(loud) else []
 
 
-def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
-    """(N, 3) the group of facets of a surface over which the way from the phone to another surface is shortest.
+def _spots(tracing: Tracing, index: int, other_m: Floats, poses: Ints) -> Floats:
+    """(N, 3) the group of facets of a surface over which the way from the phone to another's middle (N, 3) is shortest.
 
     Worked out at `poses`; NaN at all others.
     """
@@ -156,7 +155,7 @@ def _spots(tracing: Tracing, index: int, other: int, poses: Ints) -> Floats:
     frame = tracing.placed[poses, surface.obstacle]
     groups = surface.clusters.spot_m
     place = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
-    ends = _middle(tracing)[poses], _center(tracing, other)[poses]
+    ends = _middle(tracing)[poses], other_m[poses]
     way = sum(np.linalg.norm(place - end[:, None], axis=2) for end in ends)
     spot = np.full((len(tracing.pose), 3), np.nan)
     spot[poses] = place[np.arange(len(poses)), np.argmin(way, axis=1)]
@@ -169,7 +168,7 @@ def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sightin
     surface, middle = tracing.world.surfaces[index], _middle(tracing)
     ends = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     extent = float(np.linalg.norm(ends - middle[:, None], axis=2).max())
-    images = images_lighting(search, surface, middle, search.scatter_order - 2, extent)
+    images = images_of(search, surface, middle, search.scatter_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]
     hit = curved.find(surface, frame, images.point_m, target[images.pose])
@@ -197,7 +196,8 @@ def _amplitude(start: Sighting, end: Sighting) -> Floats:
 def _reject_faint(search: Search, mic: int, start: Sighting, end: Sighting, pair: tuple[int, int]) -> None:
     """Book paths below the floor, over the places where they would have been looked for."""
     points = np.stack([start.point_m, end.point_m], axis=1)
-    turns = Turns(mic, start.images, end.images, points, _numbers(search.tracing, pair, len(points)))
+    pairs = Pairs(np.full(len(points), mic), start.images, end.images)
+    turns = Turns(pairs, points, _numbers(search.tracing, pair, len(points)))
     search.reject(
         Reason.FAINT_DOUBLE, len(points),
         lambda: Rejected(_amplitude(start, end), partial(straightened, search, turns)),
@@ -242,27 +242,17 @@ def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.Station
 
     def amplitude() -> Floats:
         way = np.stack([source, first.point_m, second.point_m, receiver], axis=1)
-        normal, bend = (np.stack([getattr(x, n) for x in (first, second)], axis=1) for n in ("normal", "curvature"))
-        return np.abs(spreading(way, normal, bend, np.full(len(way), 2)))
+        return np.abs(spreading(way, both["normal"], both["curvature"], np.full(len(way), 2)))
 
-    turns = Turns(mic, before, after, points, _numbers(tracing, (one, two), len(points)))
-    found, ok, place = unfolded(search, turns, amplitude)
-    for k, (index, place_met) in enumerate(((one, first[ok]), (two, second[ok]))):
-        sag_m = tracing.world.surfaces[index].sag_m[place_met.face]
-        found = found.with_reflection(
-            place + k, normal=place_met.normal, curvature=place_met.curvature, standoff_m=2.0 * sag_m,
-            face=place_met.face, uv=place_met.uv,
-        )  # fmt: skip
-    return found
+    pairs = Pairs(np.full(len(points), mic), before, after)
+    both = {name: np.stack([column, second.known[name]], axis=1) for name, column in first.known.items()}
+    turns = Turns(pairs, points, _numbers(tracing, (one, two), len(points)), both)
+    return unfolded(search, turns, amplitude)[0]
 
 
 def _through(tracing: Tracing, point_m: Floats, images: Images) -> Floats:
     """(R, 3) images of points in the mirrors of other images."""
-    if not images.order.any():  # there may be no mirrors at all
-        return point_m
-    planes = images.pose[:, None], images.sequence
-    steps = [(k, images.order > k) for k in range(images.order.max(initial=0))]
-    return last_image(point_m, tracing.mirrors.normal[planes], tracing.mirrors.offset_m[planes], steps)
+    return image_in(tracing.mirrors, point_m, images.pose, images.order, images.sequence)
 
 
 def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, second: Floats) -> Flags:

@@ -10,12 +10,13 @@ from functools import partial
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator.curved import stationary as curved
-from simulator.images.image_tree import Images, image_pairs, images_lighting
+from simulator.images.image_pairs import Pairs, pairs_over
 from simulator.images.unfolding import Turns, straightened, unfolded
+from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.spreading import spreading
-from simulator.world.candidates import Candidates, concatenated
+from simulator.world.candidates import Candidates
 from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
@@ -24,57 +25,43 @@ from simulator.world.search_context import Search
 
 def mixed(search: Search, index: int) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it."""
-    tracing, surface, mirrors = search.tracing, search.tracing.world.surfaces[index], search.max_order - 1
-    lit = images_lighting(search, surface, tracing.source_m, mirrors)
-    parts = []
-    for mic in range(2):
-        received = images_lighting(search, surface, tracing.mics_m[:, mic], mirrors)
-        left, right = image_pairs(search, surface, search.max_order, lit, received)
-        before, after = lit[left], received[right]
-        frame = tracing.placed[before.pose, surface.obstacle]
-        hit = curved.find(surface, frame, before.point_m, after.point_m)
-        _book_missing(search, index, mic, before, after, hit)
-        parts.append(_reflected(search, index, mic, before[hit.query], after[hit.query], hit))
-    return concatenated(parts)
+    surface = search.tracing.world.surfaces[index]
+    pairs = pairs_over(search, surface, search.max_order)
+    frame = search.tracing.placed[pairs.pose, surface.obstacle]
+    hit = curved.find(surface, frame, pairs.before.point_m, pairs.after.point_m)
+    number = search.tracing.world.numbering.number(Interaction.CURVED, index)
+    _book_missing(search, surface, number, pairs[np.setdiff1d(np.arange(len(pairs)), hit.query)])
+    return _reflected(search, surface, number, pairs[hit.query], hit)
 
 
-def _book_missing(
-    search: Search, index: int, mic: int, before: Images, after: Images, hit: curved.StationaryPoints
-) -> None:
+def _book_missing(search: Search, surface: SmoothSurface, number: Ints, missing: Pairs) -> None:
     """Book the pairs of images that no point of the surface mirrors into each other.
 
     They are listed over the group of facets where the way is shortest, at the level of a plane there.
     """
-    tracing, surface = search.tracing, search.tracing.world.surfaces[index]
-    missing = np.setdiff1d(np.arange(len(before)), hit.query)
 
     def described() -> Rejected:
-        ends, groups = (before[missing], after[missing]), surface.clusters.spot_m
-        frame = tracing.placed[ends[0].pose, surface.obstacle]
+        groups = surface.clusters.spot_m
+        frame = search.tracing.placed[missing.pose, surface.obstacle]
         spots = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
-        length = sum(np.linalg.norm(spots - end.point_m[:, None], axis=2) for end in ends)
+        length = sum(np.linalg.norm(spots - end.point_m[:, None], axis=2) for end in (missing.before, missing.after))
         each, nearest = np.arange(len(missing)), np.argmin(length, axis=1)
-        number = np.full((len(missing), 1), tracing.world.numbering.number(Interaction.CURVED, index))
-        turns = Turns(mic, *ends, spots[each, nearest][:, None], number)
+        turns = Turns(missing, spots[each, nearest][:, None], np.full((len(missing), 1), number))
         return Rejected(1.0 / length[each, nearest], partial(straightened, search, turns))
 
     search.reject(Reason.NO_MIRROR_POINT, len(missing), described)
 
 
 def _reflected(
-    search: Search, index: int, mic: int, before: Images, after: Images, hit: curved.StationaryPoints
+    search: Search, surface: SmoothSurface, number: Ints, pairs: Pairs, hit: curved.StationaryPoints
 ) -> Candidates:
     """Candidates from stationary points of a smooth surface, with what is known of the surface there."""
-    surface = search.tracing.world.surfaces[index]
-    number = np.full((len(hit), 1), search.tracing.world.numbering.number(Interaction.CURVED, index))
 
     def amplitude() -> Floats:
-        points = np.stack([before.point_m, hit.point_m, after.point_m], axis=1)
+        points = np.stack([pairs.before.point_m, hit.point_m, pairs.after.point_m], axis=1)
         once = np.ones(len(hit), dtype=np.int64)
         return np.abs(spreading(points, hit.normal[:, None], hit.curvature[:, None], once))
 
-    found, ok, place = unfolded(search, Turns(mic, before, after, hit.point_m[:, None], number), amplitude)
-    return found.with_reflection(
-        place, normal=hit.normal[ok], curvature=hit.curvature[ok], standoff_m=2.0 * surface.sag_m[hit.face[ok]],
-        face=hit.face[ok], uv=hit.uv[ok],
-    )  # fmt: skip
+    known = {name: column[:, None] for name, column in hit.known.items()}
+    turns = Turns(pairs, hit.point_m[:, None], np.full((len(hit), 1), number), known)
+    return unfolded(search, turns, amplitude)[0]

@@ -40,6 +40,7 @@ class StationaryPoints:
         point_m: (H, 3).
         normal: (H, 3) unit normal on the side of the two points.
         curvature: (H, 3, 3) tensor K, dn = K dx along the surface, 1/m; positive where convex.
+        standoff_m: (H,) how far the true surface may stand off its mesh there.
         clear: (H,) whether the place is within the facet, not where a crease was run over, and in front of it.
     """
 
@@ -49,6 +50,7 @@ class StationaryPoints:
     point_m: Floats
     normal: Floats
     curvature: Floats
+    standoff_m: Floats
     clear: Flags
 
     def __len__(self) -> int:
@@ -56,6 +58,11 @@ class StationaryPoints:
 
     def __getitem__(self, index: NDArray) -> StationaryPoints:
         return StationaryPoints(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+    @property
+    def known(self) -> dict[str, NDArray]:
+        """What paths are told of the surface there: (H, ...) columns of `Candidates`."""
+        return {name: getattr(self, name) for name in ("normal", "curvature", "standoff_m", "face", "uv")}
 
     def with_rows(self, index: Ints, rows: StationaryPoints) -> StationaryPoints:
         """A copy with some rows replaced but for their queries."""
@@ -123,7 +130,7 @@ def _complete(
     yaw = frame[query, 3]
     return StationaryPoints(
         query, face, uv, out_of_rest(point, frame[query]), rotated(normal * side[:, None], yaw),
-        rotated_tensor(curvature * side[:, None, None], yaw), clear,
+        rotated_tensor(curvature * side[:, None, None], yaw), 2.0 * surface.sag_m[face], clear,
     )  # fmt: skip
 
 

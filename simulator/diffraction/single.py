@@ -21,11 +21,12 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.finite_edge import edge_terms, strength_bound
-from simulator.images.image_tree import EdgeImages, images_of, matches
+from simulator.images.image_pairs import Pairs, joined_pairs, matches
+from simulator.images.image_tree import EdgeImages, Images, images_lighting_edges
 from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
-from simulator.world.candidates import Candidates, joined
+from simulator.world.candidates import Candidates
 from simulator.world.frames import out_of_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
@@ -42,35 +43,58 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     Args:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
-    tracing, max_order, audible, wavenumber = (
-        search.tracing,
-        search.scatter_order,
-        search.audible,
-        search.wavenumber_1_m,
+    audible = search.audible
+    pairs, wedge = _edge_pairs(search.tracing, search.scatter_order, audible.limit_m)
+    pair, part, point, bound = _contributions(search, pairs, wedge)
+    pairs, wedge, strongest = pairs[pair], wedge[pair], loudest.copy()
+    at = pairs.pose, pairs.mic
+    np.maximum.at(strongest, at, bound)
+    kept = audible(bound, strongest[at])
+    number = search.tracing.world.numbering.number(Interaction.EDGE, wedge)
+    turns, faint, loud = Turns(pairs, point[:, None], number[:, None]), np.flatnonzero(~kept), np.flatnonzero(kept)
+    search.reject(  # whether the mirrors of what is faint would be met is not asked
+        Reason.FAINT_EDGE, len(faint), lambda: Rejected(bound[faint], partial(straightened, search, turns[faint]))
     )
-    lit = images_of(tracing, tracing.source_m, max_order - 1, audible.limit_m)
-    parts = []
+    found, ok = unfolded(search, turns[loud], lambda: bound[loud])
+    return replace(found, edge=wedge[loud[ok]], part=part[loud[ok]])
+
+
+def _edge_pairs(tracing: Tracing, max_order: int, limit_m: float) -> tuple[Pairs, Ints]:
+    """Images of the speaker with those of a microphone at the same pose and edge, within the order, and (R,) edges.
+
+    What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
+    """
+    wedges, edges = tracing.world.wedges, _placed_edges(tracing)
+
+    def images_of(point_m: Floats) -> EdgeImages:
+        return images_lighting_edges(tracing.mirrors, wedges, *edges, point_m, max_order - 1, limit_m)
+
+    lit, parts, edge = images_of(tracing.source_m), [], []
     for mic in range(2):
-        received = images_of(tracing, tracing.mics_m[:, mic], max_order - 1, audible.limit_m)
-        before, after = _pairs(lit, received, max_order, tracing.world.wedges)
-        pair, part, point, bound = _contributions(tracing, before, after, max_order, audible.limit_m, wavenumber)
-        strongest = loudest[:, mic].copy()
-        np.maximum.at(strongest, before.pose[pair], bound)
-        kept = audible(bound, strongest[before.pose[pair]])
-        faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
-        _reject_faint(search, mic, before[pair[faint]], after[pair[faint]], point[faint], bound[faint])
-        before, after = before[pair[loud]], after[pair[loud]]
-        parts.append(_over_points(search, mic, before, after, point[loud], part[loud], bound[loud]))
-    return joined(parts)
+        received = images_of(tracing.mics_m[:, mic])
+        left, right = matches(lit.pose * len(wedges) + lit.wedge, received.pose * len(wedges) + received.wedge)
+        keep = lit.order[left] + received.order[right] + 1 <= max_order
+        keep &= ~_beside(received, wedges.mirror[received.wedge])[right]
+        parts.append(Pairs(np.full(int(keep.sum()), mic), lit[left[keep]], received[right[keep]]))
+        edge.append(lit.wedge[left[keep]])
+    return joined_pairs(parts), np.concatenate(edge)
 
 
-def _reject_faint(
-    search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, bound: Floats
-) -> None:
-    """Book contributions below the floor; whether their mirrors would be met is not asked."""
-    number = search.tracing.world.numbering.number(Interaction.EDGE, before.wedge)
-    turns = Turns(mic, before, after, point[:, None], number[:, None])
-    search.reject(Reason.FAINT_EDGE, len(point), lambda: Rejected(bound, partial(straightened, search, turns)))
+def _beside(images: Images, mirror: Ints) -> Flags:
+    """(I,) whether the last mirror of an image is a given one; never for -1."""
+    last = images.sequence[np.arange(len(images)), images.order - 1] if images.sequence.shape[1] else images.order
+    return (images.order > 0) & (mirror >= 0) & (last == mirror)
+
+
+def _placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
+    """(N, W, 3) starts and ends of all edges at all poses."""
+    wedges, poses = tracing.world.wedges, len(tracing.pose)
+    frame = tracing.placed[:, wedges.obstacle]
+    shape = (poses, len(wedges), 3)
+    return (
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.start_m, shape), frame)),
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.end_m, shape), frame)),
+    )
 
 
 def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
@@ -115,41 +139,22 @@ def outside(wedges: Wedges, view: EdgeView) -> Flags:
     return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + wedges.sheet_m > 0.0) & apart
 
 
-def _pairs(lit: EdgeImages, received: EdgeImages, max_order: int, wedges: Wedges) -> tuple[EdgeImages, EdgeImages]:
-    """Every image of the speaker with every image of the microphone at the same pose and edge, within the order.
-
-    What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
-    """
-    left, right = matches(lit.pose * len(wedges) + lit.wedge, received.pose * len(wedges) + received.wedge)
-    keep = lit.order[left] + received.order[right] + 1 <= max_order
-    keep &= ~_beside(received, wedges.mirror[received.wedge])[right]
-    return lit[left[keep]], received[right[keep]]
-
-
-def _beside(images: EdgeImages, mirror: Ints) -> Flags:
-    """(I,) whether the last mirror of an image is a given one; never for -1."""
-    last = images.sequence[np.arange(len(images)), images.order - 1] if images.sequence.shape[1] else images.wedge
-    return (images.order > 0) & (mirror >= 0) & (last == mirror)
-
-
-def _contributions(
-    tracing: Tracing, before: EdgeImages, after: EdgeImages, max_order: int, limit_m: float, wavenumber: float
-) -> tuple[Ints, Ints, Floats, Floats]:
+def _contributions(search: Search, pairs: Pairs, wedge: Ints) -> tuple[Ints, Ints, Floats, Floats]:
     """What each pair of images receives of its edge: (R,) pair, (R,) part, (R, 3) point, (R,) bound of the gain."""
-    wedges = at_poses(tracing, before.wedge, before.pose)
-    view = seen(wedges, before.point_m, after.point_m)
+    wedges = at_poses(search.tracing, wedge, pairs.pose)
+    view = seen(wedges, pairs.before.point_m, pairs.after.point_m)
     facing = np.flatnonzero(outside(wedges, view))
-    wedges, view, lit, received = wedges[facing], view[facing], before[facing], after[facing]
-    pairs, parts, points, bounds = [], [], [], []
+    wedges, view, pairs = wedges[facing], view[facing], pairs[facing]
+    rows_of, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
         which = np.full(len(view), part)
-        there = _has(wedges, view, part) & _has_partner(wedges, lit, received, part, max_order)
-        rows = np.flatnonzero(there & (view.path_m(which) <= limit_m))
-        pairs.append(facing[rows])
+        there = _has(wedges, view, part) & _has_partner(wedges, pairs, part, search.scatter_order)
+        rows = np.flatnonzero(there & (view.path_m(which) <= search.limit_m))
+        rows_of.append(facing[rows])
         parts.append(which[rows])
         points.append(edge_points(wedges[rows], view[rows], part))
-        bounds.append(strength_bound(view[rows], which[rows], wavenumber))
-    return np.concatenate(pairs), np.concatenate(parts), np.concatenate(points), np.concatenate(bounds)
+        bounds.append(strength_bound(view[rows], which[rows], search.wavenumber_1_m))
+    return np.concatenate(rows_of), np.concatenate(parts), np.concatenate(points), np.concatenate(bounds)
 
 
 def _has(wedges: Wedges, view: EdgeView, part: int) -> Flags:
@@ -157,7 +162,7 @@ def _has(wedges: Wedges, view: EdgeView, part: int) -> Flags:
     return view.has(part) if part == APEX else wedges.radiates[:, part - START]
 
 
-def _has_partner(wedges: Wedges, before: EdgeImages, after: EdgeImages, part: int, max_order: int) -> Flags:
+def _has_partner(wedges: Wedges, pairs: Pairs, part: int, max_order: int) -> Flags:
     """(R,) whether an end that stands on a mirror comes with what nearly cancels it: the end of the edge's image.
 
     Its path has that mirror on both sides where this one has it on neither.
@@ -165,8 +170,8 @@ def _has_partner(wedges: Wedges, before: EdgeImages, after: EdgeImages, part: in
     if part == APEX:
         return np.ones(len(wedges), dtype=bool)
     mirror = wedges.leans_on[:, part - START]
-    neither = (mirror >= 0) & ~_beside(before, mirror) & ~_beside(after, mirror)
-    return ~neither | (before.order + after.order + 3 <= max_order)
+    neither = (mirror >= 0) & ~_beside(pairs.before, mirror) & ~_beside(pairs.after, mirror)
+    return ~neither | (pairs.before.order + pairs.after.order + 3 <= max_order)
 
 
 def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
@@ -190,15 +195,6 @@ def edge_points(wedges: Wedges, view: EdgeView, part: int) -> Floats:
         return wedges.start_m if part == START else wedges.end_m
     share = view.apex_height_m / view.length_m
     return wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
-
-
-def _over_points(
-    search: Search, mic: int, before: EdgeImages, after: EdgeImages, point: Floats, part: Ints, bound: Floats
-) -> Candidates:
-    """Candidates over given points of edges."""
-    number = search.tracing.world.numbering.number(Interaction.EDGE, before.wedge)
-    found, ok, _ = unfolded(search, Turns(mic, before, after, point[:, None], number[:, None]), lambda: bound)
-    return replace(found, edge=before.wedge[ok], part=part[ok])
 
 
 def point_slot(found: Candidates) -> Ints:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.plane_walks import mirrored
-from simulator.world.frames import out_of_rest
+from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import BORDER_M, Mirrors
-from simulator.world.search_context import Search
-from simulator.world.world import Tracing
 
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
 
@@ -101,92 +99,41 @@ class Goal:
     limit_m: float
 
 
-class Body(Protocol):
-    """What lighting needs to know of a surface: its obstacle and bounding sphere."""
+def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Images:
+    """Images of (N, 3) points, one a pose, that see some of the goal within the limit, through their last mirror.
 
-    @property
-    def obstacle(self) -> int: ...
-
-    @property
-    def center_m(self) -> Floats: ...
-
-    @property
-    def radius_m(self) -> float: ...
-
-
-def images_lighting(search: Search, surface: Body, point_m: Floats, max_order: int, extent_m: float = 0.0) -> Images:
-    """Images of a point in the patches from which the surface's bounding sphere, and `extent_m` around, is reached.
-
-    Patches of the surface's own obstacle are no mirrors, and only large ones follow each other.
+    Args:
+        allowed: (max_order, P) as in `image_levels`.
     """
-    world, mirrors, limit_m = search.tracing.world, search.tracing.mirrors, search.limit_m
-    goal = Goal(_centers(search.tracing, surface), surface.radius_m + extent_m, limit_m)
-    allowed = np.tile(world.patches.obstacle != surface.obstacle, (max_order, 1))
-    allowed[1:] &= search.large_mirrors
     parts = []
     for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         lit = _lit_balls(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, limit_m
+            mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, goal.limit_m
         )  # type: ignore[call-arg]
         parts.append(level.lit(np.flatnonzero(lit)))
     found = Images(*(np.concatenate(column) for column in zip(*parts, strict=True)))
     return found[in_turn(found.pose, found.sequence)]
 
 
-def image_pairs(search: Search, surface: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
-    """Indices of images of speaker and microphone at the same pose that make a path over a surface: within the order,
-    not too long, and with large mirrors alone where there are several."""
-    left, right = matches(lit.pose, received.pose)
-    mirrors = lit.order[left] + received.order[right]
-    small = np.append(~search.large_mirrors, False)  # for -1
-    alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
-    keep = np.flatnonzero((mirrors < max_order) & ((mirrors < 2) | ~alone))
-    left, right = left[keep], right[keep]
-    center = _centers(search.tracing, surface)[lit.pose[left]]
-    way = sum(np.linalg.norm(point - center, axis=1) for point in (lit.point_m[left], received.point_m[right]))
-    near = np.flatnonzero(way - 2.0 * surface.radius_m <= search.limit_m)
-    return left[near], right[near]
+def images_lighting_edges(
+    mirrors: Mirrors, wedges: Wedges, start_m: Floats, end_m: Floats, point_m: Floats, max_order: int, limit_m: float
+) -> EdgeImages:
+    """Images of (N, 3) points, one a pose, that see some of an edge within the limit, through their last mirror.
 
-
-def _centers(tracing: Tracing, surface: Body) -> Floats:
-    """(N, 3) middle of a surface's bounding sphere at each pose."""
-    frame = tracing.placed[:, surface.obstacle]
-    return np.ascontiguousarray(out_of_rest(np.broadcast_to(surface.center_m, (len(frame), 3)), frame))
-
-
-def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
-    """Indices of every pair of equal elements, in order; `other` is sorted."""
-    first = np.searchsorted(other, key, "left")
-    count = np.searchsorted(other, key, "right") - first
-    left = np.repeat(np.arange(len(key)), count)
-    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
-
-
-def images_of(tracing: Tracing, point_m: Floats, max_order: int, limit_m: float) -> EdgeImages:
-    """Images of (N, 3) points, one a pose, with up to `max_order` mirrors; the point itself has none."""
-    patches, mirrors = tracing.world.patches, tracing.mirrors
-    start, end = placed_edges(tracing)
+    Args:
+        start_m, end_m: (N, W, 3) ends of the wedges at each pose.
+    """
+    allowed = np.ones((max_order, len(mirrors.radius_m)), dtype=bool)
     goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
     parts = []
-    for level in image_levels(mirrors, np.ones((max_order, len(patches)), dtype=bool), point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         row, wedge = _lit_edges(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, start, end,
-            tracing.world.wedges.patch, tracing.world.wedges.mirror, limit_m,
+            mirrors, level.order, level.pose, level.sequence, level.images_m, start_m, end_m,
+            wedges.patch, wedges.mirror, limit_m,
         )  # type: ignore[call-arg]  # fmt: skip
         parts.append((*level.lit(row), wedge))
     found = EdgeImages(*(np.concatenate(column) for column in zip(*parts, strict=True)))
     return found[in_turn(found.pose, found.sequence, found.wedge)]
-
-
-def placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
-    """(N, W, 3) starts and ends of all edges at all poses."""
-    wedges, poses = tracing.world.wedges, len(tracing.pose)
-    frame = tracing.placed[:, wedges.obstacle]
-    shape = (poses, len(wedges), 3)
-    return (
-        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.start_m, shape), frame)),
-        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.end_m, shape), frame)),
-    )
 
 
 def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Iterator[Level]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.world.mirrors import Mirrors
 
 Steps = list[tuple[int, Flags]]  # reflections in the order met, and which of the R paths have them
 
@@ -30,6 +31,13 @@ def images_in_turn(point_m: Floats, normal: Floats, offset_m: Floats, steps: Ste
 def last_image(point_m: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:
     """(R, 3) images of points after all steps; the points themselves without any."""
     return images_in_turn(point_m, normal, offset_m, steps)[steps[-1][0]] if steps else point_m
+
+
+def image_in(mirrors: Mirrors, point_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> Floats:
+    """(R, 3) images of points in sequences (R, N) of so many mirrors at (R,) poses, -1 padded."""
+    met = sequence[:, : int(order.max(initial=0))]  # no column where there is no mirror in the scene to pad with
+    planes, steps = (pose[:, None], met), [(k, order > k) for k in range(met.shape[1])]
+    return last_image(point_m, mirrors.normal[planes], mirrors.offset_m[planes], steps)
 
 
 def crossings_in_turn(start_m: Floats, images: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:

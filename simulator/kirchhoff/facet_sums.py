@@ -8,9 +8,11 @@ reduction apart, gains no time here, and made functions just compiled differ in 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from obstaclewatch.support.arrays import Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from simulator.surfaces.facets import BLOCK
+from simulator.surfaces.facets import BLOCK, Facets
 
 _F = np.float32
 WIDE = BLOCK  # a constant: offsets known to the compiler spare it a check of every pair of rows for overlap
@@ -21,6 +23,20 @@ _S0, _S1, _S2 = _F(-1.6666655e-1), _F(8.332161e-3), _F(-1.9515296e-4)
 _FLAT = _F(0.1)  # rad of phase across a facet: what is less takes the series
 _NEAR, _STEEP, _M2, _M3, _M4 = _F(1e-3), _F(1e8), _F(-1 / 12), _F(1 / 60), _F(1 / 360)
 _PER_4_PI = _F(0.25 / np.pi)
+
+
+def blocks_of(facets: Facets, spot: Ints) -> tuple[NDArray[np.float32], Ints, Ints]:
+    """What `add_facets` takes: (B, 13 * WIDE) columns and (B, WIDE) spots block by block, and (B,) their numbers."""
+    size = np.diff(facets.start)
+    block = np.repeat(np.arange(len(size)), size)
+    column = np.arange(len(facets)) - facets.start[block]
+    corners = facets.corner_m[:, :2] - facets.corner_m.mean(axis=1, keepdims=True)
+    values = [facets.middle_m - facets.center_m, facets.normal, facets.area_m2[:, None], corners.reshape(-1, 6)]
+    rows = np.zeros((len(size), 13, WIDE), dtype=np.float32)
+    rows[block, :, column] = np.concatenate(values, axis=1)
+    spots = np.zeros((len(size), WIDE), dtype=np.int64)
+    spots[block, column] = spot
+    return rows.reshape(len(size), -1), spots, size
 
 
 @compiled

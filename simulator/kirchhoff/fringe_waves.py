@@ -22,7 +22,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled
-from simulator.images.image_tree import distance, dot
+from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.creases import Creases
@@ -31,7 +31,7 @@ ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts can
 
 
 def add_fringe_waves(
-    creases: Creases, spot: Ints, ends: Ends, first: Ints, second: Ints, reflection: Complexes, center_m: Floats,
+    creases: Creases, spot: Ints, ends: Ends, first: Ints, second: Ints, reflection: Complexes, middle_m: Floats,
     grid: Grid, total: Floats,
 ) -> None:  # fmt: skip
     """Add the fringe waves of all creases to grids of path length, at the band's centre.
@@ -40,26 +40,25 @@ def add_fringe_waves(
         spot: (F,) spot of each facet.
         first, second: (R,) ends of each pair.
         reflection: (Q, C) parts of the surface's reflection at C cosines of incidence from 0 to 1 in even steps.
-        center_m: (3,) of the body.
+        middle_m: (R,) path over the body's centre.
         total: (R, Q, points, 2) added to.
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
         spot[creases.beside], ends.point_m, ends.view, ends.lit, first, second, grid.centre_rad_m,
-        np.ascontiguousarray(reflection), center_m, grid.lead_m, STEP_M, total,
+        np.ascontiguousarray(reflection), middle_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @compiled
 def _add(
     middle, along, inwards, normal, open_angle, beside, ends, view, lit, pair_first, pair_second, k, reflection,
-    center, lead, step, total,
+    middle_path, lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
     for r in range(len(pair_first)):
         a, b = pair_first[r], pair_second[r]
         here, there = lit[view[a]], lit[view[b]]
-        centre = distance(ends[a], center) + distance(ends[b], center)
         for e in range(len(middle)):
             first = here[beside[e, 0]] and there[beside[e, 0]]
             second = here[beside[e, 1]] and there[beside[e, 1]]
@@ -73,7 +72,7 @@ def _add(
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
             strength = _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
-            excess = l + m - centre
+            excess = l + m - middle_path[r]
             wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
             below, rise = _step_of(s, t, l, m, open_angle[e], first, reflection.shape[1])
             slot = int((excess + lead) / step)

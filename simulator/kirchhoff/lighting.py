@@ -14,7 +14,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
 from simulator.images.image_method import REACHED, crossed, inside_patch
 from simulator.images.image_tree import distance, dot
-from simulator.images.plane_walks import last_image
+from simulator.images.plane_walks import image_in
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.mirrors import BORDER_M
@@ -141,10 +141,7 @@ class _Views:
     @classmethod
     def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
         """The views from points (V, 3) at poses."""
-        met = sequence[:, : int(order.max(initial=0))]  # no column where there is no mirror in the scene to pad with
-        mirrors, steps = tracing.mirrors, [(k, order > k) for k in range(met.shape[1])]
-        planes = mirrors.normal[pose[:, None], met], mirrors.offset_m[pose[:, None], met]
-        return cls(start_m, last_image(start_m, *planes, steps), pose, order, sequence)
+        return cls(start_m, image_in(tracing.mirrors, start_m, pose, order, sequence), pose, order, sequence)
 
     def __len__(self) -> int:
         return len(self.pose)

@@ -11,18 +11,19 @@ from functools import partial
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Flags, Ints
-from simulator.curved.single import Images
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
+from simulator.kirchhoff.cells import Cells
 from simulator.kirchhoff.illuminating_images import Ends
-from simulator.kirchhoff.image_pairs import Pairs
-from simulator.kirchhoff.integral import Cells, scattered
+from simulator.kirchhoff.integral import scattered
 from simulator.kirchhoff.lighting import Light, Sights, lit_spots, spots_of
+from simulator.kirchhoff.path_length_grid import Grid
 from simulator.scene.fidelity import Fidelity
-from simulator.surfaces.facets import Facets
+from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading
 from simulator.world.audible import Audible
-from simulator.world.candidates import Candidates, joined
+from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
@@ -37,21 +38,20 @@ PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's p
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
-def scattered_paths(search: Search, facets: Facets, pairs: Pairs) -> tuple[Candidates, Complexes]:
+def scattered_paths(search: Search, pairs: Pairs) -> tuple[Candidates, Complexes]:
     """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row.
 
     Args:
         pairs: the image pairs that are wanted.
     """
-    tracing, wavenumber = search.tracing, search.band_wavenumber_1_m
+    tracing = search.tracing
     pairs = pairs[np.lexsort((pairs.mic, pairs.pose))]
-    material = tracing.world.obstacles[facets.obstacle].material
+    material = tracing.world.obstacles[pairs.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
-    light, kept = (
-        light_of(search.fidelity, has_plates(tracing.world.skins[facets.obstacle][0])),
-        faintest(search.fidelity, search.audible),
-    )
+    reading, surface = tracing.world.skins[pairs.obstacle]
+    light, size_m = _fineness(search.fidelity, reading)
+    facets = facets_of(reading, surface, pairs.obstacle, size_m)
     spots = spots_of(facets, light.spot_m)
     lit, view = lit_spots(tracing, facets, spots, sights, light)
     seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
@@ -59,18 +59,19 @@ def scattered_paths(search: Search, facets: Facets, pairs: Pairs) -> tuple[Candi
     frame = tracing.placed[sights.pose[used], facets.obstacle]
     ends = Ends(into_rest(sights.point_m[used], frame), sights.pose[used], view[used], lit)
     one, other = which.reshape(2, -1)
-    every = scattered(facets, spots.of_facet, ends, one, other, wavenumber, reflection)
+    grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
+    every = scattered(facets, spots.of_facet, ends, one, other, grid, reflection)
     every = replace(every, pair=seen[every.pair])
-    parts, gains, count = [], [], 0
-    for mic in range(2):
-        cells = every[pairs.mic[every.pair] == mic]
-        loud = _loud(cells, pairs.pose[cells.pair], kept)
-        _reject_faint(search, facets, mic, pairs.before, pairs.after, cells[~loud])
-        cells = cells[loud]
-        parts.append(_over_body(search, facets, mic, pairs.before, pairs.after, cells, count))
-        gains.append(cells.gain)
-        count += len(cells)
-    return joined(parts), np.concatenate(gains)
+    turns = _turns(tracing, facets, pairs[every.pair], every)
+    gain = np.abs(every.gain).max(axis=1, initial=0.0)
+    kept = faintest(search.fidelity, search.audible)
+    loud = (every.length_m <= kept.limit_m) & kept(gain, _strongest(turns.pairs, gain))
+    faint = np.flatnonzero(~loud)
+    search.reject(
+        Reason.FAINT_CELL, len(faint), lambda: Rejected(gain[faint], partial(straightened, search, turns[faint]))
+    )
+    found, ok = unfolded(search, turns[np.flatnonzero(loud)], lambda: gain[loud])
+    return replace(found, cell=ok), every.gain[loud]
 
 
 def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
@@ -100,60 +101,33 @@ def faintest(fidelity: Fidelity, audible: Audible) -> Audible:
     return replace(audible, share=min(audible.share, float(share)) if audible.floor > 0.0 else audible.share)
 
 
-def _loud(cells: Cells, pose: Ints, kept: Audible) -> Flags:
-    """(M,) cells that are not too long, and not lost under the noise or under the body's strongest."""
-    gain = np.abs(cells.gain).max(axis=1, initial=0.0)
-    strongest = np.zeros(pose.max(initial=-1) + 1)
-    np.maximum.at(strongest, pose, gain)
-    return (cells.length_m <= kept.limit_m) & kept(gain, strongest[pose])
+def _strongest(pairs: Pairs, gain: Floats) -> Floats:
+    """(M,) the body's strongest cell at the pose and microphone of each."""
+    at = 2 * pairs.pose + pairs.mic
+    strongest = np.zeros(at.max(initial=-1) + 1)
+    np.maximum.at(strongest, at, gain)
+    return strongest[at]
 
 
-def _turns(tracing: Tracing, facets: Facets, mic: int, before: Images, after: Images, cells: Cells) -> Turns:
+def _turns(tracing: Tracing, facets: Facets, pairs: Pairs, cells: Cells) -> Turns:
     """Paths through the facets that stand for cells."""
-    before, after = before[cells.pair], after[cells.pair]
-    point = out_of_rest(facets.middle_m[cells.facet], tracing.placed[before.pose, facets.obstacle])
-    number = np.full(len(cells), tracing.world.numbering.number(Interaction.KIRCHHOFF, facets.obstacle))
-    return Turns(mic, before, after, point[:, None], number[:, None])
-
-
-def _reject_faint(search: Search, facets: Facets, mic: int, before: Images, after: Images, cells: Cells) -> None:
-    turns = _turns(search.tracing, facets, mic, before, after, cells)
-    amplitude = np.abs(cells.gain).max(axis=1, initial=0.0)
-    search.reject(Reason.FAINT_CELL, len(cells), lambda: Rejected(amplitude, partial(straightened, search, turns)))
-
-
-def _over_body(
-    search: Search, facets: Facets, mic: int, before: Images, after: Images, cells: Cells, first: int
-) -> Candidates:
-    """Candidates through the facet that stands for each cell."""
-    turns = _turns(search.tracing, facets, mic, before, after, cells)
-    found, ok, place = unfolded(search, turns, lambda: np.abs(cells.gain).max(axis=1, initial=0.0))
-    normal = rotated(facets.normal[cells.facet[ok]], search.tracing.placed[found.pose, facets.obstacle, 3])
-    each = np.arange(len(ok))
-    arriving = np.sum(normal * (found.points_m[each, place + 1] - found.points_m[each, place]), axis=1)
+    frame, facet = tracing.placed[pairs.pose, facets.obstacle], cells.facet
+    point, normal = out_of_rest(facets.middle_m[facet], frame), rotated(facets.normal[facet], frame[:, 3])
+    arriving = np.sum(normal * (point - pairs.before.point_m), axis=1)
     normal = np.where(arriving > 0.0, -1.0, 1.0)[:, None] * normal
-    found = found.with_reflection(place, normal=normal, standoff_m=facets.standoff_m[cells.facet[ok]])
-    return replace(found, cell=first + ok)
+    number = np.full((len(cells), 1), tracing.world.numbering.number(Interaction.KIRCHHOFF, facets.obstacle))
+    known = {"normal": normal[:, None], "standoff_m": facets.standoff_m[facet, None]}
+    return Turns(pairs, point[:, None], number, known)
 
 
-def has_plates(reading: MeshReading) -> bool:
-    """Whether a body has thin plates, which are left to the integral where something close hides a part of them."""
-    return bool((reading.sheet_m > 0.0).any())
+def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
+    """How finely light is asked for on a body, and the longest edge of its facets.
 
-
-def facet_size_m(fidelity: Fidelity, plates: bool) -> float:
-    """Longest edge of the facets of a body with thin plates or without."""
-    return min(fidelity.facet_m, PLATE_FACET_M) if _in_detail(fidelity, plates) else fidelity.facet_m
-
-
-def _in_detail(fidelity: Fidelity, plates: bool) -> bool:
-    return fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB)
-
-
-def light_of(fidelity: Fidelity, plates: bool) -> Light:
-    """How finely light is asked for: where the finest tolerance is asked for, for each pose and transducer."""
-    if _in_detail(fidelity, plates):
-        return Light(FINE_SPOT_M, 0.0)
+    Thin plates are left to the integral where something close hides a part of them: that asks for more.
+    """
+    plates = bool((reading.sheet_m > 0.0).any())
+    if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
+        return Light(FINE_SPOT_M, 0.0), min(fidelity.facet_m, PLATE_FACET_M)
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, HELD)
-    return Light(COARSE_SPOT_M, COARSE_HELD)
+        return Light(SPOT_M, HELD), fidelity.facet_m
+    return Light(COARSE_SPOT_M, COARSE_HELD), fidelity.facet_m

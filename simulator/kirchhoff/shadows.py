@@ -27,9 +27,9 @@ def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: fl
     gap = OFFSET * max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     lifted = point + (found.standoff_m[each, slot] + gap)[:, None] * normal
     places = [lifted + spot for spot in _spots(normal, radius)]
-    seen = np.stack([_seen(tracing, found.pose, ends, place) for place in places], axis=1)
     counted = np.stack([_this_side(found, slot, place) for place in places], axis=1)
     counted[:, 0] = True
+    seen = np.stack([_seen(tracing, found.pose, ends, place) for place in places], axis=1)
     share = (seen & counted).sum(axis=1) / counted.sum(axis=1)
     return 2.0 * np.minimum(share, 1.0 - share)
 

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
+from simulator.waves.spreading import spreading
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 ON_PLANE_M = 1e-9
+FOCUS_GAIN = 4.0  # a mirror this much stronger than a plane focuses on the receiver, where ray theory ends
 KINDS = np.array(["specular", "curved", "edge", "kirchhoff", "direct"])  # by interaction; -1 is the last
 
 
@@ -63,17 +65,20 @@ class Candidates:
         return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
 
     @property
+    def amplitude(self) -> Floats:
+        """(C,) spreading of the ray tube alone: no air, no material, no edge."""
+        return np.abs(spreading(self.points_m, self.normal, self.curvature, self.order))
+
+    @property
+    def trusted_amplitude(self) -> Floats:
+        """(C,) the same, no more than a focus is trusted with."""
+        return np.minimum(self.amplitude, FOCUS_GAIN / self.length_m)
+
+    @property
     def kind(self) -> Strings:
         """(C,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" for one of the latter among others."""
         kind = KINDS[self.interaction.max(axis=1, initial=-1)]
         return np.where((self.order > 1) & (kind != "specular"), "mixed", kind)
-
-    def with_reflection(self, slot: Ints, **columns: NDArray) -> Candidates:
-        """A copy with other values in some columns, at one reflection of each row (C,)."""
-        changed = {name: getattr(self, name).copy() for name in columns}
-        for name, value in columns.items():
-            changed[name][np.arange(len(self)), slot] = value
-        return replace(self, **changed)
 
 
 def concatenated(parts: list[Candidates]) -> Candidates:
@@ -94,6 +99,14 @@ def _widened(found: Candidates, width: int) -> Candidates:
         blank = -1 if name in ("sequence", "interaction", "face") else 0
         wide[name] = np.full((len(found), more, *column.shape[2:]), blank, dtype=column.dtype)
     return replace(found, **{name: np.concatenate([getattr(found, name), part], axis=1) for name, part in wide.items()})
+
+
+def loudest_of(parts: list[Candidates], poses: int) -> Floats:
+    """(N, 2) greatest amplitude of any candidate at each pose and microphone, edges apart; 0 without one."""
+    loudest = np.zeros((poses, 2))
+    for found in parts:
+        np.maximum.at(loudest, (found.pose, found.mic), found.trusted_amplitude)
+    return loudest
 
 
 def nothing(width: int) -> Candidates:

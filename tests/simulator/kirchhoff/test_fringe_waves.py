@@ -112,10 +112,10 @@ def fringe_sum(facets, source, receiver, lit, wavenumber):
     total = np.zeros((1, 1, grid.points, 2))
     one = np.array([0]), np.array([1])
     rigid = np.ones((1, 3), dtype=complex)
-    add_fringe_waves(facets.creases, np.arange(len(facets)), ends, *one, rigid, facets.center_m, grid, total)
+    middle_m = sum(np.linalg.norm(ends.point_m - facets.center_m, axis=1), np.zeros(1))
+    add_fringe_waves(facets.creases, np.arange(len(facets)), ends, *one, rigid, middle_m, grid, total)
     sums = grid.cell_sums(total.view(np.complex128)[0, :, :, 0])[0]
-    middle = sum(np.linalg.norm(end - facets.center_m) for end in (source, receiver))
-    centre = grid.centre_m(middle, np.arange(grid.cells))
+    centre = grid.centre_m(middle_m, np.arange(grid.cells))
     return np.sum(sums * np.exp(-1j * np.outer(centre, wavenumber)), axis=0)
 
 

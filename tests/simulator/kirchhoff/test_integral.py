@@ -15,6 +15,7 @@ from obstaclewatch import BeepDesign
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, StraightWalk, trace_paths
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
+from simulator.kirchhoff.path_length_grid import Grid
 from simulator.render import sum_envelopes, trace_walk
 from simulator.surfaces.creases import no_creases
 from simulator.surfaces.facets import facets_of
@@ -185,7 +186,7 @@ def _cells(facets, source, receiver, k, reflection):
     """Kirchhoff's sum between two points that see every facet."""
     every, ends = np.arange(len(facets)), np.stack([source, receiver])
     ends = Ends(ends, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
-    return scattered(facets, every, ends, np.array([0]), np.array([1]), k, reflection)
+    return scattered(facets, every, ends, np.array([0]), np.array([1]), Grid.over(facets.radius_m, k), reflection)
 
 
 def _rigid(k):

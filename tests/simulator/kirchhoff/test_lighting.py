@@ -7,7 +7,7 @@ import trimesh
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
 from simulator.images.image_method import REACHED, crossed
-from simulator.images.image_tree import images_lighting
+from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.lighting import _in_view, _Views
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
@@ -27,7 +27,7 @@ def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
     tracing = still_tracing(scene, phone, pose, np.zeros(1), fidelity)
     surface = tracing.world.surfaces[0]
     facets = facets_of(*tracing.world.skins[2], 2, 0.05)
-    images = images_lighting(Search(tracing, phone, scene.air, fidelity), surface, tracing.source_m, 2)
+    images = images_of(Search(tracing, phone, scene.air, fidelity), surface, tracing.source_m, 2)
     views = _Views.of(tracing, tracing.source_m[images.pose], images.pose, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]

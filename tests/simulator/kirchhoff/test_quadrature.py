@@ -15,6 +15,7 @@ import trimesh
 from simulator import Material, Obstacle
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
+from simulator.kirchhoff.path_length_grid import Grid
 from simulator.surfaces.creases import no_creases
 from simulator.surfaces.facets import facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
@@ -108,7 +109,8 @@ def summed(name: str, size_m: float) -> np.ndarray:
     table = Material.named(MATERIALS[name]).reflection(nodes, np.linspace(0.0, 1.0, 257)[:, None])
     ends = Ends(PHONE, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
     one = np.array([0]), np.array([1])
-    cells = scattered(facets, np.arange(len(facets)), ends, *one, 2.0 * np.pi * nodes / C, table)
+    grid = Grid.over(facets.radius_m, 2.0 * np.pi * nodes / C)
+    cells = scattered(facets, np.arange(len(facets)), ends, *one, grid, table)
     gain = band.evaluate(band.coefficients(cells.gain), chirp.nodes_hz())
     return np.sum(gain * np.exp(-2j * np.pi * chirp.nodes_hz() * cells.length_m[:, None] / C), axis=0)
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Paths, Phone, Pose, Scene, trace_paths
-from simulator.kirchhoff.selection import UNEVEN, unevenness
+from simulator.kirchhoff.doubts import UNEVEN, unevenness
 from simulator.world.prepared_scene import prepare
 
 C = 343.0
@@ -48,6 +48,12 @@ def test_ground_takes_nothing_from_a_rim(height_m):
     alone, on_ground = (_rim(_paths(bodies, [height_m])) for bodies in ([_bin()], [_ground(), _bin()]))
     assert np.abs(alone).max() * 2.0 * np.hypot(1.45, height_m - 0.9) > 10.0 ** (-36.0 / 20.0)
     np.testing.assert_allclose(on_ground, alone, atol=0.01 * np.abs(alone).max())
+
+
+def test_body_that_rays_reach_in_part_is_summed_once():
+    """Without mirrors a bin's top is the integral's, and its side ends at a rim: it was summed for both, 6 dB up."""
+    once, twice = (_rim(_paths([_bin()], [1.2], mechanisms=each)) for each in (["kirchhoff"], ["curved", "kirchhoff"]))
+    np.testing.assert_allclose(twice, once, atol=1e-6 * np.abs(once).max())
 
 
 def test_echo_does_not_jump_as_the_phone_passes_the_rim():

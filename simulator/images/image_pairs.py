@@ -1,0 +1,117 @@
+"""Pairs of images over a body: an image of the speaker, the body, an image of a microphone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.images.image_tree import Goal, Images, images_lighting
+from simulator.world.frames import out_of_rest
+from simulator.world.search_context import Search
+from simulator.world.world import Tracing
+
+
+class Body(Protocol):
+    """What lighting needs to know of a surface: its obstacle and bounding sphere."""
+
+    @property
+    def obstacle(self) -> int: ...
+
+    @property
+    def center_m(self) -> Floats: ...
+
+    @property
+    def radius_m(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """R pairs of images over one body, or over edges.
+
+    Attributes:
+        mic: (R,) microphone at which they end.
+        before, after: images of speaker and microphone, aligned.
+        obstacle: the body's; -1 for edges.
+    """
+
+    mic: Ints
+    before: Images
+    after: Images
+    obstacle: int = -1
+
+    def __len__(self) -> int:
+        return len(self.mic)
+
+    def __getitem__(self, index: NDArray) -> Pairs:
+        rows = np.flatnonzero(index) if index.dtype == bool else index
+        return Pairs(self.mic[rows], self.before[rows], self.after[rows], self.obstacle)
+
+    @property
+    def pose(self) -> Ints:
+        """(R,)."""
+        return self.before.pose
+
+
+def pairs_over(search: Search, body: Body, max_order: int) -> Pairs:
+    """All pairs with mirrors of other obstacles before and after a body, up to `max_order` reflections with its own."""
+    lit, parts = images_of(search, body, search.tracing.source_m, max_order - 1), []
+    for mic in range(2):
+        received = images_of(search, body, search.tracing.mics_m[:, mic], max_order - 1)
+        left, right = _matched(search, body, max_order, lit, received)
+        parts.append(Pairs(np.full(len(left), mic), lit[left], received[right], body.obstacle))
+    return joined_pairs(parts)
+
+
+def joined_pairs(parts: list[Pairs]) -> Pairs:
+    """All parts over the same body, one after the other."""
+    before, after = (_joined([getattr(part, side) for part in parts]) for side in ("before", "after"))
+    return Pairs(np.concatenate([part.mic for part in parts]), before, after, parts[0].obstacle)
+
+
+def _joined(parts: list[Images]) -> Images:
+    names = parts[0].__dataclass_fields__
+    return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def images_of(search: Search, body: Body, point_m: Floats, max_order: int, extent_m: float = 0.0) -> Images:
+    """Images of (N, 3) points in the patches from which a body, and `extent_m` around it, is reached.
+
+    Patches of the body's own obstacle are no mirrors, and only large ones follow each other.
+    """
+    goal = Goal(centers(search.tracing, body), body.radius_m + extent_m, search.limit_m)
+    allowed = np.tile(search.tracing.world.patches.obstacle != body.obstacle, (max_order, 1))
+    allowed[1:] &= search.large_mirrors
+    return images_lighting(search.tracing.mirrors, allowed, point_m, max_order, goal)
+
+
+def _matched(search: Search, body: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
+    """Indices of images of speaker and microphone at the same pose that make a path over a body: within the order,
+    not too long, and with large mirrors alone where there are several."""
+    left, right = matches(lit.pose, received.pose)
+    mirrors = lit.order[left] + received.order[right]
+    small = np.append(~search.large_mirrors, False)  # for -1
+    alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
+    keep = np.flatnonzero((mirrors < max_order) & ((mirrors < 2) | ~alone))
+    left, right = left[keep], right[keep]
+    center = centers(search.tracing, body)[lit.pose[left]]
+    way = sum(np.linalg.norm(point - center, axis=1) for point in (lit.point_m[left], received.point_m[right]))
+    near = np.flatnonzero(way - 2.0 * body.radius_m <= search.limit_m)
+    return left[near], right[near]
+
+
+def centers(tracing: Tracing, body: Body) -> Floats:
+    """(N, 3) middle of a body's bounding sphere at each pose."""
+    frame = tracing.placed[:, body.obstacle]
+    return np.ascontiguousarray(out_of_rest(np.broadcast_to(body.center_m, (len(frame), 3)), frame))
+
+
+def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
+    """Indices of every pair of equal elements, in order; `other` is sorted."""
+    first = np.searchsorted(other, key, "left")
+    count = np.searchsorted(other, key, "right") - first
+    left = np.repeat(np.arange(len(key)), count)
+    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)

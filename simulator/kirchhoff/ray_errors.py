@@ -1,0 +1,163 @@
+"""How far rays off a smooth surface err because it ends, or because something hides a part of it.
+
+A ray knows nothing of the rim beyond its reflection point. The rim's own contribution is that of the end of a line
+of stationary phase: the echo that an endless surface would return, times
+
+    sqrt(1/l + 1/m) / (sqrt(2 pi k) g)
+
+with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
+counts as an error as far as it reaches, after the matched filter, into any echo of the obstacle that stands apart from
+louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.images.image_pairs import Pairs
+from simulator.kirchhoff.rays_over_pairs import loudest_over
+from simulator.kirchhoff.shadows import hidden_share
+from simulator.surfaces.surface_borders import Border
+from simulator.world.candidates import Candidates
+from simulator.world.frames import into_rest, out_of_rest, rotated
+from simulator.world.search_context import Search
+from simulator.world.world import Tracing
+
+PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
+MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
+TOUCHING_M = 2e-3
+UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
+DB_PER_SHARE = 20.0 / np.log(10.0)
+FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
+
+
+def ray_error_db(search: Search, index: int, pairs: Pairs, echoes: Candidates) -> Floats:
+    """(R,) estimated error of rays over each pair off smooth surface `index`: by its rim and by shadows over it.
+
+    Args:
+        echoes: what the rays found, of any obstacle.
+    """
+    met = _met(search.tracing, pairs.obstacle, echoes)
+    stacked = _Echoes.of(search.tracing, met)
+    return _rim_error_db(search, index, pairs, stacked) + _shadow_error_db(search, pairs, met, stacked)
+
+
+def _met(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
+    """Rays that meet an obstacle, edges apart."""
+    meets = (tracing.world.obstacle_of(echoes.sequence) == obstacle).any(axis=1)
+    return echoes[np.flatnonzero(meets & (echoes.edge < 0) & (echoes.order > 0))]
+
+
+def _shadow_error_db(search: Search, pairs: Pairs, met: Candidates, echoes: _Echoes) -> Floats:
+    """(R,) error of rays over pairs whose zone round the reflection point is hidden in part, as far as loud."""
+    tracing = search.tracing
+    slot = (tracing.world.obstacle_of(met.sequence) == pairs.obstacle).argmax(axis=1)
+    loss = met.amplitude * hidden_share(tracing, met, slot, search.wavenumber_1_m)
+    envelope = echoes.at_rays
+    share = np.where(envelope > FAINT_GAIN, loss / np.maximum(envelope, FAINT_GAIN), 0.0)
+    return DB_PER_SHARE * loudest_over(tracing, met, share, pairs)
+
+
+def _rim_error_db(search: Search, index: int, pairs: Pairs, echoes: _Echoes) -> Floats:
+    """(R,) estimated error that the rim of a surface makes on each pair; infinite where it is the echo."""
+    audible, at = search.audible, (pairs.pose, pairs.mic)
+    rim, path = _rim_echo(search.tracing, index, pairs, search.wavenumber_1_m)
+    near = _overlap(path[:, None] - echoes.length_m[at])
+    beside = (echoes.level[at] * near).max(axis=1, initial=0.0)
+    apart = echoes.envelope[at]
+    share = np.where(apart >= audible.floor, rim[:, None] * near / np.maximum(apart, audible.floor), 0.0)
+    error = np.where(rim > beside, np.inf, DB_PER_SHARE * share.max(axis=1, initial=0.0))
+    received = (path <= audible.limit_m) & (np.maximum(rim, beside) >= audible.floor)
+    return np.where(received, error, 0.0)
+
+
+@dataclass(frozen=True)
+class _Echoes:
+    """Up to E echoes of one obstacle at each of N poses and each microphone; those that are not there have level 0.
+
+    Attributes:
+        level, length_m: (N, 2, E) amplitude and path.
+        envelope: (N, 2, E) greatest amplitude that any of them has there after the matched filter.
+        at_rays: (C,) the same for each ray that they came from.
+    """
+
+    level: Floats
+    length_m: Floats
+    envelope: Floats
+    at_rays: Floats
+
+    @classmethod
+    def of(cls, tracing: Tracing, met: Candidates) -> _Echoes:
+        """Those of the candidates, by pose and microphone."""
+        at = 2 * met.pose + met.mic
+        order = np.argsort(at, kind="stable")
+        place = np.arange(len(met)) - np.searchsorted(at[order], at[order])
+        level, length = (np.zeros((len(tracing.pose), 2, place.max(initial=-1) + 1)) for _ in range(2))
+        where = met.pose[order], met.mic[order], place
+        level[where], length[where] = met.amplitude[order], met.length_m[order]
+        envelope = level.copy()
+        for k in range(level.shape[2]):
+            np.maximum(envelope, level[..., k, None] * _overlap(length - length[..., k, None]), out=envelope)
+        at_rays = np.empty(len(met))
+        at_rays[order] = envelope[where]
+        return cls(level, length, envelope, at_rays)
+
+
+def _overlap(apart_m: Floats) -> Floats:
+    """How much of an echo's peak is left, after the matched filter, at a path by so much longer or shorter."""
+    return np.exp(-((apart_m / PULSE_M) ** 2))
+
+
+def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
+    """(R,) amplitude and (R,) path of what the rim returns between images of speaker and microphone."""
+    surface, border = tracing.world.surfaces[index], tracing.world.borders[index]
+    obstacle = surface.obstacle
+    frame = tracing.placed[pairs.pose, obstacle]
+    source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
+    to_source, to_receiver = (end[:, None] - border.point_m for end in (source, receiver))
+    l, m = np.linalg.norm(to_source, axis=2), np.linalg.norm(to_receiver, axis=2)
+    both = to_source / l[:, :, None] + to_receiver / m[:, :, None]
+    facing = np.einsum("rbx,bx->rb", both, border.normal)
+    lit = (facing > 0.0) | (not surface.closed)  # both sides of an open surface reflect
+    path = np.where(lit & ~_touching(tracing, obstacle, border, pairs.pose), l + m, np.inf)
+    first = path.argmin(axis=1)
+    each = np.arange(len(pairs))
+    l, m, shortest = l[each, first], m[each, first], path[each, first]
+    slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
+    bend = border.bend_1_m[first] * np.where(facing[each, first] < 0.0, -1.0, 1.0)
+    bent = 1.0 + 2.0 * np.maximum(bend, 0.0) * l * m / (l + m)
+    share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
+    share *= _step(border, first, share, l * m / (l + m))
+    amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
+    return np.where(np.isfinite(shortest), amplitude, 0.0), np.where(np.isfinite(shortest), shortest, 0.0)
+
+
+def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
+    """(R,) factor for borders where only the curvature ends: what both sides send cancels to the next order in 1/k."""
+    jump = 2.0 * np.abs(border.lost_1_m[at]) * arm_m
+    return np.where(border.tangent[at], np.minimum(2.0 * np.pi * share**2 * jump, 1.0), 1.0)
+
+
+def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Flags:
+    """(R, B) points of the border that stand upright on another obstacle: its image continues the surface there.
+
+    A tapered bin and its image meet at an angle: both end there.
+    """
+    patches = tracing.world.patches
+    others = np.flatnonzero(patches.obstacle != obstacle)
+    unique, which = np.unique(pose, return_inverse=True)
+    touching = np.zeros((len(unique), len(border)), dtype=bool)
+    for row, n in enumerate(unique):
+        frame = tracing.placed[n]
+        point = out_of_rest(border.point_m, frame[obstacle])
+        normal = rotated(patches.normal[others], frame[patches.obstacle[others], 3])
+        offset = patches.offset_m[others] + np.sum(normal * frame[patches.obstacle[others], :3], axis=1)
+        center = out_of_rest(patches.center_m[others], frame[patches.obstacle[others]])
+        gap = np.abs(point @ normal.T - offset)
+        upright = np.abs(rotated(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
+        near = np.linalg.norm(point[:, None] - center, axis=2) <= patches.radius_m[others]
+        touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
+    return touching[which.ravel()]

@@ -1,0 +1,59 @@
+"""Which rays run over pairs of images that Kirchhoff's integral may take instead."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.images.image_pairs import Pairs
+from simulator.world.candidates import Candidates
+from simulator.world.interactions import Interaction
+from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.search_context import Search
+from simulator.world.world import Tracing
+
+
+def without_rays_over(search: Search, taken: list[Pairs], found: Candidates) -> Candidates:
+    """Candidates by any mechanism that run over none of the pairs; the log books the others as left to the integral."""
+    if not taken or not len(found):
+        return found
+    over = np.isin(*_numbered(search.tracing, found, taken))
+    rows = np.flatnonzero(over)
+    search.reject(
+        Reason.LEFT_TO_INTEGRAL, len(rows),
+        lambda: Rejected(found[rows].trusted_amplitude, lambda chosen: found[rows[chosen]]),
+    )  # fmt: skip
+    return found[~over]
+
+
+def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:
+    """(R,) greatest amplitude (C,) of the candidates that run over each pair; 0 without one."""
+    rays, numbers = _numbered(tracing, found, [pairs])
+    loudest = np.zeros(max(rays.max(initial=0), numbers.max(initial=0)) + 1)
+    np.maximum.at(loudest, rays, amplitude)
+    return loudest[numbers]
+
+
+def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple[Ints, Ints]:
+    """(C,) and (R,) numbers of the images that candidates and pairs run over; equal ones have equal numbers."""
+    world, width = tracing.world, found.sequence.shape[1]
+    body = np.full(len(world.obstacles) + 1, -1)
+    bodies = [pairs.obstacle for pairs in chosen]
+    body[bodies] = world.numbering.number(Interaction.KIRCHHOFF, bodies)
+    as_body = body[world.obstacle_of(found.sequence)]
+    path = np.column_stack([found.pose, found.mic, np.where(as_body >= 0, as_body, found.sequence)])
+    every = np.concatenate([path] + [_sequences_of(tracing, pairs, width) for pairs in chosen])
+    number = np.unique(every, axis=0, return_inverse=True)[1].ravel()
+    return number[: len(found)], number[len(found) :]
+
+
+def _sequences_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
+    """(R, 2 + width) pose, microphone and the reflectors met in order, -1 padded."""
+    sequence = np.full((len(pairs), width), -1)
+    each, place, late_order = np.arange(len(pairs)), pairs.before.order, pairs.after.order
+    for k in range(pairs.before.sequence.shape[1]):
+        early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
+        sequence[early, k] = pairs.before.sequence[early, k]
+        sequence[late, place[late] + late_order[late] - k] = pairs.after.sequence[late, k]
+    sequence[each, place] = tracing.world.numbering.number(Interaction.KIRCHHOFF, pairs.obstacle)
+    return np.column_stack([pairs.pose, pairs.mic, sequence])
