@@ -13,6 +13,7 @@ from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Flags, Floats
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.support.order_statistic import order_statistic
+from obstaclewatch.support.rows import Rows
 
 TINY = float(np.finfo(np.float64).tiny)
 QUARTILE_TO_RMS = float(np.sqrt(-np.log(0.75)))
@@ -23,7 +24,7 @@ CFAR_QUANTILE = 0.6
 
 
 @dataclass(frozen=True)
-class Echoes:
+class Echoes(Rows):
     """Peaks of one channel's envelope, nearest first.
 
     Attributes:
@@ -35,12 +36,6 @@ class Echoes:
     delay_s: Floats
     amplitude: Floats
     sample: NDArray[np.intp]
-
-    def __len__(self) -> int:
-        return len(self.delay_s)
-
-    def __getitem__(self, which: Flags | NDArray[np.intp] | slice) -> Echoes:
-        return Echoes(self.delay_s[which], self.amplitude[which], self.sample[which])
 
 
 def mean_threshold(magnitude: Floats, factor: float) -> float:

@@ -20,6 +20,7 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
 from simulator.curved import stationary as curved
 from simulator.curved.stationary_pairs import settle
 from simulator.images.image_pairs import Pairs, centers, images_of, matches
@@ -44,7 +45,7 @@ SAME_M = 1e-6
 
 
 @dataclass(frozen=True)
-class Sighting:
+class Sighting(Rows):
     """R places of one surface that may pass sound on between the phone and another surface.
 
     Attributes:
@@ -59,9 +60,6 @@ class Sighting:
     uv: Floats
     point_m: Floats
     factor: Floats
-
-    def __getitem__(self, index: Ints) -> Sighting:
-        return Sighting(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
 def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floats) -> list[Candidates]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.rows import Rows
 from simulator.surfaces.facet_bounds import may_mirror
 from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
@@ -30,7 +31,7 @@ INSIDE = 1e-7  # how far outside its facet (in facet coordinates) a stationary p
 
 
 @dataclass(frozen=True)
-class StationaryPoints:
+class StationaryPoints(Rows):
     """H points where a surface mirrors one point into another, world frame.
 
     Attributes:
@@ -52,12 +53,6 @@ class StationaryPoints:
     curvature: Floats
     standoff_m: Floats
     clear: Flags
-
-    def __len__(self) -> int:
-        return len(self.query)
-
-    def __getitem__(self, index: NDArray) -> StationaryPoints:
-        return StationaryPoints(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
     @property
     def known(self) -> dict[str, NDArray]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.interactions import Interaction
@@ -19,7 +19,7 @@ from simulator.world.world import Tracing
 
 
 @dataclass(frozen=True)
-class ChainPaths:
+class ChainPaths(Rows):
     """R paths over chains of edges.
 
     Attributes:
@@ -32,12 +32,6 @@ class ChainPaths:
     mic: Ints
     edge: Ints
     points_m: Floats
-
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, index: NDArray) -> ChainPaths:
-        return ChainPaths(self.pose[index], self.mic[index], self.edge[index], self.points_m[index])
 
     @property
     def count(self) -> Ints:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.rows import Rows
 from simulator.diffraction.chain_paths import ChainPaths
 from simulator.diffraction.edge_nodes import WINDOWS
 from simulator.diffraction.edge_view import APEX, END, START
@@ -21,7 +22,7 @@ IN_WINDOWS = 3  # of longer chains only the first and the last edge are told apa
 
 
 @dataclass(frozen=True)
-class Windowed:
+class Windowed(Rows):
     """T chains of up to N edges of one panel, sorted by their number, window by window.
 
     Attributes:
@@ -32,12 +33,6 @@ class Windowed:
 
     edge: Ints
     part: Ints
-
-    def __len__(self) -> int:
-        return len(self.edge)
-
-    def __getitem__(self, index: Ints) -> Windowed:
-        return Windowed(self.edge[index], self.part[index])
 
     @property
     def count(self) -> Ints:

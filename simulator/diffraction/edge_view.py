@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
 
 APEX, START, END = 0, 1, 2  # the three contributions of an edge
 
 
 @dataclass(frozen=True)
-class EdgeView:
+class EdgeView(Rows):
     """R edges, each with one source and one receiver, in cylindrical coordinates about the edge.
 
     Attributes:
@@ -32,12 +32,6 @@ class EdgeView:
     receiver_height_m: Floats
     length_m: Floats
     open_angle_rad: Floats
-
-    def __len__(self) -> int:
-        return len(self.length_m)
-
-    def __getitem__(self, index: NDArray) -> EdgeView:
-        return EdgeView(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
     @property
     def apex_height_m(self) -> Floats:

@@ -68,13 +68,9 @@ def pairs_over(search: Search, body: Body, max_order: int) -> Pairs:
 
 def joined_pairs(parts: list[Pairs]) -> Pairs:
     """All parts over the same body, one after the other."""
-    before, after = (_joined([getattr(part, side) for part in parts]) for side in ("before", "after"))
-    return Pairs(np.concatenate([part.mic for part in parts]), before, after, parts[0].obstacle)
-
-
-def _joined(parts: list[Images]) -> Images:
-    names = parts[0].__dataclass_fields__
-    return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    before, after = ([getattr(part, side) for part in parts] for side in ("before", "after"))
+    mic, of = np.concatenate([part.mic for part in parts]), type(before[0])
+    return Pairs(mic, of.joined(before), of.joined(after), parts[0].obstacle)
 
 
 def images_of(search: Search, body: Body, point_m: Floats, max_order: int, extent_m: float = 0.0) -> Images:

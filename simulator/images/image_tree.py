@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.rows import Rows
 from simulator.images.plane_walks import mirrored
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import BORDER_M, Mirrors
@@ -24,7 +24,7 @@ TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level
 
 
 @dataclass(frozen=True)
-class Images:
+class Images(Rows):
     """Images of one point per pose in sequences of patches.
 
     Attributes:
@@ -38,12 +38,6 @@ class Images:
     order: Ints
     sequence: Ints
     point_m: Floats
-
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, index: NDArray) -> Self:
-        return type(self)(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
 @dataclass(frozen=True)
@@ -110,8 +104,8 @@ def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order
         lit = _lit_balls(
             mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, goal.limit_m
         )  # type: ignore[call-arg]
-        parts.append(level.lit(np.flatnonzero(lit)))
-    found = Images(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        parts.append(Images(*level.lit(np.flatnonzero(lit))))
+    found = Images.joined(parts)
     return found[in_turn(found.pose, found.sequence)]
 
 
@@ -131,8 +125,8 @@ def images_lighting_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, start_m, end_m,
             wedges.patch, wedges.mirror, limit_m,
         )  # type: ignore[call-arg]  # fmt: skip
-        parts.append((*level.lit(row), wedge))
-    found = EdgeImages(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        parts.append(EdgeImages(*level.lit(row), wedge))
+    found = EdgeImages.joined(parts)
     return found[in_turn(found.pose, found.sequence, found.wedge)]
 
 

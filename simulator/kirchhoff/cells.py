@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.rows import Rows
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.facets import Facets
@@ -18,7 +18,7 @@ STAND_M, ONE_IN = 0.02, 7  # apart are, on average, the facets of which one may 
 
 
 @dataclass(frozen=True)
-class Cells:
+class Cells(Rows):
     """What R pairs of points receive of a body, by path length.
 
     Attributes:
@@ -33,18 +33,11 @@ class Cells:
     length_m: Floats
     gain: Complexes
 
-    def __len__(self) -> int:
-        return len(self.pair)
 
-    def __getitem__(self, index: NDArray) -> Cells:
-        return Cells(self.pair[index], self.facet[index], self.length_m[index], self.gain[index])
-
-
-def joined_cells(parts: list[Cells], nodes: int) -> Cells:
-    """All parts, one after the other."""
+def no_cells(nodes: int) -> Cells:
+    """An empty set, of gains at so many wavenumbers."""
     none = np.zeros(0, dtype=np.int64)
-    parts = [Cells(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128)), *parts]
-    return Cells(*(np.concatenate([getattr(p, name) for p in parts]) for name in Cells.__dataclass_fields__))
+    return Cells(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128))
 
 
 def with_stand_ins(

@@ -23,7 +23,7 @@ from itertools import pairwise
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.kirchhoff.cells import Cells, joined_cells, with_stand_ins
+from simulator.kirchhoff.cells import Cells, no_cells, with_stand_ins
 from simulator.kirchhoff.facet_sums import add_facets, blocks_of
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
 from simulator.kirchhoff.illuminating_images import Ends
@@ -54,7 +54,7 @@ def scattered(
         gain = _cell_gains(facets, spot, ends, *pairs, grid, reflection)
         cells = with_stand_ins(facets, spot, ends, *pairs, grid, gain)
         parts.append(Cells(cells.pair + rows.start, cells.facet, cells.length_m, cells.gain))
-    return joined_cells(parts, len(grid.wavenumber_rad_m))
+    return Cells.joined(parts) if parts else no_cells(len(grid.wavenumber_rad_m))
 
 
 def _in_order(point_m: Floats, first: Ints, second: Ints) -> tuple[Ints, Ints]:

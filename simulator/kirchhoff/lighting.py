@@ -12,6 +12,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.rows import Rows
 from simulator.images.image_method import REACHED, crossed, inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.images.plane_walks import image_in
@@ -123,7 +124,7 @@ def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, li
 
 
 @dataclass(frozen=True)
-class _Views:
+class _Views(Rows):
     """V images that ask what they see of a body.
 
     Attributes:
@@ -142,12 +143,6 @@ class _Views:
     def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
         """The views from points (V, 3) at poses."""
         return cls(start_m, image_in(tracing.mirrors, start_m, pose, order, sequence), pose, order, sequence)
-
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, rows: Ints | slice) -> _Views:
-        return _Views(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
 def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views) -> Flags:

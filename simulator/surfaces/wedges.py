@@ -7,15 +7,15 @@ triangles. Creases towards smooth surfaces are left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
 from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
 
 BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane
@@ -23,7 +23,7 @@ STRAIGHT = 1e-8  # 1 - cosine between segments of one line: 1.4e-4 rad
 
 
 @dataclass(frozen=True)
-class Wedges:
+class Wedges(Rows):
     """Straight sharp edges in the rest frames of their obstacles.
 
     Attributes:
@@ -55,12 +55,6 @@ class Wedges:
     mirror: Ints
     leans_on: Ints
 
-    def __len__(self) -> int:
-        return len(self.obstacle)
-
-    def __getitem__(self, index: NDArray) -> Wedges:
-        return Wedges(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
-
     @property
     def length_m(self) -> Floats:
         """(W,) of each edge."""
@@ -88,8 +82,7 @@ def no_wedges() -> Wedges:
 
 def merge_wedges(parts: list[Wedges]) -> Wedges:
     """All parts as one set, in order."""
-    parts = [no_wedges(), *parts]
-    return Wedges(*(np.concatenate([getattr(p, name) for p in parts]) for name in Wedges.__dataclass_fields__))
+    return Wedges.joined([no_wedges(), *parts])
 
 
 def wedges_of(reading: MeshReading, index: int, first_patch: int) -> Wedges:
@@ -106,7 +99,7 @@ def wedges_of(reading: MeshReading, index: int, first_patch: int) -> Wedges:
     pieces = merge_wedges([_fan_wedges(reading, edge, face, index), _rim_wedges(reading, edge, face, index)])
     merged = _in_line(pieces)
     patch = np.where(merged.patch >= 0, merged.patch + first_patch, -1)
-    return Wedges(**{**{n: getattr(merged, n) for n in Wedges.__dataclass_fields__}, "patch": patch})
+    return replace(merged, patch=patch)
 
 
 def _fans(reading: MeshReading) -> tuple[Ints, Ints]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
+from obstaclewatch.support.rows import Rows
 from simulator.waves.spreading import spreading
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
@@ -18,7 +18,7 @@ KINDS = np.array(["specular", "curved", "edge", "kirchhoff", "direct"])  # by in
 
 
 @dataclass(frozen=True)
-class Candidates:
+class Candidates(Rows):
     """Geometrically possible paths, world frame.
 
     Attributes:
@@ -53,12 +53,6 @@ class Candidates:
     part: Ints
     cell: Ints
 
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, index: NDArray) -> Candidates:
-        return Candidates(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
-
     @property
     def length_m(self) -> Floats:
         """(C,) of the path."""
@@ -84,8 +78,7 @@ class Candidates:
 def concatenated(parts: list[Candidates]) -> Candidates:
     """All parts, one after the other, as wide as the widest of them."""
     width = max(part.sequence.shape[1] for part in parts)
-    parts = [_widened(part, width) for part in parts]
-    return Candidates(*(np.concatenate([getattr(p, name) for p in parts]) for name in Candidates.__dataclass_fields__))
+    return Candidates.joined(_widened(part, width) for part in parts)
 
 
 def _widened(found: Candidates, width: int) -> Candidates:
