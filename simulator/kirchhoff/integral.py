@@ -82,7 +82,7 @@ def _cell_gains(
 ) -> Complexes:  # fmt: skip
     """(R, C, K) sums of the cells about their centres."""
     part, over_band = separated(reflection)
-    table = np.stack([part.real, part.imag], axis=-1).astype(np.float32)
+    table = np.stack([part.real, part.imag], axis=-1).astype(np.float32, order="C")
     total = np.zeros((len(first), len(part), grid.points, 2))
     groups = np.unique(ends.group[first])
     begin, stop = np.searchsorted(ends.group, groups), np.searchsorted(ends.group, groups, side="right")
