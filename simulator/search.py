@@ -38,7 +38,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))
     rays = [without_rays_over(search, taken, each) for each in rays]
-    integrals = [scattered_paths(search, pairs) for pairs in taken]
+    integrals = [part for pairs in taken for part in scattered_paths(search, pairs)]
     chains = panel_chains(search, rays[0], taken, loudest)
     parts, sums = [straight, *rays], [np.zeros((0, len(search.band_hz)), dtype=np.complex128)]
     for found, gain in integrals + chains:

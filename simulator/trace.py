@@ -101,7 +101,7 @@ def traced(search: Search) -> tuple[Paths, Candidates]:
     for reason, mask in MASKS.items():
         found = _passed(search, reason, found, mask(search, found), sums)
     gain = path_gain(search, found, sums, search.band_hz)
-    kept = _over_noise(search.phone, found, gain) | (found.order == 0)
+    kept = _over_noise(search, found, gain) | (found.order == 0)
     found = _passed(search, Reason.UNDER_NOISE, found, kept, sums)
     return _paths(search, found, gain[kept]), found
 
@@ -136,18 +136,20 @@ def _uncovered(search: Search, found: Candidates) -> Flags:
     return ~covered(search.tracing, found)
 
 
-def _over_noise(phone: Phone, found: Candidates, gain: Complexes) -> Flags:
+def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     """(C,) False for what the matched filter leaves deep under the noise; a phone without noise keeps all.
 
-    The cells of one way over a body largely cancel, up to the loudest: they stand or fall together.
+    The cells of one way over a body stand or fall together, by their sum at any frequency. The loudest cell alone is up
+    to 6 dB fainter than all of them, the more the narrower cells are: levels of fidelity then differed by 0.5 dB.
     """
-    floor_db = phone.noise_spl_db - phone.level_spl_db - NOISE_MARGIN_DB
+    floor_db = search.phone.noise_spl_db - search.phone.level_spl_db - NOISE_MARGIN_DB
     level = np.abs(gain).max(axis=1)
     cells = np.flatnonzero(found.cell >= 0)
     group = _equal_rows(np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]]))[1]
-    loudest = np.zeros(group.max(initial=-1) + 1)
-    np.maximum.at(loudest, group, level[cells])
-    level[cells] = loudest[group]
+    total = np.zeros((group.max(initial=-1) + 1, gain.shape[1]), dtype=np.complex128)
+    turn = np.exp(-1j * found.length_m[cells, None] * search.band_wavenumber_1_m)
+    np.add.at(total, group, gain[cells] * turn)
+    level[cells] = np.abs(total).max(axis=1)[group]
     return level >= 10.0 ** (floor_db / 20.0)
 
 

@@ -1,7 +1,9 @@
 """Which spots of a body an image of speaker or microphone sees: asked of Embree once for each spot.
 
-A spot is a patch of the skin, and one of its facets speaks for it. The three transducers of a phone see nearly the
-same, and so do the poses of a walk that lie near each other: spots may be asked once for all of them.
+A spot is a patch of the skin, and one of its facets speaks for it. Where neighbouring spots differ, the border of a
+shadow runs: there each facet is asked by itself. A border known to 15 mm alone moves echoes of people by 0.3 dB, up to
+0.8. The poses of a walk that lie near each other may share an answer; for its three transducers a phone is asked once,
+but each by itself along the borders.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
@@ -24,6 +27,7 @@ from simulator.world.world import Tracing
 
 AT_ONCE = 2**18  # rays: what is kept in memory of them, however many images there are
 SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
+BESIDE = 1.6  # spots whose facets are asked that far apart, re their size, are neighbours
 NORMAL_STEPS = 2  # for a normal's component from 0 to 1: each range is some 30 degrees wide
 
 
@@ -48,10 +52,12 @@ class Spots:
     Attributes:
         of_facet: (F,) spot of each facet.
         facet: (S,) the facet that speaks for each.
+        beside: (B, 2) pairs of neighbours.
     """
 
     of_facet: Ints
     facet: Ints
+    beside: Ints
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ def spots_of(facets: Facets, spot_m: float) -> Spots:
     """Facets by voxel and direction of their normal; each facet by itself where the voxels are no larger."""
     if spot_m**2 <= float(facets.area_m2.mean()):
         every = np.arange(len(facets))
-        return Spots(every, every)
+        return Spots(every, every, np.zeros((0, 2), dtype=np.int64))
     rows, start = _grouped(facets.middle_m, facets.normal, spot_m)
     spot = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(rows))))
     middle = np.add.reduceat(facets.middle_m[rows], start) / np.diff(np.append(start, len(rows)))[:, None]
@@ -82,7 +88,10 @@ def spots_of(facets: Facets, spot_m: float) -> Spots:
     first = np.lexsort((miss, spot))
     of_facet = np.empty(len(facets), dtype=np.int64)
     of_facet[rows] = spot
-    return Spots(of_facet, rows[first[start]])
+    facet = rows[first[start]]
+    near = cKDTree(facets.middle_m[facet]).query_pairs(BESIDE * spot_m, output_type="ndarray")
+    alike = np.einsum("bx,bx->b", *(facets.normal[facet[side]] for side in near.T)) > 0.0
+    return Spots(of_facet, facet, near[alike])
 
 
 def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
@@ -95,32 +104,62 @@ def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Int
     return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))
 
 
-def lit_spots(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> tuple[Flags, Ints]:
-    """Which spots can be seen: those that face an image, with nothing between on any segment.
+def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Flags, Ints]:
+    """Which facets can be seen: those that face an image, with nothing between on any segment.
 
     Returns:
-        (V, S) spots of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
+        (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
     """
-    asked, side = sights.pose, sights.side
     transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
-    if light.held > 0.0:
-        asked, side = _held_poses(tracing, facets, transducers.mean(axis=1), light.held)[sights.pose], 0 * side
-        transducers = np.repeat(transducers.mean(axis=1, keepdims=True), 3, axis=1)
-    key = np.column_stack([asked, side, sights.sequence])
-    _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    views = _Views.of(
-        tracing, transducers[asked[rows], side[rows]], asked[rows], sights.order[rows], sights.sequence[rows]
-    )
+    middle = transducers.mean(axis=1, keepdims=True)
+    shared, asked = light.held > 0.0, sights.pose
+    if shared:
+        asked = _held_poses(tracing, facets, middle[:, 0], light.held)[asked]
+    views, number = _Views.distinct(tracing, transducers, asked, sights.side, sights)
+    every_view, of_view = views, np.arange(len(views))
+    if shared:
+        every_view, of_view = _Views.distinct(tracing, middle, views.pose, np.zeros(len(views), dtype=np.int64), views)
+    spots = spots_of(facets, light.spot_m)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     sampled = np.arange(len(spots.facet)) % every == 0
-    sample = _reached_among(tracing, facets, spots.facet[sampled], views)
+    sample = _reached_among(tracing, facets, spots.facet[sampled], every_view)
     seeing = np.flatnonzero(sample.any(axis=1))  # most images of second order see nothing of the body
     lit = np.empty((len(seeing), len(sampled)), dtype=bool)
     lit[:, sampled] = sample[seeing]
-    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], views[seeing])
-    number = np.full(len(rows), -1)
-    number[seeing] = np.arange(len(seeing))
-    return lit, number[which.ravel()]
+    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], every_view[seeing])
+    kept = np.flatnonzero(np.isin(of_view, seeing))
+    renumbered = np.full(len(views), -1)
+    renumbered[kept] = np.arange(len(kept))
+    known = lit[np.searchsorted(seeing, of_view[kept])]
+    return _facet_by_facet(tracing, facets, spots, views[kept], known), renumbered[number]
+
+
+def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
+    """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
+    if len(spots.facet) == len(facets):
+        return lit[:, spots.of_facet]
+    image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
+    border = _borders(lit, image, facets.middle_m[spots.facet], facets.normal[spots.facet], facets.closed, spots.beside)  # type: ignore[call-arg]
+    known, asked = lit[:, spots.of_facet], border[:, spots.of_facet]
+    return np.where(asked, _reached_among(tracing, facets, np.arange(len(facets)), views, asked), known)
+
+
+@compiled
+def _borders(lit, image, middle, normal, closed, beside):
+    """(V, S) spots next to one that is lit if they are dark, or the other way round; what faces away is no shadow."""
+    border = np.zeros(lit.shape, np.bool_)
+    for v in range(len(lit)):
+        for k in range(len(beside)):
+            a, b = beside[k]
+            if lit[v, a] == lit[v, b]:
+                continue
+            dark = b if lit[v, a] else a
+            rise = 0.0
+            for x in range(3):
+                rise += (image[v, x] - middle[dark, x]) * normal[dark, x]
+            if rise > 0.0 or not closed:
+                border[v, a] = border[v, b] = True
+    return border
 
 
 @dataclass(frozen=True)
@@ -140,13 +179,23 @@ class _Views(Rows):
     sequence: Ints
 
     @classmethod
+    def distinct(
+        cls, tracing: Tracing, points_m: Floats, pose: Ints, point: Ints, mirrors: Sights | _Views
+    ) -> tuple[_Views, Ints]:
+        """The views from points (N, P, 3) at poses (E,) through mirrors, each once, and (E,) which each is."""
+        key = np.column_stack([pose, point, mirrors.sequence])
+        _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        start = points_m[pose[rows], point[rows]]
+        return cls.of(tracing, start, pose[rows], mirrors.order[rows], mirrors.sequence[rows]), which.ravel()
+
+    @classmethod
     def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
         """The views from points (V, 3) at poses."""
         return cls(start_m, image_in(tracing.mirrors, start_m, pose, order, sequence), pose, order, sequence)
 
 
-def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views) -> Flags:
-    """(V, S) which of some facets face each image, and sound from its origin comes to."""
+def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views, asked: Flags | None = None) -> Flags:
+    """(V, S) which of some facets face each image, and sound from its origin comes to, of all or of those asked."""
     lit = np.zeros((len(views), len(facet)), dtype=bool)
     most = max(1, AT_ONCE // max(len(facet), 1))
     for first in range(0, len(views), most):
@@ -154,6 +203,7 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views)
         view, place = _in_view(
             tracing.mirrors, some.pose, some.order, some.sequence, some.image_m,
             tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet], facets.closed,
+            np.ones((len(some), len(facet)), dtype=bool) if asked is None else asked[first : first + most],
         )  # type: ignore[call-arg]  # fmt: skip
         reached = _reached(tracing, facets, some[view], facet[place])
         lit[first + view[reached], place[reached]] = True
@@ -161,13 +211,15 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views)
 
 
 @compiled
-def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed):
-    """Views and facets that face each other on a line through the last of the mirrors, whatever is before it."""
-    view, facet = np.empty(len(pose) * len(middle), np.int64), np.empty(len(pose) * len(middle), np.int64)
+def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed, asked):
+    """Views and facets that face each other on a line through the last of the mirrors, of those asked (V, F)."""
+    view, facet = np.empty(asked.sum(), np.int64), np.empty(asked.sum(), np.int64)
     count, point, crossing = 0, np.empty(3), np.empty(3)
     for v in range(len(pose)):
         c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
         for f in range(len(middle)):
+            if not asked[v, f]:
+                continue
             point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
             point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
             point[2] = middle[f, 2] + frame[v, 2]

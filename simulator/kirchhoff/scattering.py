@@ -17,7 +17,7 @@ from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
-from simulator.kirchhoff.lighting import Light, Sights, lit_spots, spots_of
+from simulator.kirchhoff.lighting import Light, Sights, lit_facets
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
@@ -31,36 +31,43 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
-FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.015, 0.02, 0.032  # under FINE_DB of tolerance, under COARSE_DB, and from there
+FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.05  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD, COARSE_HELD = 0.2, 0.4  # of the body's distance: 0.05 changes echoes of people by 0.1 dB at P95
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
+LIT_AT_ONCE = 2**29  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
-def scattered_paths(search: Search, pairs: Pairs) -> tuple[Candidates, Complexes]:
-    """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row.
+def scattered_paths(search: Search, pairs: Pairs) -> list[tuple[Candidates, Complexes]]:
+    """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row. Part by part.
 
     Args:
         pairs: the image pairs that are wanted.
     """
-    tracing = search.tracing
+    reading, surface = search.tracing.world.skins[pairs.obstacle]
+    light, size_m = _fineness(search.fidelity, reading)
+    facets = facets_of(reading, surface, pairs.obstacle, size_m)
     pairs = pairs[np.lexsort((pairs.mic, pairs.pose))]
+    share = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
+    part = (pairs.pose / max(share * len(search.tracing.pose), 1.0)).astype(np.int64)
+    return [_scattered_in_part(search, facets, light, pairs[part == each]) for each in np.unique(part)]
+
+
+def _scattered_in_part(search: Search, facets: Facets, light: Light, pairs: Pairs) -> tuple[Candidates, Complexes]:
+    """The same at some of the poses."""
+    tracing = search.tracing
     material = tracing.world.obstacles[pairs.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
-    reading, surface = tracing.world.skins[pairs.obstacle]
-    light, size_m = _fineness(search.fidelity, reading)
-    facets = facets_of(reading, surface, pairs.obstacle, size_m)
-    spots = spots_of(facets, light.spot_m)
-    lit, view = lit_spots(tracing, facets, spots, sights, light)
+    lit, view = lit_facets(tracing, facets, sights, light)
     seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
     used, which = np.unique([first[seen], second[seen]], return_inverse=True)
     frame = tracing.placed[sights.pose[used], facets.obstacle]
     ends = Ends(into_rest(sights.point_m[used], frame), sights.pose[used], view[used], lit)
     one, other = which.reshape(2, -1)
     grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
-    every = scattered(facets, spots.of_facet, ends, one, other, grid, reflection)
+    every = scattered(facets, np.arange(len(facets)), ends, one, other, grid, reflection)
     every = replace(every, pair=seen[every.pair])
     turns = _turns(tracing, facets, pairs[every.pair], every)
     gain = np.abs(every.gain).max(axis=1, initial=0.0)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
+from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
-from simulator.kirchhoff.lighting import _in_view, _Views
+from simulator.kirchhoff.lighting import Light, Sights, _in_view, _Views, lit_facets
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
@@ -32,7 +33,8 @@ def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]
     args = frame, facets.middle_m, facets.normal, facets.closed
-    view, place = _in_view(tracing.mirrors, views.pose, views.order, views.sequence, views.image_m, *args)
+    every = np.ones((len(views), len(facets)), dtype=bool)
+    view, place = _in_view(tracing.mirrors, views.pose, views.order, views.sequence, views.image_m, *args, every)
     asked = np.zeros((len(views), len(facets)), dtype=bool)
     asked[view, place] = True
     middle = out_of_rest(facets.middle_m, np.repeat(tracing.placed[:, 2], len(facets), axis=0))
@@ -44,3 +46,24 @@ def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
         assert not (reached & ~asked[v]).any(), v
     assert set(views.order[view]) == {0, 1, 2}
     assert not asked.all(axis=1).any()
+
+
+def test_the_border_of_a_shadow_is_known_facet_by_facet():
+    """Spots of 15 mm spoke for all their facets: that moved a person's echo by 0.3-0.8 dB, even at `reference`."""
+    body = random_obstacle("pedestrian", np.random.default_rng(5), "body")
+    scene, phone = Scene([body]), Phone.named("ideal")
+    pose = Pose([[float(body.mesh.bounds[0, 0]) - 1.5, 0.1, 1.3]], held_rotation(np.zeros(1)))
+    tracing = still_tracing(scene, phone, pose, np.zeros(1), Fidelity(level="reference"))
+    facets = facets_of(*tracing.world.skins[0], 0, 0.025)
+    none, sides = np.zeros(3, dtype=np.int64), np.arange(3)
+    straight = Sights(none, sides, none, np.full((3, 0), -1), np.concatenate([tracing.source_m, tracing.mics_m[0]]))
+    exact, by_spots, shared = (
+        lit_facets(tracing, facets, straight, light)[0]
+        for light in (Light(1e-3, 0.0), Light(0.05, 0.0), Light(0.05, 0.2))
+    )
+    cosine = np.sum((tracing.source_m - facets.middle_m) * facets.normal, axis=1)
+    weight = (
+        np.maximum(cosine, 0.0) ** 2 * facets.area_m2
+    )  # as the sum has it; facets at grazing incidence hardly count
+    for lit in (by_spots, shared):
+        assert ((lit != exact) * weight).sum(axis=1).max() < 0.002 * (exact * weight).sum(axis=1).min()
