@@ -14,6 +14,7 @@ from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, write_recording
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.whole_file import whole_file
 from scenes.truth.truth import GroundTruth
 from simulator.paths import Paths
 
@@ -42,8 +43,10 @@ def write_walk(cell: Cell, folder: Path) -> dict[str, Any]:
     recorded = rendered(setting, cell, lambda paths, first: blocks.append(_path_rows(paths, first)))
     recording = after_microphones(cell, setting, recorded)
     truths = truths_at_beeps(cell, setting, beep, recording)
-    _write_table(pd.concat(blocks, ignore_index=True), file_of(folder, "paths", name))
-    _write_table(_truth_rows(setting, beep, truths), file_of(folder, "truth", name))
+    tables = {"paths": pd.concat(blocks, ignore_index=True), "truth": _truth_rows(setting, beep, truths)}
+    for kind, table in tables.items():
+        with whole_file(file_of(folder, kind, name), lasting=False) as partial:
+            table.to_parquet(partial, index=False, compression="zstd")
     write_recording(recording, file_of(folder, "recordings", name))
     phone = {
         f"{part}_m": position.tolist()
@@ -98,12 +101,3 @@ def _path_rows(paths: Paths, first_beep: int) -> pd.DataFrame:
             "gain_imag": paths.gain.imag.astype(np.float32),
         }
     )
-
-
-def _write_table(frame: pd.DataFrame, path: Path) -> None:
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        frame.to_parquet(partial, index=False, compression="zstd")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)

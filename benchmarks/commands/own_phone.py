@@ -23,6 +23,7 @@ from benchmarks.runs.store import write_atomically
 from obstaclewatch import BeepDesign, PhoneGeometry, Recording, assumed_sound_speed, inspect_recording, write_recording
 from obstaclewatch.recordings.audio import read_blocks
 from obstaclewatch.recordings.health import RecordingHealth
+from obstaclewatch.recordings.live import played_period
 from simulator import Phone
 
 PIECE_SAMPLES = 1 << 20
@@ -73,9 +74,8 @@ def beep(
     48 kHz or more.
     """
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate)
-    period = np.zeros((2, design.period_samples), dtype=np.float32)
-    period[:, : len(design.samples())] = level * design.samples()
-    period[{"left": 1, "right": 0}[side] if side != "both" else slice(0, 0)] = 0.0
+    sounds = [[side in ("both", "left")], [side in ("both", "right")]]
+    period = np.where(sounds, played_period(design, level), 0.0)
     count = max(1, round(seconds / design.period_s))
     write_recording((Recording(period, rate) for _ in range(count)), output)
     click.echo(f"{output}: {count} beeps of {band} Hz, {count * design.period_s:.1f} s at {rate:.0f} Hz")

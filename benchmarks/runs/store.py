@@ -11,12 +11,13 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from benchmarks.runs.stored import StoredCell, StoredCost, check_stored, json_mapping, read_json
+from obstaclewatch.support.whole_file import whole_file
 
 
 def cell_path(run: Path, digest: str) -> Path:
@@ -35,17 +36,17 @@ def write_atomically(path: Path, text: str) -> None:
     Raises:
         OSError: the folder cannot be written; nothing is left behind.
     """
-    _replace(path, text, sync=os.fsync)
+    write_bytes_atomically(path, text.encode(), lasting=True)
 
 
-def write_bytes_atomically(path: Path, data: bytes) -> None:
-    """The same of bytes, as pictures are."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(data)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+def write_bytes_atomically(path: Path, data: bytes, lasting: bool = False) -> None:
+    """The same of bytes, as pictures are; the folder is made where it is missing."""
+    with whole_file(path, lasting) as partial:
+        try:
+            partial.write_bytes(data)
+        except FileNotFoundError:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            partial.write_bytes(data)
 
 
 def write_cell(path: Path, record: str) -> None:
@@ -57,12 +58,12 @@ def write_cell(path: Path, record: str) -> None:
     Raises:
         OSError: as `write_atomically`.
     """
-    _replace(path, _seal(record) + record[1:])
+    write_bytes_atomically(path, (_seal(record) + record[1:]).encode())
 
 
 def write_cost(path: Path, cost: str) -> None:
     """Store what a cell cost; nothing but statistics is lost with it."""
-    _replace(path, cost)
+    write_bytes_atomically(path, cost.encode())
 
 
 def read_cost(path: Path) -> dict[str, Any]:
@@ -135,27 +136,6 @@ def only_one_process(run: Path) -> Iterator[None]:
         for partial in run.rglob(".*.partial"):
             partial.unlink()
         yield
-
-
-def _replace(path: Path, text: str, sync: Callable[[int], None] | None = None) -> None:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with _opened(partial) as file:
-            file.write(text)
-            if sync is not None:
-                file.flush()
-                sync(file.fileno())
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _opened(path: Path) -> TextIO:
-    try:
-        return path.open("w", encoding="utf-8", newline="")
-    except FileNotFoundError:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("w", encoding="utf-8", newline="")
 
 
 def _seal(record: str) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from obstaclewatch.recording import Recording
 from obstaclewatch.recordings.wav_header import check_wav_header
 from obstaclewatch.support.arrays import Singles
+from obstaclewatch.support.whole_file import whole_file
 
 FORMATS = {".wav": "WAV", ".flac": "FLAC"}
 BITS = 24
@@ -50,15 +51,8 @@ def write_recording(recording: Recording | Iterable[Recording], path: str | os.P
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder '{target.parent}' to write '{target.name}' to")
     file_format = _format_of(target)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as stream:
-            _write(_pieces(recording), stream, target, file_format)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(target) as partial, partial.open("wb") as stream:
+        _write(_pieces(recording), stream, target, file_format)
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:

@@ -13,6 +13,7 @@ import numpy as np
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.arrays import Singles
 
 
 def live_pieces(beep: BeepDesign, duration_s: float, level: float = 0.5) -> Iterator[Recording]:
@@ -35,9 +36,13 @@ def live_pieces(beep: BeepDesign, duration_s: float, level: float = 0.5) -> Iter
     return _pieces(_sounddevice(), beep, duration_s, level)
 
 
+def played_period(beep: BeepDesign, level: float) -> Singles:
+    """(n,) what a loudspeaker is given of one beep and its gap."""
+    return np.pad(level * beep.samples(), (0, beep.period_samples - len(beep.samples()))).astype(np.float32)
+
+
 def _pieces(sound: ModuleType, beep: BeepDesign, duration_s: float, level: float) -> Iterator[Recording]:
-    period = np.zeros((beep.period_samples, 1), dtype=np.float32)
-    period[: len(beep.samples()), 0] = level * beep.samples()
+    period = played_period(beep, level)[:, None]
     try:
         stream = sound.Stream(samplerate=beep.sample_rate_hz, channels=(2, 1), dtype="float32")
     except sound.PortAudioError as error:

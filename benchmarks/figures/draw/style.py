@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import matplotlib.style
+import pandas as pd
 from matplotlib.figure import Figure as Canvas
 
 from benchmarks.figures.plots import Figure
@@ -89,16 +89,5 @@ def picture_bytes(canvas: Canvas, kind: str) -> bytes:
 
 def csv_text(figure: Figure) -> str:
     """What is plotted, one row a bar or a step; numbers to six digits, NaN empty."""
-    rows = [{key: _cell(value) for key, value in row.items()} for row in figure.rows()]
-    buffer = io.StringIO()
-    if rows:
-        writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    return buffer.getvalue()
-
-
-def _cell(value: str | int | float) -> str:
-    if isinstance(value, float):
-        return "" if value != value else f"{value:.6g}"
-    return str(value)
+    rows = pd.DataFrame(figure.rows())
+    return "" if rows.empty else rows.to_csv(index=False, lineterminator="\n", float_format="%.6g")
