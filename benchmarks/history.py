@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.figures.plots import Line, Panel, PlotFigure
-from benchmarks.runs.store import read_cost
 from benchmarks.runs.stored import StoredManifest, check_stored, read_json
 
 SERIES = ["suite", "tier", "split", "seed", "cells"]
@@ -21,7 +20,7 @@ PANELS = (
     ("TP before contact, % of collisions", "tp_before_contact", 100.0),
     ("TN, % of other walks", "tn", 100.0),
     ("range error, median, cm", "range_error_median_m", 100.0),
-    ("CPU of the detector, ms a beep", "detect_cpu_s_per_beep", 1e3),
+    ("CPU of the detector, ms a beep,\nmedian over walks", "detect_cpu_s_per_beep", 1e3),
 )
 WORDS = 10
 """Characters of a revision shown."""
@@ -68,7 +67,7 @@ def _rows(folder: Path) -> Iterator[dict[str, Any]]:
     check_stored(manifest, StoredManifest, f"'{folder}'")
     found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     revision = manifest["git_revision"] or f"source {manifest['source_sha256']}"
-    costs = [read_cost(path) for path in folder.glob("costs/*/*.json")]
+    costs = _costs(folder)
     for detector, measured in found["detectors"].items():
         yield {
             "run": folder.name, "started": manifest["started"],
@@ -87,13 +86,25 @@ def _measured(measured: dict[str, Any]) -> dict[str, float]:
     return {name: np.nan if value is None else value for name, value in row.items()}
 
 
-def _cost(costs: list[dict[str, Any]], detector: str) -> dict[str, float]:
-    """Of simulation by second of recording and of the detector by beep, each over all cells that say so."""
-    ran = [cost for cost in costs if detector in cost.get("detect_cpu_s", {})]
-    recorded, beeps = sum(cost["recording_s"] for cost in ran), sum(cost["beeps"] for cost in ran)
+def _costs(folder: Path) -> pd.DataFrame:
+    """Those of walks, or of standing measurements where there are no walks; empty of a run that has no such table."""
+    if not (folder / "costs.parquet").is_file():
+        return pd.DataFrame(columns=["detector"])
+    kinds = pd.read_csv(folder / "results.csv", usecols=["label", "kind", "detector"])
+    costs = pd.read_parquet(folder / "costs.parquet").merge(kinds)
+    walks = costs[costs.kind != "standing"]
+    return costs if walks.empty else walks
+
+
+def _cost(costs: pd.DataFrame, detector: str) -> dict[str, float]:
+    """Of simulation by second of recording over all walks; of the detector by beep, the median over walks as in the
+    report, which one walk that waited for a compiler does not move."""
+    ran = costs[costs.detector == detector]
+    if ran.empty:
+        return dict.fromkeys(("simulate_s_per_s", "detect_cpu_s_per_beep"), np.nan)
     return {
-        "simulate_s_per_s": sum(cost["simulate_s"] for cost in ran) / recorded if recorded else np.nan,
-        "detect_cpu_s_per_beep": sum(cost["detect_cpu_s"][detector] for cost in ran) / beeps if beeps else np.nan,
+        "simulate_s_per_s": ran.simulate_s.sum() / ran.recording_s.sum(),
+        "detect_cpu_s_per_beep": (ran.detect_cpu_s / ran.beeps).median(),
     }
 
 

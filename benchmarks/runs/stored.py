@@ -123,6 +123,7 @@ class _Walk(_Stored):
     index: Natural
     seed: Natural
     range_m: Number
+    bearing_rad: Number = None
     detectors: list[str] = []
     variant: dict[str, Any] | None = None
     probe: dict[str, Any] | None = None

@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from benchmarks.figures.bench.variants import variants
 from benchmarks.history import history, history_figures
-from benchmarks.runs.store import to_json, write_atomically, write_cost
+from benchmarks.runs.store import to_json, write_atomically
+from benchmarks.scoring.frames import write_frames
 from benchmarks.scoring.scores import summary
 from tests.benchmarks.synthetic_run import made_up_run, walk
 
@@ -23,8 +24,7 @@ def stored(results: Path, name: str, started: str, alerts: int, walks: int = 4, 
     told = run.manifest | {"plan": [], "started": started, "source_sha256": "f00d" * 16}
     write_atomically(run.folder / "manifest.json", to_json(told))
     write_atomically(run.folder / "summary.json", to_json(summary(run, variants(run))))
-    for k, cost in enumerate(run.costs):
-        write_cost(run.folder / "costs" / "ab" / f"{k}.json", to_json(cost))
+    write_frames(run)
 
 
 @pytest.fixture
@@ -44,6 +44,19 @@ def test_rows_are_in_the_order_of_time(results):
     assert told.detect_cpu_s_per_beep.tolist() == pytest.approx([0.001] * 3)
     assert told.range_error_median_m.tolist() == pytest.approx([0.004] * 3)
     assert silent == []
+
+
+def test_a_walk_that_waited_for_a_compiler_is_no_change_of_cost(results):
+    """Cause: all costs were added up, so that a run that compiled had eight times the report's cost of a beep."""
+    path = results / "paper" / "late" / "costs.parquet"
+    costs = pd.read_parquet(path)
+    costs.loc[0, "detect_cpu_s"] = 60.0
+    costs.to_parquet(path)
+    frame, _ = history(results)
+    assert frame.detect_cpu_s_per_beep.tolist() == pytest.approx([0.001] * len(frame))
+    path.unlink()
+    frame, _ = history(results)
+    assert frame.detect_cpu_s_per_beep.isna().tolist() == [run == "late" for run in frame.run]
 
 
 def test_runs_of_other_walks_are_not_compared(results):
