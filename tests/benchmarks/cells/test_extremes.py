@@ -36,7 +36,8 @@ def test_the_extremes_are_those_promised() -> None:
         ("wall-size", "size_m"): (0.01, 1e3), ("triangles", "count"): (2, 1_000_000),
         ("weather", "temperature_c"): (-40.0, 60.0), ("sample-rate", "sample_rate_hz"): (44_100.0, 384_000.0),
         ("detector-snr", "snr_db"): (-20.0, 120.0), ("order", "max_order"): (0, 8),
-        ("walking", "speed_m_s"): (0.0, 100.0), ("beep-length", "duration_s"): (1e-3, 10.0),
+        ("ball-incidence", "angle_rad"): (0.1, 1.57), ("walking", "speed_m_s"): (0.0, 100.0),
+        ("beep-length", "duration_s"): (1e-3, 10.0),
     }  # fmt: skip
     for (axis, parameter), ends in promised.items():
         values = [probe[parameter] for probe in swept[axis]]

@@ -27,18 +27,18 @@ def test_a_walk_too_long_for_memory_is_refused_with_both_figures(monkeypatch: py
 
 def test_a_run_says_what_it_takes_and_refuses_more_than_there_is(tmp_path: Path, monkeypatch) -> None:
     """Cause: eight workers on a small machine were killed one after the other, without a word why."""
-    monkeypatch.setattr(memory, "free_bytes", lambda: 3.5e9)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 5e9)
     call = ["run", "paper", "--tier", "smoke", "-n", "-o", str(tmp_path)]
     done = CliRunner().invoke(cli, [*call, "-j", "3"], catch_exceptions=False)
     assert done.exit_code == 0
-    assert "3 processes take about 3.2 GB of memory, 3.5 GB are free" in done.output
-    with pytest.raises(ValueError, match=r"8 processes take about 8\.6 GB of memory, 3\.5 GB are free: -j 3 fits"):
+    assert "3 processes take about 4.7 GB of memory, 5.0 GB are free" in done.output
+    with pytest.raises(ValueError, match=r"8 processes take about 12\.6 GB of memory, 5\.0 GB are free: -j 3 fits"):
         CliRunner().invoke(cli, [*call, "-j", "8"], catch_exceptions=False, standalone_mode=False)
 
 
 def test_a_longer_walk_takes_more(monkeypatch) -> None:
     monkeypatch.setattr(memory, "free_bytes", lambda: 2e9)
-    with pytest.raises(ValueError, match=r"1 process takes about 3\.8 GB .* or shorter walks, fits"):
+    with pytest.raises(ValueError, match=r"1 process takes about 4\.3 GB .* or shorter walks, fits"):
         memory.check_workers(1, 600.0, 192_000.0)
 
 

@@ -24,7 +24,11 @@ def ball_radius(radius_m: float) -> Errors:
 
 
 def ball_incidence(angle_rad: float) -> Errors:
-    """A sphere of 0.3 m, a microphone so far aside that the reflection meets it at about this angle."""
+    """A sphere of 0.3 m, a microphone so far aside that the reflection meets it at this angle, up to 89.95 degrees.
+
+    Beyond 85 degrees the path is within a wavelength of the direct one, where no ray tells all of the field: what is
+    judged is that the ray is found and is exact.
+    """
     speaker_to_ball, radius = 1.5, 0.3
     bend = 2.0 * angle_rad  # the reflection leaves the sphere's point of incidence rotated by this
     point = np.array([speaker_to_ball, 0.0, 0.0])
