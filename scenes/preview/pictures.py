@@ -24,6 +24,8 @@ COLORS = {
     "clutter": "#8d8d3d",
 }
 OTHER = "#777777"
+LONG_M = 3.0
+"""What is longer has its name in its middle."""
 LIGHT = np.array([-0.5, -0.6, 0.75]) / np.linalg.norm([-0.5, -0.6, 0.75])
 
 
@@ -54,6 +56,7 @@ def preview_scene(
             _draw_plan(axes, obstacle, framed=obstacle.name == target)
     if walk is not None:
         _draw_walk(axes, walk)
+        axes.legend(loc="upper left", fontsize=9)
     left, right, bottom, top = _window(scene, walk) if window_m is None else window_m
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x / m", ylabel="y / m", title=scene.name)
     axes.grid(color="white", linewidth=0.8)
@@ -89,16 +92,20 @@ def _draw_plan(axes: Axes, obstacle: Obstacle, framed: bool) -> None:
         )
     (x, y), (right, top) = mesh.bounds[:, :2]
     if framed:
-        axes.plot([x, right, right, x, x], [y, y, top, top, y], color="black", linewidth=1.2, linestyle="--")
+        axes.plot(
+            [x, right, right, x, x],
+            [y, y, top, top, y],
+            color="black",
+            linewidth=1.2,
+            linestyle="--",
+            label="the target",
+        )
+    long = max(right - x, top - y) > LONG_M  # above what lies askew there is nothing
+    place, above = (center, "center") if long else ((center[0], top), "bottom")
     axes.annotate(
-        obstacle.name,
-        (center[0], top),
-        (0, 3),
-        textcoords="offset points",
-        ha="center",
-        fontsize=8,
-        annotation_clip=True,
-    )
+        obstacle.name, place, (0, 0 if long else 3), textcoords="offset points", ha="center", va=above, fontsize=8,
+        annotation_clip=True, bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 1.0},
+    )  # fmt: skip
 
 
 def _draw_walk(axes: Axes, walk: Walk) -> None:
@@ -108,9 +115,11 @@ def _draw_walk(axes: Axes, walk: Walk) -> None:
     body, heading = Body(), pose.body_heading_rad()
     cores = shapely.linestrings(body.core(pose.position_m, heading))
     stadiums = [shapely.get_coordinates(stadium) for stadium in shapely.buffer(cores, body.half_width_m)]
-    axes.add_collection(PolyCollection(stadiums, facecolors="#f5d76e", edgecolors="none"))
+    axes.add_collection(
+        PolyCollection(stadiums, facecolors="#f5d76e", edgecolors="none", label="swept by the walker's body")
+    )
     axes.add_collection(PolyCollection([stadiums[0], stadiums[-1]], facecolors="none", edgecolors="#7f6000"))
-    axes.plot(*pose.position_m[:, :2].T, color="#7f6000", linewidth=1.4)
+    axes.plot(*pose.position_m[:, :2].T, color="#7f6000", linewidth=1.4, label="path of the phone, from the dot on")
     axes.plot(*pose.position_m[0, :2], "o", color="#7f6000", markersize=4)
 
 

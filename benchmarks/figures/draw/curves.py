@@ -7,16 +7,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from benchmarks.figures.data import Curve, CurveFigure, Mark
-from benchmarks.figures.draw.page import finish, panel_axes
+from benchmarks.figures.draw.page import PANEL_HEIGHT, finish, panel_axes
 from benchmarks.figures.draw.style import MUTED, PAPER_INK, colour
 
 PANEL_WIDTH, LEGEND_WIDTH = 3.3, 2.3
-_ENDS = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+LEGEND_LINE, LEGEND_GAP = 0.125, 0.115
+"""Inches of the legend, which may be higher than other figures' panels."""
+_ENDS = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
 
 def draw_curves(figure: CurveFigure) -> Canvas:
     """The whole figure, its legend beside the axes where it hides nothing."""
-    canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], wspace=0.08)
+    labels = [*(_words(curve) for curve in figure.curves), *(_mark_words(mark) for mark in figure.marks)]
+    legend_in = sum(LEGEND_LINE * (label.count("\n") + 1) + LEGEND_GAP for label in labels if label)
+    canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], 0.08, max(PANEL_HEIGHT, legend_in))
     for curve in figure.curves:
         _draw_curve(ax, curve)
     for mark in figure.marks:
@@ -46,21 +50,26 @@ def axis_end(figure: CurveFigure) -> float:
 
 
 def _draw_curve(ax: Axes, curve: Curve) -> None:
-    if curve.diagnostic:  # room beside the axes is for what is held against the paper
-        label = "" if curve.dashed else curve.label.replace(" against ", "\nagainst ")
-    elif curve.n == 0:
-        label = f"{curve.label}: no data"
-    else:
-        label = "\n".join([curve.label, *curve.summary.split("; ")])
     x, y = np.concatenate([[0.0], curve.value]), np.concatenate([[0.0], 100.0 * curve.share])
     solid, dashed = ("-", (0, (4, 1.6))) if not curve.diagnostic else ((0, (1, 1.2)), (0, (4, 1.6, 1, 1.6)))
     ax.plot(
         x, y, drawstyle="steps-post", color=colour(curve.key), linewidth=1.0 if curve.diagnostic else 1.7,
-        linestyle=dashed if curve.dashed else solid, label=label or None,
+        linestyle=dashed if curve.dashed else solid, label=_words(curve) or None,
     )  # fmt: skip
+
+
+def _words(curve: Curve) -> str:
+    """In the legend; none of a diagnostic's second line: room is for what is held against the paper."""
+    if curve.diagnostic:
+        return "" if curve.dashed else curve.label.replace(" against ", "\nagainst ")
+    return "\n".join([curve.label, *curve.summary.split("; ")]) if curve.n else f"{curve.label}: no data"
+
+
+def _mark_words(mark: Mark) -> str:
+    return f"paper, {mark.label}: {mark.paper.text}"
 
 
 def _draw_mark(ax: Axes, mark: Mark) -> None:
     x, y = mark.paper.display, 100.0 * mark.share
     ax.plot(x, y, "D", color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6, zorder=5,
-            label=f"paper, {mark.label}: {mark.paper.text}")  # fmt: skip
+            label=_mark_words(mark))  # fmt: skip

@@ -24,6 +24,7 @@ _STYLES: dict[str, dict[str, Any]] = {
     "ring": {"linestyle": "none", "marker": "D", "markersize": 5.5, "markerfacecolor": "white"},
     "named": {"linestyle": "none", "marker": "o", "markersize": 4.0},
 }
+_BEHIND_WORDS = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 0.6}
 FEW_DECADES = 2.5
 """Below which powers of ten are too few to read a scale by."""
 
@@ -145,6 +146,7 @@ def _draw_guide(ax: Axes, guide: Guide) -> None:
             va="top",
             color=shade,
             fontsize=7.5,
+            bbox=_BEHIND_WORDS,
         )
     else:
         ax.axhline(guide.at, color=shade, linewidth=0.9, linestyle=(0, (2, 2)))

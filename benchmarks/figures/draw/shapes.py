@@ -113,6 +113,6 @@ def _draw_shape(ax: Axes, shape: Shape) -> None:
     if shape.kind == "box":
         ax.text(x, y, shape.text, ha="center", va="center", fontsize=7.5, color=INK)
     elif shape.kind == "text":
-        ax.text(x, y, shape.text, ha="center", va="center", fontsize=8.0, color=INK, bbox=_BEHIND_WORDS)
+        ax.text(x, y, shape.text, ha="center", va="center", fontsize=8.0, color=INK, bbox=_BEHIND_WORDS, zorder=5)
     elif shape.text:
         ax.annotate(shape.text, (x, y), (4, 4), textcoords="offset points", fontsize=8.0, color=shade)

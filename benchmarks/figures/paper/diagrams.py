@@ -64,8 +64,9 @@ def collision_drawing(run: RunData) -> DrawingFigure:
         "Fig. 13 · Walking angle and collision angle",
         panels if has_signals(run) else (),
         "A collision is predicted where the walking angle is at most the collision angle (Eq. 4).",
-        "To scale, seen from above: a round object of 40 cm radius at 2 m. The bench's rule also "
-        "counts half the walker's width.",
+        "To scale, seen from above: a round object of 40 cm radius at 2 m. θ, dashed arc: walking angle. δ, solid arc: "
+        "collision angle, from D1, to the nearest point, to Df, past the rim. The bench's rule also counts half the "
+        "walker's width.",
     )
 
 

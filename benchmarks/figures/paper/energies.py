@@ -41,9 +41,11 @@ def energy_figure(run: RunData) -> PlotFigure:
     """Figure 27: CPU time per beep of every detector, and the modelled charge beside the paper's measured one."""
     names = [name for name in plain_detectors(run) if len(cpu_per_beep_s(run, name))]
     times = [1e3 * cpu_per_beep_s(run, name) for name in names]
-    place = np.arange(len(names), dtype=float)
-    middle, low, high = (np.array([np.quantile(t, q) for t in times]) for q in (0.5, 0.1, 0.9))
-    cpu = Line("median and 10-90 % of walks", "0", place, middle, "points", low, high)
+    cpu = [
+        Line(name, name, np.array([float(k)]), np.quantile(t, [0.5]), "points",
+             *(np.quantile(t, [q]) for q in (0.1, 0.9)))
+        for k, (name, t) in enumerate(zip(names, times, strict=True))
+    ]  # fmt: skip
     phones = paper_values.ENERGY
     ours = [
         Line(
@@ -69,9 +71,9 @@ def energy_figure(run: RunData) -> PlotFigure:
             "Measured here",
             "",
             "CPU time per beep, ms",
-            (cpu,) if names else (),
+            tuple(cpu),
             ticks=tuple(name.removesuffix("Detector") for name in names),
-            y_range=(0.0, 1.2 * max(high, default=1.0)),
+            y_range=(0.0, 1.2 * max((float(line.high[0]) for line in cpu), default=1.0)),
         ),
         Panel(
             "Modelled",
@@ -91,7 +93,7 @@ def energy_figure(run: RunData) -> PlotFigure:
         "Fig. 27 · CPU time per beep, and the modelled charge of 30 minutes",
         panels,
         "; ".join(said) + "; the paper measured 50 to 66 mAh." if said else "No data.",
-        MODEL_NOTE,
+        f"Left: median and 10-90 % of walks. {MODEL_NOTE}",
     )
 
 

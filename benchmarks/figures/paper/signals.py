@@ -153,8 +153,8 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
         title,
         tuple(panels),
         said,
-        "One beep. Thin lines up: true ranges of the objects. Unmarked peaks are ground, its corners with "
-        "objects, and the walker's body.",
+        "One beep. Thin lines up: true ranges of the objects' nearest points. Peaks without one are the ground, "
+        "its corners with objects, and the walker's body.",
     )
 
 

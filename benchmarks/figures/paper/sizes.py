@@ -18,7 +18,7 @@ LEAST_ESTIMATES = 3
 
 def radius_correlation(run: RunData) -> PlotFigure:
     """Figure 11: median estimate of every walk and standing measurement against the truth."""
-    panels, said = [], []
+    panels, said, axes = [], [], ("true radius, cm", "estimated radius, cm")
     for detector in judged_detectors(run):
         lines = []
         pooled: list[Floats] = []
@@ -27,28 +27,20 @@ def radius_correlation(run: RunData) -> PlotFigure:
             lines.append(Line(state, str(number), 100 * true, 100 * found, "points" if number == 0 else "ring"))
             pooled.append(np.stack([true, found]))
         both = np.concatenate(pooled, axis=1)
+        if not both.shape[1]:
+            continue
         ends = np.array([0.0, 100.0 * WIDEST_M])
         lines.append(Line("estimate = truth", "muted", ends, ends, "dashed"))
-        panels.append(
-            Panel(
-                detector,
-                "true radius, cm",
-                "estimated radius, cm",
-                tuple(lines),
-                x_range=(0.0, 85.0),
-                y_range=(-3.0, 85.0),
-            )
-            if both.shape[1]
-            else Panel(detector, "true radius, cm", "estimated radius, cm", ())
-        )
+        panels.append(Panel(detector, *axes, tuple(lines), x_range=(0.0, 85.0), y_range=(-3.0, 85.0)))
         said.append(f"{detector}: correlation {_correlation(both)} over {both.shape[1]} objects")
     return PlotFigure(
         "fig11",
         "Fig. 11 · Estimated against true radius",
-        tuple(panels),
-        f"{'; '.join(said)}; the paper prints {paper_values.RADIUS_CORRELATION}.",
+        tuple(panels) or (Panel("", *axes, ()),),
+        f"{'; '.join(said) or 'No radius'}; the paper prints {paper_values.RADIUS_CORRELATION}.",
         f"One point an object: the median over its beeps, where at least {LEAST_ESTIMATES} gave an estimate. Up to "
-        f"{2 * WIDEST_M:g} m wide; estimates above the axis are left out of the picture, not of the correlation.",
+        f"{2 * WIDEST_M:g} m wide; estimates above the axis are left out of the picture, not of the correlation. "
+        f"The paper: correlation {paper_values.RADIUS_CORRELATION}. Detectors that state no radius are left out.",
     )
 
 

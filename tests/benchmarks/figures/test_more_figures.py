@@ -137,7 +137,7 @@ def test_energy_figures_read_the_costs(tmp_path):
     run = made_up_run(tmp_path)
     costs = tuple({"detect_cpu_s": dict.fromkeys(DETECTORS, 0.04), "beeps": 40} if c else {} for c in run.costs)
     figure = FIGURES["fig27"](replace(run, costs=costs))
-    assert figure.panels[0].lines[0].y.tolist() == [1.0, 1.0]  # ms a beep
+    assert [line.y.tolist() for line in figure.panels[0].lines] == [[1.0], [1.0]]  # ms a beep
     assert line_of(figure, "the paper, measured", 1).y.tolist() == [64.0, 66.0, 50.0]
     table = FIGURES["table1"](replace(run, costs=costs))
     assert len(table.cells) == 6
