@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from obstaclewatch import BeepDesign, Detection, MatchedFilter, PhoneGeometry, Recording
-from obstaclewatch.recordings.feed import SampleFeed
+from obstaclewatch.recordings.sample_feed import SampleFeed
 
 LEVELS_DB = (-80.0, -20.0)
 """From the noise of quiet recordings to the nearest wall; the direct sound itself may burn out."""

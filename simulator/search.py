@@ -12,7 +12,7 @@ from simulator.curved.single import mixed
 from simulator.diffraction.panel_chains import panel_chains
 from simulator.diffraction.single import diffracted
 from simulator.images.image_method import planar
-from simulator.kirchhoff.doubts import doubted
+from simulator.kirchhoff.doubtful_bodies import doubted
 from simulator.kirchhoff.rays_over_pairs import without_rays_over
 from simulator.kirchhoff.scattering import scattered_paths
 from simulator.kirchhoff.selection import left_to_integral

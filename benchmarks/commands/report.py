@@ -9,8 +9,8 @@ import click
 
 from benchmarks.figures import DrawnFigure
 from benchmarks.plan.trust import check_detectors
-from benchmarks.report.replays.choice import MOST_WALKS, chosen_walks
-from benchmarks.report.replays.shown import replays_of
+from benchmarks.report.replays.chosen_walks import MOST_WALKS, chosen_walks
+from benchmarks.report.replays.stored_replays import replays_of
 from benchmarks.report.report import write_report
 from benchmarks.runs.results import RunData, load_run
 

@@ -15,8 +15,8 @@ from benchmarks.commands.report import report_with_walks
 from benchmarks.figures import figures_of, write_figures
 from benchmarks.plan.suite import Suite
 from benchmarks.plan.trust import ALLOW_CODE
-from benchmarks.report.lines import verdict_lines
-from benchmarks.report.replays.choice import MOST_WALKS
+from benchmarks.report.replays.chosen_walks import MOST_WALKS
+from benchmarks.report.verdict_lines import verdict_lines
 from benchmarks.runs.executors import EXECUTORS, choose_executor
 from benchmarks.runs.results import load_run
 from benchmarks.runs.runner import Tally, run_cells

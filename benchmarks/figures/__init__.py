@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.figures.bench.alerts import alert_distances, alert_rate_by_miss
-from benchmarks.figures.bench.budget import calibration, losses, range_budget
 from benchmarks.figures.bench.cause_budget import cause_budget, cause_strata, cause_table
-from benchmarks.figures.bench.det import det
+from benchmarks.figures.bench.det_curves import det
+from benchmarks.figures.bench.error_budget import calibration, losses, range_budget
 from benchmarks.figures.bench.extremes import extremes_axes, extremes_map, extremes_table
 from benchmarks.figures.bench.fidelities import fidelity_pareto, fidelity_table, tolerance_table
-from benchmarks.figures.bench.hardness import rates_by_point, rates_by_stratum
+from benchmarks.figures.bench.rate_tables import rates_by_point, rates_by_stratum
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
 from benchmarks.figures.bench.speed import speed_growth, speed_table
 from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves

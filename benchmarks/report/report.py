@@ -57,7 +57,7 @@ def write_report(
 
     Args:
         run: what was measured.
-        walks: to play in the page; see `benchmarks.report.replays.shown`.
+        walks: to play in the page; see `benchmarks.report.replays.stored_replays`.
         figures: those that the run shows, if they have been computed.
 
     Returns:

@@ -20,7 +20,7 @@ from benchmarks.figures.measured import (
     quantile_over_walks,
     significant,
 )
-from benchmarks.report.lines import left_in_words
+from benchmarks.report.verdict_lines import left_in_words
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.operating_points import TRUE_NEGATIVE_RATES

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
-from obstaclewatch.recordings.feed import SampleFeed
+from obstaclewatch.recordings.sample_feed import SampleFeed
 from obstaclewatch.signal.echoes import refine_peaks
 from obstaclewatch.signal.matched_filter import MatchedFilter
 

@@ -13,7 +13,7 @@ from obstaclewatch.detection import Decision, Detection, Flag
 from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
 from obstaclewatch.recordings.block_alignment import BlockAlignment
-from obstaclewatch.recordings.feed import SampleFeed
+from obstaclewatch.recordings.sample_feed import SampleFeed
 from obstaclewatch.support.argument_types import check_numbers, check_types
 
 TAIL_S = 2e-3

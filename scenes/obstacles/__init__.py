@@ -46,6 +46,11 @@ def random_obstacle(category: str, rng: np.random.Generator, name: str) -> Obsta
 
     Raises:
         ValueError: an unknown category; the message lists those there are.
+
+    >>> from scenes.obstacles import random_obstacle
+    >>> sign = random_obstacle("sign", np.random.default_rng(1), "no parking")
+    >>> sign.category, sign.name, sign.mesh.is_watertight
+    ('sign', 'no parking', True)
     """
     if category not in CATEGORIES:
         raise ValueError(f"category must be one of {sorted(CATEGORIES)}, got {category!r}")

@@ -23,9 +23,9 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from simulator.curved import stationary as curved
 from simulator.curved.stationary_pairs import settle
+from simulator.images.given_planes import image_in
 from simulator.images.image_pairs import Pairs, centers, images_of, matches
 from simulator.images.image_tree import Images
-from simulator.images.plane_walks import image_in
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.band import REFERENCE_HZ

@@ -11,9 +11,9 @@ from obstaclewatch.support.rows import Rows
 from simulator.diffraction.single import at_poses, clear_of_faces, seen
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.interactions import Interaction
+from simulator.world.line_of_sight import free_between
 from simulator.world.rejection_log import Rejected
 from simulator.world.search_context import Search
-from simulator.world.sight import free_between
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 

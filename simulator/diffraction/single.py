@@ -21,9 +21,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.finite_edge import edge_terms, strength_bound
+from simulator.images.given_planes import last_image
 from simulator.images.image_pairs import Pairs, joined_pairs, matches
 from simulator.images.image_tree import EdgeImages, Images, images_lighting_edges
-from simulator.images.plane_walks import last_image
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates

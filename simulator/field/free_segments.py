@@ -7,7 +7,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.diffraction.single import off_faces, point_slot
 from simulator.world.candidates import Candidates
-from simulator.world.sight import free_between
+from simulator.world.line_of_sight import free_between
 from simulator.world.visibility import COINCIDENT_M, OFFSET
 from simulator.world.world import Tracing
 

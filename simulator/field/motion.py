@@ -18,7 +18,7 @@ from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.single import edge_points, placed, point_slot, seen
 from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
-from simulator.images.plane_walks import crossings_in_turn, images_in_turn
+from simulator.images.given_planes import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
-from simulator.images.plane_walks import mirrored
+from simulator.images.given_planes import mirrored
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import BORDER_M, Mirrors
 

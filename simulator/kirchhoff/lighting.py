@@ -16,9 +16,9 @@ from scipy.spatial import cKDTree
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.support.rows import Rows
+from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, crossed, inside_patch
 from simulator.images.image_tree import distance, dot
-from simulator.images.plane_walks import image_in
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest, out_of_rest, rotated
 from simulator.world.mirrors import BORDER_M

@@ -6,7 +6,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.images.image_pairs import Pairs, pairs_over
-from simulator.kirchhoff.doubts import Doubt
+from simulator.kirchhoff.doubtful_bodies import Doubt
 from simulator.kirchhoff.ray_errors import ray_error_db
 from simulator.world.candidates import Candidates
 from simulator.world.rejection_log import Choice

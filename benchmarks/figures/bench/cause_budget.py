@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.figures.bench.budget import DETECTED_BEEPS
 from benchmarks.figures.bench.causes import (
     Count,
     Effect,
@@ -26,6 +25,7 @@ from benchmarks.figures.bench.causes import (
     range_cm,
     spread,
 )
+from benchmarks.figures.bench.error_budget import DETECTED_BEEPS
 from benchmarks.figures.measured import judged_detectors, rules_text, significant
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.cells.spec import counts_as
-from benchmarks.figures.bench.budget import detected_enough
+from benchmarks.figures.bench.error_budget import detected_enough
 from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.measured import finite_quantile, quantile_over_walks, strata
 from benchmarks.runs.results import RunData
@@ -109,7 +109,7 @@ def false_alerts(point: Point) -> Outcomes:
 
 
 def detected(point: Point) -> Outcomes:
-    """Whether a collision's target is detected in enough beeps; see `benchmarks.figures.bench.budget`."""
+    """Whether a collision's target is detected in enough beeps; see `benchmarks.figures.bench.error_budget`."""
     return _outcomes(point.walks, detected_enough(point.walks, point.beeps), point.walks["collides"])
 
 

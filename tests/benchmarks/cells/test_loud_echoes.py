@@ -12,8 +12,8 @@ from benchmarks.cells.situations.situation import Situation
 from benchmarks.cells.situations.standing import standing_situation
 from benchmarks.cells.spec import Cell
 from benchmarks.figures import FIGURES
-from benchmarks.report.lines import verdict_lines
 from benchmarks.report.verdict import verdict_rows
+from benchmarks.report.verdict_lines import verdict_lines
 from benchmarks.scoring.scores import beep_table, nearest_echo, summary
 from scenes import ground_truth
 from scenes.obstacles import ground

@@ -15,8 +15,8 @@ import pytest
 from benchmarks.bench import tabulated
 from benchmarks.figures import draw_figures
 from benchmarks.figures.paper.paper_claims import claim_rows, claims_markdown
-from benchmarks.report.lines import verdict_lines
 from benchmarks.report.report import write_report
+from benchmarks.report.verdict_lines import verdict_lines
 from benchmarks.runs.store import cell_path, to_json, write_cell
 from tests.benchmarks.synthetic_run import MANIFEST, standing, walk
 

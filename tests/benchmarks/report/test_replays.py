@@ -14,10 +14,10 @@ import trimesh
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
 from benchmarks.plan.suite import load_suite
-from benchmarks.report.replays.choice import ChosenWalk, chosen_walks
+from benchmarks.report.replays.chosen_walks import ChosenWalk, chosen_walks
 from benchmarks.report.replays.outline import PlanFrame, Window, outline
 from benchmarks.report.replays.replay import replay
-from benchmarks.report.replays.shown import replays_of
+from benchmarks.report.replays.stored_replays import replays_of
 from benchmarks.report.report import write_report
 from simulator import Material, Obstacle
 from tests.benchmarks.synthetic_run import made_up_run, record, walk

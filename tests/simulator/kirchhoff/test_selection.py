@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Paths, Phone, Pose, Scene, trace_paths
-from simulator.kirchhoff.doubts import UNEVEN, unevenness
+from simulator.kirchhoff.doubtful_bodies import UNEVEN, unevenness
 from simulator.world.prepared_scene import prepare
 
 C = 343.0

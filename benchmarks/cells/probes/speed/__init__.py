@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from benchmarks.cells.probes.speed.floor import against_floor
 from benchmarks.cells.probes.speed.peers import against_peers
+from benchmarks.cells.probes.speed.rendering_floor import against_floor
 from benchmarks.cells.probes.speed.scaling import growth
 from benchmarks.cells.probes.speed.stages import by_stage
 from benchmarks.cells.spec import Cell

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from benchmarks.cells.fingerprint import ROOT, source_fingerprint
 from benchmarks.cells.spec import Cell
-from benchmarks.report.replays.choice import ChosenWalk
+from benchmarks.report.replays.chosen_walks import ChosenWalk
 from benchmarks.runs.store import read_sealed, to_json, write_cell
 
 SAME_INSTANT_S = 5e-4

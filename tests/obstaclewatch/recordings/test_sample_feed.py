@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch import PaperDetector, Recording, TrackingDetector
-from obstaclewatch.recordings.feed import SampleFeed
+from obstaclewatch.recordings.sample_feed import SampleFeed
 from tests.obstaclewatch.synthetic import BEEP, PHONE, Point, recording
 
 WALK = recording([Point(1.3, gain=0.3, carried=True, bob_m=0.02), Point(4.0, 0.2)], beeps=12, speed_m_s=1.3, noise=0.05)
