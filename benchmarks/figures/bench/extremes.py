@@ -58,7 +58,7 @@ def extremes_axes(run: RunData) -> PlotFigure:
         y_label = "" if panels else "error, share of its limit"
         ends = (0.3 * SMALLEST, 3.0 * GREATEST)
         panels.append(
-            Panel(name, label, y_label, lines, (Guide("y", 1.0, ""),), None, log, y_range=ends, width_in=2.4)  # type: ignore[arg-type]
+            Panel(name, label, y_label, lines, (Guide("y", 1.0, "limit"),), None, log, y_range=ends, width_in=2.4)  # type: ignore[arg-type]
         )
     return PlotFigure("extremes_axes", "Errors over the axes", tuple(panels), _reading(run))
 
@@ -69,16 +69,22 @@ def extremes_table(run: RunData) -> TableFigure:
     for name in _axes(run):
         cases = _cases(run, name)
         count = Counter(case["verdict"] for case in cases)
-        worst = max(cases, key=_share)
-        shares = {key: abs(value or 0.0) / worst["limits"][key] for key, value in worst["errors"].items()}
-        error = max(shares, key=shares.__getitem__, default="")
-        rows.append(
-            (name, str(len(cases)), *(str(count[verdict]) for verdict in COLOURS), f"{_share(worst):.2g}", error)
-        )
+        verdicts = (str(count[verdict]) for verdict in COLOURS)
+        rows.append((name, str(len(cases)), *verdicts, *_worst([c for c in cases if c["verdict"] != "refused"])))
     columns = ("axis", "cases", *COLOURS, "worst / limit", "of")
     return TableFigure(
         "extremes_table", "Verdicts by axis", columns, tuple(rows), (2.0, 0.7, 0.8, 0.8, 0.8, 1.1, 1.4), _reading(run)
     )
+
+
+def _worst(cases: list[dict[str, Any]]) -> tuple[str, str]:
+    """The greatest share of a limit, and of which; dashes where all was refused."""
+    if not cases:
+        return "–", "–"
+    worst = max(cases, key=_share)
+    shares = {key: abs(value or 0.0) / worst["limits"][key] for key, value in worst["errors"].items()}
+    share = _share(worst)
+    return f"{share:.2g}" if share > SMALLEST else "0", max(shares, key=shares.__getitem__, default="")
 
 
 def _reading(run: RunData) -> str:

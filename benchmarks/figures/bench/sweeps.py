@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.figures.bench.parameters import in_words, scale_of
+from benchmarks.figures.bench.parameters import in_words, scale_of, value_text
 from benchmarks.figures.bench.variants import band_name, holding_name, variants
 from benchmarks.figures.data import BarFigure, BarPanel
 from benchmarks.figures.measured import (
@@ -23,6 +23,7 @@ from benchmarks.figures.measured import (
 )
 from benchmarks.figures.paper.rates import held_against
 from benchmarks.figures.plots import Line, Panel, PlotFigure
+from benchmarks.plan.sweep import NAME
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.paper_values import RatePair
@@ -72,6 +73,7 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
     points = variants(run) if any(record["cell"].get("variant") for record in run.cells) else {}
     points = {point: part for point, part in points.items() if any(c["cell"]["kind"] in WALKS for c in part.cells)}
     axis, detectors = swept_axis(points), judged_detectors(run)
+    names = [_in_words(point, part.cells[0]["cell"].get("variant") or {}) for point, part in points.items()]
     panels: list[Panel] = []
     said: dict[str, list[str]] = {detector: [] for detector in detectors}
     for label, unit, measure in _MEASURES:
@@ -82,7 +84,7 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
                 said[detector].append(f"{label.split(',')[0]} {ends} {unit}")
         span = (-3.0, 103.0) if unit == "%" else None
         if axis is None:
-            panels.append(_named_points(label, found, list(points), span, named=not panels))
+            panels.append(_named_points(label, found, names, span))
         else:
             panels.append(_numeric_points(label, found, *axis, span))
     return PlotFigure(
@@ -121,17 +123,21 @@ def _numeric_points(
     return Panel("", in_words(parameter), label, tuple(lines), log="x" if spread else "", y_range=span, width_in=2.6)
 
 
-def _named_points(
-    label: str, found: Mapping[str, Floats], names: list[str], span: tuple[float, float] | None, named: bool
-) -> Panel:
+def _named_points(label: str, found: Mapping[str, Floats], names: list[str], span: tuple[float, float] | None) -> Panel:
     """One row a point, for points that differ in more than a number."""
     place = np.arange(len(names))
     lines = tuple(
         Line(detector, detector, values[:, 0], place + 0.16 * (k - 0.5 * (len(found) - 1)), "points", *values[:, 1:].T)
         for k, (detector, values) in enumerate(found.items())
     )
-    ticks = tuple(_wrapped(name).replace("\n", " ") if named else "" for name in names)
-    return Panel("", label, "", lines, ticks=ticks, flat=True, width_in=2.3, x_range=span)
+    return Panel("", label, "", lines, ticks=tuple(names), flat=True, width_in=1.9, x_range=span)
+
+
+def _in_words(point: str, variant: Mapping[str, Any]) -> str:
+    """A point's own name, or its values in the units that people read."""
+    if not variant or NAME in variant:
+        return point
+    return ", ".join(f"{in_words(name)}: {value_text(name, value)}" for name, value in variant.items())
 
 
 def _rates_figure(
@@ -179,8 +185,8 @@ def _range(run: RunData, detector: str) -> Measured:
 
 
 _MEASURES: tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...] = (
-    ("TP, % of walks", "%", _tp),
-    ("TN, % of walks", "%", _tn),
+    ("TP, % of collisions", "%", _tp),
+    ("TN, % of other walks", "%", _tn),
     ("range error, median, cm", "cm", _range),
 )
 LOG_FROM = 30.0
