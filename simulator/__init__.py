@@ -34,12 +34,4 @@ __all__ = [
     "trace_rejected",
 ]
 
-keep(
-    __name__,
-    {
-        "air": "scene.air",
-        "fidelity": "scene.fidelity",
-        "materials": "scene.materials",
-        "pose": "scene.pose",
-    },
-)
+keep(__name__, {"air": "scene.air", "fidelity": "scene.fidelity", "materials": "scene.materials", "pose": "scene.pose"})

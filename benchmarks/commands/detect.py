@@ -31,10 +31,7 @@ LEGEND = """   time    candidates: range, bearing off the walking direction, r =
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--live", type=float, metavar="SECONDS", help="play beeps and record here instead (extra `live`)")
 @click.option(
-    "--phone",
-    default="galaxy-s5",
-    show_default=True,
-    help="of `ls phones`, of a file of `calibrate` or a scene file",
+    "--phone", default="galaxy-s5", show_default=True, help="of `ls phones`, of a file of `calibrate` or a scene file"
 )
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
 @click.option("--pitch", type=float, help="pitch of the phone's top edge, degrees, if known")

@@ -42,10 +42,7 @@ def scene() -> None:
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 @click.option(
-    "--cost/--no-cost",
-    default=True,
-    show_default=True,
-    help="simulate the opening of a walk, to say what one takes",
+    "--cost/--no-cost", default=True, show_default=True, help="simulate the opening of a walk, to say what one takes"
 )
 @click.option("--auto", is_flag=True, help="trace five instants at level auto, to say whom it integrates: minutes")
 def check(name: str, seed: int, as_json: bool, cost: bool, auto: bool) -> None:

@@ -29,12 +29,7 @@ from benchmarks.figures.paper.diagrams import (
     street_drawings,
 )
 from benchmarks.figures.paper.energies import energy_figure, energy_table
-from benchmarks.figures.paper.errors import (
-    DISTANCE_FIGURES,
-    bearing_errors,
-    bearing_errors_by_bin,
-    radius_errors,
-)
+from benchmarks.figures.paper.errors import DISTANCE_FIGURES, bearing_errors, bearing_errors_by_bin, radius_errors
 from benchmarks.figures.paper.false_alerts import false_alert_rates
 from benchmarks.figures.paper.rates import overall_rates, rates_by_category, rates_by_phone, rates_by_scene
 from benchmarks.figures.paper.signals import (

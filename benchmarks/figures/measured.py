@@ -53,9 +53,9 @@ def judged_detectors(run: RunData) -> list[str]:
     return [name for name in names if name != BASELINE] or names or ["PaperDetector"]
 
 
-def strata(run: RunData, column: str, kind: str = "approach") -> list[str]:
+def strata(run: RunData, column: str) -> list[str]:
     """Values of a cell's field in the order of the plan, failed cells included: a stratum that failed stays visible."""
-    return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if counts_as(c["cell"], kind)))
+    return list(dict.fromkeys(str(c["cell"][column]) for c in run.cells if counts_as(c["cell"], "approach")))
 
 
 def rules_text(run: RunData) -> str:

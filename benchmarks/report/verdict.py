@@ -201,12 +201,7 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
     ]
     error = partial(partial, _error)
     return [
-        (
-            "Alerts",
-            f"median distance {at_alert}",
-            partial(_of_alerts, column="alert_distance_m", unit=" m"),
-            None,
-        ),
+        ("Alerts", f"median distance {at_alert}", partial(_of_alerts, column="alert_distance_m", unit=" m"), None),
         ("Alerts", f"median time {at_alert}", partial(_of_alerts, column="alert_lead_s", unit=" s"), None),
         *standing,
         ("Standing", STANDING[0], error("standing", "range_m", "m", 0.9), paper_values.DISTANCE1_P90),

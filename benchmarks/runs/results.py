@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,11 @@ class RunData:
     def ok(self) -> tuple[dict[str, Any], ...]:
         """The cells that did not fail."""
         return tuple(cell for cell in self.cells if cell["status"] == "ok")
+
+    def part(self, kept: Sequence[int]) -> RunData:
+        """The run with these of its cells alone."""
+        costs = tuple(self.costs[k] for k in kept) if self.costs else ()
+        return replace(self, cells=tuple(self.cells[k] for k in kept), costs=costs)
 
 
 def load_run(folder: str | Path) -> RunData:

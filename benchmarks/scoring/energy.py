@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 AUDIO_W = (0.3, 0.5)
 SLOWER = (3.0, 10.0)
+DURATION_S = 1800.0
 
 
 @dataclass(frozen=True)
@@ -35,16 +36,16 @@ class EnergyModel:
     slower: float = 5.0
     battery_v: float = 3.85
 
-    def charge_mah(self, cpu_s_per_beep: float, period_s: float, duration_s: float = 1800.0) -> float:
-        """Charge drawn over a time, mAh; more than one core's time is counted as it is."""
+    def charge_mah(self, cpu_s_per_beep: float, period_s: float) -> float:
+        """Charge drawn over 30 minutes, mAh; more than one core's time is counted as it is."""
         busy = cpu_s_per_beep * self.slower / period_s
-        return (self.audio_w + busy * self.core_w) * duration_s / 3600.0 / self.battery_v * 1000.0
+        return (self.audio_w + busy * self.core_w) * DURATION_S / 3600.0 / self.battery_v * 1000.0
 
 
-def charge_range_mah(cpu_s_per_beep: float, period_s: float, duration_s: float = 1800.0) -> tuple[float, float]:
+def charge_range_mah(cpu_s_per_beep: float, period_s: float) -> tuple[float, float]:
     """Charge at both ends of what is assumed of the audio path and of the phone's speed, mAh."""
     low, high = (
-        EnergyModel(audio_w=audio, slower=slower).charge_mah(cpu_s_per_beep, period_s, duration_s)
+        EnergyModel(audio_w=audio, slower=slower).charge_mah(cpu_s_per_beep, period_s)
         for audio, slower in zip(AUDIO_W, SLOWER, strict=True)
     )
     return low, high

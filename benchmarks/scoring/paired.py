@@ -65,11 +65,7 @@ class Shift:
 
 
 def shift_of(
-    before: Mapping[str, float],
-    now: Mapping[str, float],
-    summary: Summary,
-    confidence: float = 0.95,
-    seed: int = 0,
+    before: Mapping[str, float], now: Mapping[str, float], summary: Summary, confidence: float = 0.95
 ) -> Shift:
     """Bootstrap the summary of the paired differences over walks (Efron and Tibshirani 1993, percentile interval)."""
     labels = sorted(before.keys() & now.keys())
@@ -84,6 +80,6 @@ def shift_of(
         return Shift(value, value, value, 1, had, has)
     low, high = scipy.stats.bootstrap(
         (difference,), summary, n_resamples=BOOTSTRAP, batch=max(1, BATCH_VALUES // len(difference)), vectorized=True,
-        confidence_level=2.0 * confidence - 1.0, method="percentile", rng=seed,
+        confidence_level=2.0 * confidence - 1.0, method="percentile", rng=0,
     ).confidence_interval  # fmt: skip
     return Shift(value, float(low), float(high), len(difference), had, has)

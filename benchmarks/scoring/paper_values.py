@@ -78,17 +78,11 @@ OVERALL = _rates(93.0, 92.0, "section 4.2, Fig. 16", ">")
 """As printed. The case-weighted mean of its own scenes says otherwise of TN: see `case_weighted_mean`."""
 
 BY_SCENE = MappingProxyType(
-    {
-        "supermarket": _rates(94.6, 93.2, "section 4.2, Fig. 17"),
-        "campus": _rates(91.3, 89.1, "section 4.2, Fig. 17"),
-    }
+    {"supermarket": _rates(94.6, 93.2, "section 4.2, Fig. 17"), "campus": _rates(91.3, 89.1, "section 4.2, Fig. 17")}
 )
 
 BY_BAND = MappingProxyType(
-    {
-        "16-23 kHz": _rates(94.3, 91.4, "section 4.3, Fig. 18"),
-        "18-23 kHz": _rates(93.7, 92.5, "section 4.3, Fig. 18"),
-    }
+    {"16-23 kHz": _rates(94.3, 91.4, "section 4.3, Fig. 18"), "18-23 kHz": _rates(93.7, 92.5, "section 4.3, Fig. 18")}
 )
 """Supermarket only. Fig. 17 gives 94.6 / 93.2 for the same place: 1.5 points are noise."""
 
@@ -100,12 +94,7 @@ FALSE_ALERTS = MappingProxyType(
 )
 """With and without fine-grained information. The denominator is not stated: 1 - TN is 6.8 to 10.9 % in Fig. 17."""
 
-DISTANCE1_MEDIAN = MappingProxyType(
-    {
-        1.5: _cm(0.25, "section 4.6, Fig. 21"),
-        5.0: _cm(0.3, "section 4.6, Fig. 23"),
-    }
-)
+DISTANCE1_MEDIAN = MappingProxyType({1.5: _cm(0.25, "section 4.6, Fig. 21"), 5.0: _cm(0.3, "section 4.6, Fig. 23")})
 """Median error of D1 by standing distance, m; the paper prints none for 3 m."""
 
 DISTANCE1_P90 = _cm(1.0, "section 4.6, Figs 21-23", "~")

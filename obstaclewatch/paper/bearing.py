@@ -123,12 +123,7 @@ def bearing_std(bearing_rad: Floats, u_std_m: Floats, separation_m: float, cos_p
 
 @compiled
 def _strongest(
-    path1_m: Floats,
-    path2_m: Floats,
-    amplitude2: Floats,
-    least_amplitude: Floats,
-    nearest_m: float,
-    farthest_m: float,
+    path1_m: Floats, path2_m: Floats, amplitude2: Floats, least_amplitude: Floats, nearest_m: float, farthest_m: float
 ) -> tuple[Floats, Floats]:
     """Path 2 - path 1 and height of each candidate's strongest peak between two differences, NaN where none is."""
     gap_m, height = np.empty(len(path1_m)), np.empty(len(path1_m))

@@ -134,11 +134,7 @@ def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> Floats:
 
 @compiled
 def _partners(
-    range_m: float,
-    age_s: Floats,
-    past_m: Floats,
-    speeds_m_s: Floats,
-    tolerance_m: float,
+    range_m: float, age_s: Floats, past_m: Floats, speeds_m_s: Floats, tolerance_m: float
 ) -> tuple[Floats, Floats]:
     """Of each approach (S,) to a range: how many earlier beeps hold a peak on it, and how far all beeps' lie off it.
 
@@ -191,13 +187,7 @@ def _nearest_offset(expected_m: float, past_m: Floats) -> float:
 
 
 @compiled
-def _fitted_speed(
-    range_m: float,
-    speed_m_s: float,
-    age_s: Floats,
-    past_m: Floats,
-    tolerance_m: float,
-) -> float:
+def _fitted_speed(range_m: float, speed_m_s: float, age_s: Floats, past_m: Floats, tolerance_m: float) -> float:
     """Least-squares speed through a peak and its partners along a trial speed."""
     moment = weight = 0.0
     for beep, age in enumerate(age_s):

@@ -47,12 +47,7 @@ def on_collision_course_printed(bearing_rad: Floats, collision_angle_rad: Floats
 
 
 def decide(
-    vote: CollisionVote,
-    time_s: float,
-    range_m: Floats,
-    closing_speed_m_s: Floats,
-    collides: Flags,
-    danger_m: float,
+    vote: CollisionVote, time_s: float, range_m: Floats, closing_speed_m_s: Floats, collides: Flags, danger_m: float
 ) -> Decision:
     """Cast this beep's vote and decide; the n candidates come nearest first."""
     votes = vote.cast(bool(collides.any()))

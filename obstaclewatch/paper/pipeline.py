@@ -222,12 +222,7 @@ class EchoPipeline:
         )
 
     def _placed(
-        self,
-        profile: EchoProfile,
-        echoes: Echoes,
-        start_s: float,
-        snr: Floats,
-        difference: PathDifference,
+        self, profile: EchoProfile, echoes: Echoes, start_s: float, snr: Floats, difference: PathDifference
     ) -> Placed:
         """Ranges and bearings by the envelopes, as if from the phone's height."""
         u_std_m = np.sqrt(2.0) * self.sound_speed_m_s * self._pulse.delay_std_s(snr)
@@ -272,14 +267,7 @@ class EchoPipeline:
         cosine = cone_cosine(range_m, range2_m, self._separation_m)
         return walking_angle(cosine, self._cos_pitch, self.settings.errata.clamped_angle)
 
-    def _size(
-        self,
-        profile: EchoProfile,
-        echoes: Echoes,
-        start_s: float,
-        range_m: Floats,
-        speed_m_s: Floats,
-    ) -> Size:
+    def _size(self, profile: EchoProfile, echoes: Echoes, start_s: float, range_m: Floats, speed_m_s: Floats) -> Size:
         """Collision angle and radius (Eq. 3)."""
         errata = self.settings.errata
         if errata.pulse_width_removed:
@@ -305,11 +293,7 @@ class StillPipeline(EchoPipeline):
 
 
 def _flags(
-    clamped: Flags,
-    difference: PathDifference,
-    size: Size,
-    confirmed: bool,
-    identical: bool,
+    clamped: Flags, difference: PathDifference, size: Size, confirmed: bool, identical: bool
 ) -> NDArray[np.int_]:
     of_all = (0 if confirmed else int(Flag.UNCONFIRMED)) | (int(Flag.IDENTICAL_CHANNELS) if identical else 0)
     flags: NDArray[np.int_] = clamped * int(Flag.CLAMPED) + of_all

@@ -53,11 +53,7 @@ def size_from_radius(range_m: Floats, radius_m: Floats) -> Size:
 
 
 def rim_excess(
-    profile: EchoProfile,
-    echoes: Echoes,
-    pulse: PulseShape,
-    closing_speed_m_s: Floats,
-    sound_speed_m_s: float,
+    profile: EchoProfile, echoes: Echoes, pulse: PulseShape, closing_speed_m_s: Floats, sound_speed_m_s: float
 ) -> tuple[Floats, Flags]:
     """Df - D1 from the trailing width beyond the beep's own (Eq. 3, corrected): c dW / 2.
 

@@ -62,9 +62,9 @@ class Calibration:
         """(2,) standard deviation of the direct level; 0 for a deaf microphone."""
         return np.std(20.0 * np.log10(np.maximum(self.level, np.finfo(float).tiny)), axis=0)
 
-    def usable_band_hz(self, mic: int, loss_db: float = 10.0) -> tuple[float, float]:
-        """Lowest and highest frequency at which a microphone's response is within `loss_db` of its best."""
-        received = self.response_hz[self.response_db[mic] >= -loss_db]
+    def usable_band_hz(self, mic: int) -> tuple[float, float]:
+        """Lowest and highest frequency at which a microphone's response is within 10 dB of its best."""
+        received = self.response_hz[self.response_db[mic] >= -10.0]
         return float(received[0]), float(received[-1])
 
 
@@ -108,11 +108,7 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
 
 
 def _calibration(
-    rows: Floats,
-    power: Floats,
-    compressor: MatchedFilter,
-    beep: BeepDesign,
-    phone: PhoneGeometry,
+    rows: Floats, power: Floats, compressor: MatchedFilter, beep: BeepDesign, phone: PhoneGeometry
 ) -> Calibration:
     """From rows of (block start, two delays, two heights) and the direct sound's mean power spectrum."""
     emission = rows[:, 0] + rows[:, 1] - float(phone.speaker_to_mic_m[0]) / NOMINAL_M_S

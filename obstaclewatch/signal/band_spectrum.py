@@ -58,10 +58,7 @@ class BandSpectrum:
 
 @compiled
 def _rotated_sums(
-    slow: NDArray[np.complexfloating],
-    row: NDArray[np.intp],
-    mirrored: Flags,
-    rotation: NDArray[np.complexfloating],
+    slow: NDArray[np.complexfloating], row: NDArray[np.intp], mirrored: Flags, rotation: NDArray[np.complexfloating]
 ) -> NDArray[np.complexfloating]:
     """(C, B) sums over the slow sequences' bins (C, rows, PHASES), each rotated, conjugate where mirrored."""
     sums = np.empty((len(slow), len(row)), dtype=slow.dtype)

@@ -59,12 +59,7 @@ def os_cfar_threshold(magnitude: Floats, factor: float, half_width: int) -> Floa
 
 
 @compiled
-def os_cfar_passes(
-    magnitude: Floats,
-    peaks: NDArray[np.intp],
-    factor: float,
-    half_width: int,
-) -> Flags:
+def os_cfar_passes(magnitude: Floats, peaks: NDArray[np.intp], factor: float, half_width: int) -> Flags:
     """(n,) which peaks reach `os_cfar_threshold` at their places, bit for bit, without sorting anything.
 
     A peak reaches the multiple of the window's order statistic where more samples of the window than the statistic's

@@ -70,12 +70,7 @@ def rms_bandwidth_hz(beep: BeepDesign) -> float:
 
 @compiled
 def trailing_widths(
-    magnitude: Floats,
-    position: Floats,
-    height: Floats,
-    rate_hz: float,
-    level: float,
-    reach_s: float,
+    magnitude: Floats, position: Floats, height: Floats, rate_hz: float, level: float, reach_s: float
 ) -> tuple[Floats, Flags]:
     """From each peak to where its trailing side first falls to `level` of its height.
 

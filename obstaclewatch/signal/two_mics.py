@@ -42,11 +42,7 @@ def distance_of(path_m: Any, baseline_m: float, cosine: Any) -> Any:
 
 @compiled
 def ranges_of_pairs(
-    path1_m: Floats,
-    u_m: Floats,
-    separation_m: float,
-    baseline_m: float,
-    speaker_cosine: float,
+    path1_m: Floats, u_m: Floats, separation_m: float, baseline_m: float, speaker_cosine: float
 ) -> Floats:
     """(n,) distances from microphone 0 by both microphones' paths, with the speaker somewhere between them.
 

@@ -62,7 +62,4 @@ def updated(state: Floats, covariance: Floats, read_m: float, variance: float, a
 @compiled
 def _seen(covariance: Floats, ahead_s: float) -> tuple[float, float]:
     """Covariances of range and speed with what is read."""
-    return (
-        covariance[0, 0] - ahead_s * covariance[0, 1],
-        covariance[1, 0] - ahead_s * covariance[1, 1],
-    )
+    return (covariance[0, 0] - ahead_s * covariance[0, 1], covariance[1, 0] - ahead_s * covariance[1, 1])

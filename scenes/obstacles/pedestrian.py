@@ -37,20 +37,13 @@ class Statures:
     high_m: float
 
 
-STATURES: dict[Sex, Statures] = {
-    "female": Statures(1.64, 0.07, 1.50, 1.80),
-    "male": Statures(1.77, 0.07, 1.60, 1.95),
-}
+STATURES: dict[Sex, Statures] = {"female": Statures(1.64, 0.07, 1.50, 1.80), "male": Statures(1.77, 0.07, 1.60, 1.95)}
 BUILD_SHARES = (0.3, 0.5, 0.2)
 CLOTHES = {"clothed-person": 0.5, "light-clothing": 0.25, "coat": 0.25}
 
 
 def pedestrian(
-    stature_m: float = 1.75,
-    sex: Sex = "male",
-    build: Build = "average",
-    pose: Pose = "stand",
-    mirrored: bool = False,
+    stature_m: float = 1.75, sex: Sex = "male", build: Build = "average", pose: Pose = "stand", mirrored: bool = False
 ) -> trimesh.Trimesh:
     """A clothed adult facing -x, on the ground, one closed surface of 3,000 to 4,000 triangles.
 

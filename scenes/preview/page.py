@@ -15,7 +15,6 @@ from scenes.preview.pictures import COLORS, LIGHT, OTHER
 from scenes.preview.plotly_page import in_script, library_script, packed_array
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
-from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Pose, Walk
 from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import trace_paths
@@ -59,28 +58,19 @@ plotly().then(async library => {{
 """
 
 
-def preview_html(
-    scene: Scene,
-    path: str | Path,
-    walk: Walk | None = None,
-    phone: Phone | None = None,
-    instants_s: Sequence[float] | None = None,
-    fidelity: Fidelity | None = None,
-) -> Path:
+def preview_html(scene: Scene, path: str | Path, walk: Walk | None = None, phone: Phone | None = None) -> Path:
     """Write a scene as an HTML file that shows it in three dimensions.
 
     Args:
         scene: obstacles, coloured by category; those that move do so with the slider of instants.
         path: file to write.
         walk: path of the phone to draw.
-        phone: whose echoes are traced and drawn; needs a walk, None draws no sound.
-        instants_s: when the sound is traced; None takes six over the walk.
-        fidelity: what is traced.
+        phone: whose echoes are traced and drawn at six instants; needs a walk, None draws no sound.
 
     Returns:
         The path.
     """
-    return write_page(preview_figure(scene, walk, phone, instants_s, fidelity), path)
+    return write_page(preview_figure(scene, walk, phone), path)
 
 
 def write_page(figure: dict[str, Any], path: str | Path) -> Path:
@@ -91,13 +81,13 @@ def write_page(figure: dict[str, Any], path: str | Path) -> Path:
 
 
 def preview_figure(
-    scene: Scene,
-    walk: Walk | None = None,
-    phone: Phone | None = None,
-    instants_s: Sequence[float] | None = None,
-    fidelity: Fidelity | None = None,
+    scene: Scene, walk: Walk | None = None, phone: Phone | None = None, instants_s: Sequence[float] | None = None
 ) -> dict[str, Any]:
-    """Data, layout and frames of the page's figure, ready for JSON; arguments as of `preview_html`."""
+    """Data, layout and frames of the page's figure, ready for JSON; arguments as of `preview_html`.
+
+    Args:
+        instants_s: when the sound is traced; None takes six over the walk.
+    """
     shown = {obstacle.category: obstacle.name for obstacle in reversed(scene.obstacles)}
     low, high = _corners(scene, walk)
     still = [_obstacle(one, shown[one.category] == one.name) for one in scene.obstacles]
@@ -106,7 +96,7 @@ def preview_figure(
     if walk is not None:
         still.append(_walked_path(walk))
         times = np.linspace(0.0, walk.duration_s, INSTANTS) if instants_s is None else np.asarray(instants_s, float)
-        moments = _moments(scene, walk, phone, times, fidelity)
+        moments = _moments(scene, walk, phone, times)
     moving = [k for k, obstacle in enumerate(scene.obstacles) if obstacle.moves]
     changing = [*moving, *range(len(still), len(still) + len(moments[0]["traces"]))] if moments else []
     frames = [
@@ -191,12 +181,10 @@ def _walked_path(walk: Walk) -> Trace:
     }  # fmt: skip
 
 
-def _moments(
-    scene: Scene, walk: Walk, phone: Phone | None, time_s: Floats, fidelity: Fidelity | None
-) -> list[dict[str, Any]]:
+def _moments(scene: Scene, walk: Walk, phone: Phone | None, time_s: Floats) -> list[dict[str, Any]]:
     """What changes from instant to instant: the phone, the walker, and the paths of sound."""
     pose = walk.pose(time_s)
-    paths = None if phone is None else trace_paths(scene, phone, pose, fidelity, time_s)
+    paths = None if phone is None else trace_paths(scene, phone, pose, time_s=time_s)
     kinds = [] if paths is None else [kind for kind in KINDS if (paths.kind[paths.order > 0] == kind).any()]
     box = trimesh.creation.box(PHONE_M)
     corners = pose.to_world(np.asarray(box.vertices))

@@ -230,19 +230,18 @@ def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact
     )
 
 
-def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float, body: Body | None = None) -> bool:
+def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float) -> bool:
     """Whether an obstacle ever comes within a gap of the walker's body; quicker than the exact clearance."""
-    worn = Body() if body is None else body
-    _, _, core = _track(obstacle, walk, worn)
-    distance = Slab.of(obstacle.mesh, 0.0, worn.height_m).distance(core)
-    return bool(distance.min() <= worn.half_width_m + gap_m)
+    body = Body()
+    _, _, core = _track(obstacle, walk, body)
+    distance = Slab.of(obstacle.mesh, 0.0, body.height_m).distance(core)
+    return bool(distance.min() <= body.half_width_m + gap_m)
 
 
-def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05, body: Body | None = None) -> float:
+def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05) -> float:
     """When the walker's body first is as near to an obstacle as it ever gets, within some centimetres, s."""
-    worn = Body() if body is None else body
-    time, _, core = _track(obstacle, walk, worn)
-    slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
+    time, _, core = _track(obstacle, walk, Body())
+    slab = Slab.of(obstacle.mesh, 0.0, Body().height_m)
     distance = slab.distance(core)
     return _at_index(slab.first_contact(core, distance, float(distance.min()) + within_m), time)
 

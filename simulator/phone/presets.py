@@ -144,11 +144,7 @@ def _structure_borne(geometry: PhoneGeometry) -> StructureBorne:
 
 
 def _phone(
-    geometry: PhoneGeometry,
-    frequency_hz: Floats,
-    speaker_db: Floats,
-    top_db: Floats,
-    bottom_db: Floats,
+    geometry: PhoneGeometry, frequency_hz: Floats, speaker_db: Floats, top_db: Floats, bottom_db: Floats
 ) -> PhonePreset:
     return PhonePreset(
         geometry,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -164,8 +164,7 @@ def tolerance_table(run: RunData) -> TableFigure:
 
 
 def _of_category(run: RunData, category: str) -> RunData:
-    chosen = [k for k, r in enumerate(run.cells) if r["cell"]["category"] == category]
-    return replace(run, cells=tuple(run.cells[k] for k in chosen), costs=tuple(run.costs[k] for k in chosen))
+    return run.part([k for k, r in enumerate(run.cells) if r["cell"]["category"] == category])
 
 
 def _worst(run: RunData, name: str) -> Floats:

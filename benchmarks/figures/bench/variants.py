@@ -17,8 +17,7 @@ def variants(run: RunData) -> dict[str, RunData]:
     parts = {}
     for name in dict.fromkeys(names):
         kept = [k for k, each in enumerate(names) if each == name]
-        costs = tuple(run.costs[k] for k in kept) if run.costs else ()
-        parts[name] = replace(run, cells=tuple(run.cells[k] for k in kept), costs=costs)
+        parts[name] = run.part(kept)
     return parts
 
 

@@ -15,11 +15,7 @@ from benchmarks.figures.plots import Figure
 
 INK, MUTED, HAIR = "#1d2430", "#6a7280", "#d5d9e0"
 PAPER_INK = "#b4432f"
-_COLOURS = {
-    "PaperDetector": "#2c5f8a",
-    "TrackingDetector": "#1f8a70",
-    "DistanceOnlyDetector": "#b9822b",
-}
+_COLOURS = {"PaperDetector": "#2c5f8a", "TrackingDetector": "#1f8a70", "DistanceOnlyDetector": "#b9822b"}
 PALETTE = ("#2c5f8a", "#d08a2e", "#1f8a70", "#7a5195", "#6b4f3a", "#5b9bd5", "#9aa331")
 """For series that are no detectors; told apart also in grey and by the colour-blind."""
 _SPARE = ("#7a5195", "#5d7052", "#8c564b")

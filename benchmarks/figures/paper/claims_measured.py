@@ -273,9 +273,7 @@ def _first(run: RunData) -> RunData:
 
 
 def _cells(run: RunData, keep: Callable[[dict], bool]) -> RunData:
-    kept = [k for k, record in enumerate(run.cells) if keep(record["cell"])]
-    costs = tuple(run.costs[k] for k in kept) if run.costs else ()
-    return replace(run, cells=tuple(run.cells[k] for k in kept), costs=costs)
+    return run.part([k for k, record in enumerate(run.cells) if keep(record["cell"])])
 
 
 def _bands(run: RunData) -> dict[str, RunData]:

@@ -3,15 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.figures.data import Bar, BarFigure, BarPanel
-from benchmarks.figures.measured import (
-    BASELINE,
-    INTERVALS,
-    detectors_of,
-    rate_against,
-    rate_bar,
-    rate_text,
-    rules_text,
-)
+from benchmarks.figures.measured import BASELINE, INTERVALS, detectors_of, rate_against, rate_bar, rate_text, rules_text
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paper_values import FALSE_ALERTS, PaperValue
 from benchmarks.scoring.scores import (

@@ -105,12 +105,7 @@ def walking_envelopes(run: RunData) -> PlotFigure:
 
 def body_at_obstacle(run: RunData) -> PlotFigure:
     """Figure 8: at microphone 2 the obstacle's echo (D2) is followed by the one over the body (D3)."""
-    return _body_figure(
-        run,
-        "fig8",
-        "Fig. 8 · The obstacle's echo at mic2, with and without the body",
-        True,
-    )
+    return _body_figure(run, "fig8", "Fig. 8 · The obstacle's echo at mic2, with and without the body", True)
 
 
 def body_at_phone(run: RunData) -> PlotFigure:
@@ -134,16 +129,7 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
         truths = zip(signal["things"], signal["true_m"], strict=True)
         guides = tuple(Guide("x", r, name) for name, r in truths)
         panels.append(
-            Panel(
-                "",
-                "range, m",
-                words,
-                lines,
-                guides,
-                x_range=(0.3, 7.0),
-                width_in=6.0,
-                y_range=(-50.0, 3.0),
-            )
+            Panel("", "range, m", words, lines, guides, x_range=(0.3, 7.0), width_in=6.0, y_range=(-50.0, 3.0))
         )
         near = [float(np.abs(candidates - r).min()) if len(candidates) else np.inf for r in signal["true_m"]]
         hits = sum(miss < 0.1 for miss in near)

@@ -22,7 +22,7 @@ SAME_INSTANT_S = 5e-4
 """Alerts are packed to a tenth of a millisecond."""
 
 
-def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1, progress: bool = True) -> list[dict[str, Any]]:
+def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1) -> list[dict[str, Any]]:
     """What the page plays, a walk each, in order.
 
     A walk that can no longer be computed (its detector's module or scene file is gone) has the reason as "error"
@@ -32,7 +32,6 @@ def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1, progres
         folder: of the run; the numbers are kept in its folder `replays`.
         walks: which.
         jobs: processes to compute them with.
-        progress: show a bar where the output is a terminal.
 
     Raises:
         OSError: the folder cannot be written.
@@ -42,8 +41,8 @@ def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1, progres
     found = {k: numbers for k, numbers in stored.items() if numbers is not None}
     missing = [k for k in stored if k not in found]
     done = Parallel(n_jobs=jobs, return_as="generator")(delayed(_computed)(walks[k].record["cell"]) for k in missing)
-    quiet = not (progress and sys.stderr.isatty())
-    for k, numbers in zip(missing, tqdm(done, "walks", len(missing), unit="walk", disable=quiet), strict=True):
+    shown = tqdm(done, "walks", len(missing), unit="walk", disable=not sys.stderr.isatty())
+    for k, numbers in zip(missing, shown, strict=True):
         found[k] = numbers
         if "error" not in numbers:
             write_cell(replay_path(folder, digests[k]), to_json(_sealed(digests[k], numbers)))
