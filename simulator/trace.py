@@ -139,8 +139,9 @@ def _uncovered(search: Search, found: Candidates) -> Flags:
 def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     """(C,) False for what the matched filter leaves deep under the noise; a phone without noise keeps all.
 
-    The cells of one way over a body stand or fall together, by their sum at any frequency. The loudest cell alone is up
-    to 6 dB fainter than all of them, the more the narrower cells are: levels of fidelity then differed by 0.5 dB.
+    The cells of one way over a body stand or fall together, by the mean level of their sum over the band: no peak of
+    the matched filter exceeds it. The loudest cell alone is up to 6 dB fainter than all of them, the more the narrower
+    cells are: levels of fidelity then differed by 0.5 dB.
     """
     floor_db = search.phone.noise_spl_db - search.phone.level_spl_db - NOISE_MARGIN_DB
     level = np.abs(gain).max(axis=1)
@@ -149,7 +150,7 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     total = np.zeros((group.max(initial=-1) + 1, gain.shape[1]), dtype=np.complex128)
     turn = np.exp(-1j * found.length_m[cells, None] * search.band_wavenumber_1_m)
     np.add.at(total, group, gain[cells] * turn)
-    level[cells] = np.abs(total).max(axis=1)[group]
+    level[cells] = np.abs(total).mean(axis=1)[group]
     return level >= 10.0 ** (floor_db / 20.0)
 
 

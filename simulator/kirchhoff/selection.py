@@ -27,7 +27,7 @@ def left_to_integral(search: Search, doubts: list[Doubt], echoes: Candidates) ->
     """
     taken = []
     for doubt in doubts:
-        pairs = pairs_over(search, doubt, search.scatter_order)
+        pairs = pairs_over(search, doubt, search.max_order)
         if doubt.uneven:
             name = search.tracing.world.obstacles[doubt.obstacle].name
             search.log.choices.append(Choice(name, len(pairs), len(pairs), np.inf, 0.0))
