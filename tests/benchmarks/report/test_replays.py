@@ -194,6 +194,8 @@ const differ = states.slice(1).map((state, k) => state.map((part, i) => Number(p
 press(" ");
 const clocks = states.map(state => state[2]).join(",");
 document.title = `clocks ${clocks} differ ${differ.join(",")} ${find("play").textContent}`;
+press(" ");
+setTimeout(() => document.title += ` ${location.hash}`, 600);
 </script>
 """
 
@@ -210,13 +212,15 @@ def test_slider_keys_and_buttons_move_the_picture(tmp_path, stored):
          "--window-size=1200,1000", "--dump-dom", f"{page.as_uri()}#walk=0&t=1.8&detector=PaperDetector"],
         check=True, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
-    title = re.search(r"<title>clocks (.*) differ (.*) (\w+)</title>", done.stdout)
+    title = re.search(r"<title>clocks (.*) differ (.*) (\w+) (\S+)</title>", done.stdout)
     assert title is not None, done.stdout[:500]
     assert title[1].split(",")[:5] == ["1.80 s", "0.18 s", "0.90 s", "0.94 s", "0.00 s"]
     changes = title[2].split(",")
     assert changes[:4] == ["111"] * 4
     assert changes[4][1:] == "10"  # another detector's candidates at the same instant
     assert title[3] == "Pause"
+    assert title[4].startswith("#walk=0&amp;t=0.0")  # what is seen can be linked to
+    assert title[4].endswith("&amp;detector=TrackingDetector")
 
 
 def test_the_player_is_drawn(tmp_path, stored):
