@@ -6,11 +6,9 @@ import base64
 import json
 import re
 import shlex
-import shutil
 import subprocess
 from dataclasses import replace
 
-import matplotlib.image
 import pytest
 
 import benchmarks.figures
@@ -23,6 +21,7 @@ from benchmarks.report.report import write_report
 from benchmarks.report.verdict import verdict_rows
 from benchmarks.runs.manifest import manifest
 from tests.benchmarks.synthetic_run import DETECTORS, MANIFEST, made_up_run, standing, walk
+from tests.scenes.browser import QUIET, browser, screenshot
 
 
 @pytest.fixture(scope="module")
@@ -228,24 +227,27 @@ def test_the_same_run_gives_the_same_bytes(tmp_path, written):
 
 def test_a_browser_opens_it_without_a_network(tmp_path, written):
     """Headless Chromium with every host unreachable draws the page: dark text, blue bars, the paper's red."""
-    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("no Chromium on this machine")
-    picture = tmp_path / "page.png"
-    quiet = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
-    more = "--disable-component-update --disable-sync --window-size=1200,3000"
-    subprocess.run(
-        [browser, "--headless", *quiet.split(), *more.split(), "--host-resolver-rules=MAP * ~NOTFOUND",
-         f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={picture}", written[0].as_uri()],
-        check=True, capture_output=True, timeout=120,
-    )  # fmt: skip
-    pixels = matplotlib.image.imread(picture)[..., :3]
+    pixels = screenshot(written[0], tmp_path, (1200, 3000))
     assert pixels.shape[:2] == (3000, 1200)
     dark = (pixels.max(axis=2) < 0.3).mean()
     assert 0.005 < dark < 0.3
     red, green, blue = (pixels[..., k] for k in range(3))
     bars = (abs(red - 0.17) < 0.04) & (abs(green - 0.37) < 0.04) & (abs(blue - 0.54) < 0.04)
     assert bars.sum() > 2000
+
+
+def test_nothing_overflows_on_a_phone(tmp_path, written):
+    """390 pixels, in a frame: a window has 500 at least. Tables and pictures made the page wider than the screen."""
+    measure = "document.title = `wide ${this.contentDocument.documentElement.scrollWidth}`"
+    page = tmp_path / "phone.html"
+    page.write_text(f'<iframe width="390" height="800" src="{written[0].as_uri()}" onload="{measure}"></iframe>')
+    done = subprocess.run(
+        [browser(), *QUIET.split(), "--disable-web-security", "--allow-file-access-from-files",
+         f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page.as_uri()],
+        check=True, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    (wide,) = re.findall(r"<title>wide (\d+)</title>", done.stdout)
+    assert 300 < int(wide) <= 390
 
 
 def test_figures_are_drawn_once_for_files_and_report(tmp_path, monkeypatch):

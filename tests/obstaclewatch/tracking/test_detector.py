@@ -48,6 +48,7 @@ def test_closing_speed_and_claimed_deviation():
     errors, found = _errors(Point(5.2, gain=0.1), 1.3)
     speed = np.array([d.closing_speed_m_s[0] for d in found[3:]])
     assert speed == pytest.approx(np.full(len(speed), 1.3), abs=0.08)
+    assert all(np.isnan(d.radius_m).all() and (d.flags & Flag.NO_RADIUS).all() for d in found)
     claimed = np.array([d.range_std_m[0] for d in found])
     assert np.all(np.isfinite(claimed) & (claimed > 0.0))
     assert np.mean(np.abs(errors) < 3.0 * claimed) > 0.9
