@@ -138,9 +138,8 @@ def _between(
     left, right = _combined(left, right, search.scatter_order - 2)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
-    for mic, back in DIRECTIONS:
-        ends, numbers = ((right, left), (b, a)) if back else ((left, right), (a, b))
-        _reject_faint(search, mic, ends[0][faint], ends[1][faint], numbers)
+    _reject_faint(search, left[faint], right[faint], (a, b))
+    _reject_faint(search, right[faint], left[faint], (b, a))
     return _both_directions(search, pair, left[loud], right[loud]) if len(loud) else []
 
 
@@ -191,11 +190,11 @@ def _amplitude(start: Sighting, end: Sighting) -> Floats:
     return start.factor * end.factor / np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
 
 
-def _reject_faint(search: Search, mic: int, start: Sighting, end: Sighting, pair: tuple[int, int]) -> None:
-    """Book paths below the floor, over the places where they would have been looked for."""
+def _reject_faint(search: Search, start: Sighting, end: Sighting, pair: tuple[int, int]) -> None:
+    """Book paths to either microphone below the floor, over the places where they would have been looked for."""
+    mic, (start, end) = np.repeat([0, 1], len(start)), (each[np.tile(np.arange(len(each)), 2)] for each in (start, end))
     points = np.stack([start.point_m, end.point_m], axis=1)
-    pairs = Pairs(np.full(len(points), mic), start.images, end.images)
-    turns = Turns(pairs, points, _numbers(search.tracing, pair, len(points)))
+    turns = Turns(Pairs(mic, start.images, end.images), points, _numbers(search.tracing, pair, len(points)))
     search.reject(
         Reason.FAINT_DOUBLE, len(points),
         lambda: Rejected(_amplitude(start, end), partial(straightened, search, turns)),
@@ -226,17 +225,18 @@ def _both_directions(search: Search, pair: tuple[int, int], left: Sighting, righ
     parts = []
     for number, (mic, back) in enumerate(DIRECTIONS):
         kept = np.flatnonzero(settled & (way == number))
-        met = [(pair[0], every_left.images[kept], first[kept]), (pair[1], every_right.images[kept], second[kept])]
+        met = [
+            (pair[0], every_left.images[kept], first[kept], source[kept]),
+            (pair[1], every_right.images[kept], second[kept], receiver[kept]),
+        ]
         parts.append(_paths(search, mic, met[::-1] if back else met))
     return parts
 
 
-def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.StationaryPoints]]) -> Candidates:
-    """Candidates over two settled places, each given with its surface and the images on its side."""
-    tracing, ((one, before, first), (two, after, second)) = search.tracing, met
+def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.StationaryPoints, Floats]]) -> Candidates:
+    """Candidates over two settled places, each given with its surface, the images on its side and the end's image."""
+    (one, before, first, source), (two, after, second, receiver) = met
     points = np.stack([first.point_m, second.point_m], axis=1)
-    source = _through(tracing, tracing.source_m[before.pose], before)
-    receiver = _through(tracing, tracing.mics_m[after.pose, mic], after)
 
     def amplitude() -> Floats:
         way = np.stack([source, first.point_m, second.point_m, receiver], axis=1)
@@ -244,7 +244,7 @@ def _paths(search: Search, mic: int, met: list[tuple[int, Images, curved.Station
 
     pairs = Pairs(np.full(len(points), mic), before, after)
     both = {name: np.stack([column, second.known[name]], axis=1) for name, column in first.known.items()}
-    turns = Turns(pairs, points, _numbers(tracing, (one, two), len(points)), both)
+    turns = Turns(pairs, points, _numbers(search.tracing, (one, two), len(points)), both)
     return unfolded(search, turns, amplitude)[0]
 
 

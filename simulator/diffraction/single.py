@@ -100,10 +100,9 @@ def _placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
 def placed(tracing: Tracing, wedge: Ints, frame: Floats) -> Wedges:
     """(R,) edges in frames (R, 4) of their obstacles, world coordinates."""
     rest = tracing.world.wedges[wedge]
-    return Wedges(
-        out_of_rest(rest.start_m, frame), out_of_rest(rest.end_m, frame), rotated(rest.inwards, frame[:, 3]),
-        rotated(rest.normal, frame[:, 3]), rest.open_angle_rad, rest.patch, rest.obstacle, rest.sheet_m,
-        rest.radiates, rest.mirror, rest.leans_on,
+    return replace(
+        rest, start_m=out_of_rest(rest.start_m, frame), end_m=out_of_rest(rest.end_m, frame),
+        inwards=rotated(rest.inwards, frame[:, 3]), normal=rotated(rest.normal, frame[:, 3]),
     )  # fmt: skip
 
 

@@ -22,6 +22,3 @@ class Ends:
     group: Ints
     view: Ints
     lit: Flags
-
-    def __getitem__(self, rows: Ints) -> Ends:
-        return Ends(self.point_m[rows], self.group[rows], self.view[rows], self.lit)
