@@ -1,1 +1,1 @@
-"""What every room shares: array types, checked arguments, and the store of compiled functions."""
+"""What every room shares: array types, tables of columns, whole files, checked arguments, stored compiled functions."""
