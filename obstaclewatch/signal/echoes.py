@@ -110,13 +110,13 @@ def _raise_to(lowest: Floats, other: Floats) -> None:
 @compiled
 def above_sidelobes(magnitude: Floats, peaks: NDArray[np.intp], half_width: int, least: float) -> NDArray[np.intp]:
     """Those of the peaks higher than the sidelobes of any echo within `half_width` samples, and than `least`."""
-    highest = SIDELOBE * magnitude.max()
+    highest = SIDELOBE * magnitude[np.argmax(magnitude)]
     kept = np.empty(len(peaks), dtype=np.bool_)
     for row, peak in enumerate(peaks):
         kept[row] = magnitude[peak] >= least
         if kept[row] and magnitude[peak] < highest:
             around = magnitude[max(peak - half_width, 0) : peak + half_width + 1]
-            kept[row] = magnitude[peak] >= SIDELOBE * around.max()
+            kept[row] = magnitude[peak] >= SIDELOBE * around[np.argmax(around)]
     return peaks[kept]
 
 

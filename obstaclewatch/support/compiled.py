@@ -2,7 +2,7 @@
 
 numba gives each function machine code, two wrappers and a place in its store, and then compiles its body once more into
 every caller. Most functions here are called by others alone: these hand their intermediate code to their callers, which
-is a third of the work. numba also compiles its own parts, such as `np.empty` and `max`, anew for callers with other
+is a quarter less work. numba also compiles its own parts, such as `np.empty` and `max`, anew for callers with other
 options: there is one set.
 """
 

@@ -110,7 +110,7 @@ def posterior(
     found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
     density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / CYCLE_RAD)
     share = shares(prior.log_share, found, density, prior.has_phase, prior.phase_rad)
-    misfit = float(found.misfit.min()) / len(time_s)
+    misfit = float(found.misfit[np.argmin(found.misfit)]) / len(time_s)
     return share, found.ahead_m, found.closing_m_s, misfit
 
 

@@ -184,7 +184,7 @@ def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tu
     """`Oscillation` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
     time_s, read_m, phase_rad = received[:, 0].copy(), received[:, 1].copy(), received[:, 2].copy()
     step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
-    if shares.max() < LEAST_SHARE:
+    if shares[np.argmax(shares)] < LEAST_SHARE:
         return 0.0, 0.0j, 0.0j, 0.0j
     read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j
     phase = phasors[1] if shares[1] >= LEAST_SHARE else 0.0j

@@ -8,12 +8,12 @@ parts overlap; crossings of edges stay here because Embree's are in single preci
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from scenes.truth.nearest import nearest_points
 
 
@@ -66,7 +66,7 @@ def _between_crossings(edges: Floats, edge: Ints, share: Floats) -> Floats:
     return points
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def winding_number(triangles: Floats, points: Floats) -> Floats:
     """(Q,) signed solid angle of all triangles (F, 3, 3) over 4 pi (Van Oosterom and Strackee 1983): 1 inside."""
     total = np.zeros(len(points))
@@ -81,7 +81,7 @@ def winding_number(triangles: Floats, points: Floats) -> Floats:
     return total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _volume(a: Floats, b: Floats, c: Floats) -> float:
     return (
         a[0] * (b[1] * c[2] - b[2] * c[1])
@@ -90,7 +90,7 @@ def _volume(a: Floats, b: Floats, c: Floats) -> float:
     )  # fmt: skip
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _crossings(edges: Floats, triangles: Floats) -> tuple[Ints, Floats]:
     """(K,) edge and (K,) share of its length at which it passes through a triangle (Moeller and Trumbore 1997)."""
     which, share = [0 for _ in range(0)], [0.0 for _ in range(0)]

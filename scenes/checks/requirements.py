@@ -141,7 +141,7 @@ def rendering_cost(
         step()
         return taken
 
-    seconds(1)  # compiles and warms caches
+    seconds(min(some, 1))  # compiles and warms caches
     one, all_ = seconds(1), seconds(some)
     per_beep = all_ / some if some == 1 else max(0.0, all_ - one) / (some - 1)
     return Cost(max(0.0, one - per_beep), per_beep, beeps)

@@ -140,7 +140,7 @@ def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _View
         return lit[:, spots.of_facet]
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     border = _borders(lit, image, facets.middle_m[spots.facet], facets.normal[spots.facet], facets.closed, spots.beside)  # type: ignore[call-arg]
-    known, asked = lit[:, spots.of_facet], border[:, spots.of_facet]
+    known, asked = lit[:, spots.of_facet], np.take(border, spots.of_facet, axis=1)  # by rows, as compiled loops read
     return np.where(asked, _reached_among(tracing, facets, np.arange(len(facets)), views, asked), known)
 
 
@@ -213,7 +213,7 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views,
 @compiled
 def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed, asked):
     """Views and facets that face each other on a line through the last of the mirrors, of those asked (V, F)."""
-    view, facet = np.empty(asked.sum(), np.int64), np.empty(asked.sum(), np.int64)
+    view, facet = np.empty(asked.size, np.int64), np.empty(asked.size, np.int64)
     count, point, crossing = 0, np.empty(3), np.empty(3)
     for v in range(len(pose)):
         c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
