@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 import tarfile
 import zipfile
 from pathlib import Path
@@ -51,3 +52,24 @@ def test_wheel_and_source_archive_work(tmp_path: Path):
     assert "report: " in run(python, "-m", "benchmarks.cli", "run", "paper", "--tier", "smoke", *small, cwd=tmp_path)
     run(python, "-m", "benchmarks.cli", "export", "paper", "set", "--walks", "1", "--set", "groups=[]", cwd=tmp_path)
     assert (tmp_path / "set" / "LICENSE").is_file()
+
+
+INSIDE = """
+import sys
+for name in ("networkx", "pytest", "hypothesis", "pyroomacoustics", "acoustic_spaces", "nbclient", "sphinx"):
+    sys.modules[name] = None  # imports of it fail
+import trimesh
+from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+scene = Scene([Obstacle(trimesh.creation.icosphere(radius=1.0), Material.named("concrete"), "ball")])
+try:
+    trace_paths(scene, Phone.named("galaxy-s8-plus"), Pose([0.5, 0.0, 0.0], held_rotation(0.0, 0.0)))
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_what_only_tests_install_is_not_needed(tmp_path: Path):
+    """What tells a phone within an obstacle asked for rtree, which only the tests' extra installed."""
+    wanted = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    assert any(name.startswith("rtree") for name in wanted)
+    assert "inside" in run(sys.executable, "-c", INSIDE, cwd=ROOT)
