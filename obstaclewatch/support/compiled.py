@@ -14,14 +14,13 @@ from numba.core import event
 GARBAGE = 100_000
 """New objects after which Python looks for garbage while numba compiles; its own 700 cost an eighth of that time."""
 
-compiled = numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
+compiled = numba.njit(cache=True, error_model="numpy")
 """Decorator for a function of arrays and numbers; it is kept for the next start (`compile_cache`).
 
-Divisions are those of numpy, which do not raise: a check before each would keep loops from being vectorised. Nobody
-calls these from C.
+Divisions are those of numpy, which do not raise: a check before each would keep loops from being vectorised.
 """
 
-inlined = numba.njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, forceinline=True)
+inlined = numba.njit(cache=True, error_model="numpy", forceinline=True)
 """The same for what compiled functions alone call, and is to be put into these whatever its length."""
 
 
