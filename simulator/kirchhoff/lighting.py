@@ -141,6 +141,10 @@ def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _View
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     border = _borders(lit, image, facets.middle_m[spots.facet], facets.normal[spots.facet], facets.closed, spots.beside)  # type: ignore[call-arg]
     known, asked = lit[:, spots.of_facet], np.take(border, spots.of_facet, axis=1)  # by rows, as compiled loops read
+    if facets.closed:  # where a round body turns away no spot speaks for its facets, and facing needs no ray
+        faces = image @ facets.normal.T > np.einsum("fx,fx->f", facets.middle_m, facets.normal)
+        known &= faces
+        asked |= faces & ~faces[:, spots.facet[spots.of_facet]]
     return np.where(asked, _reached_among(tracing, facets, np.arange(len(facets)), views, asked), known)
 
 
