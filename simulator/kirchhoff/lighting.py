@@ -138,31 +138,25 @@ def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _View
     """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
     if len(spots.facet) == len(facets):
         return lit[:, spots.of_facet]
-    image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
-    border = _borders(lit, image, facets.middle_m[spots.facet], facets.normal[spots.facet], facets.closed, spots.beside)  # type: ignore[call-arg]
-    known, asked = lit[:, spots.of_facet], np.take(border, spots.of_facet, axis=1)  # by rows, as compiled loops read
-    if facets.closed:  # where a round body turns away no spot speaks for its facets, and facing needs no ray
+    faces = np.ones((len(views), len(facets)), dtype=bool)
+    if facets.closed:
+        image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
         faces = image @ facets.normal.T > np.einsum("fx,fx->f", facets.middle_m, facets.normal)
-        known &= faces
-        asked |= faces & ~faces[:, spots.facet[spots.of_facet]]
+    border = _borders(lit, faces[:, spots.facet], spots.beside)
+    known, asked = lit[:, spots.of_facet], np.take(border, spots.of_facet, axis=1)  # by rows, as compiled loops read
+    # Where a round body turns away no spot speaks for its facets, and facing needs no ray.
+    known &= faces
+    asked |= faces & ~faces[:, spots.facet[spots.of_facet]]
     return np.where(asked, _reached_among(tracing, facets, np.arange(len(facets)), views, asked), known)
 
 
-@compiled
-def _borders(lit, image, middle, normal, closed, beside):
+def _borders(lit: Flags, faces: Flags, beside: Ints) -> Flags:
     """(V, S) spots next to one that is lit if they are dark, or the other way round; what faces away is no shadow."""
-    border = np.zeros(lit.shape, np.bool_)
-    for v in range(len(lit)):
-        for k in range(len(beside)):
-            a, b = beside[k]
-            if lit[v, a] == lit[v, b]:
-                continue
-            dark = b if lit[v, a] else a
-            rise = 0.0
-            for x in range(3):
-                rise += (image[v, x] - middle[dark, x]) * normal[dark, x]
-            if rise > 0.0 or not closed:
-                border[v, a] = border[v, b] = True
+    one, other = beside.T
+    differ = (lit[:, one] != lit[:, other]) & np.where(lit[:, one], faces[:, other], faces[:, one])
+    border = np.zeros_like(lit)
+    view, pair = np.nonzero(differ)
+    border[view, one[pair]] = border[view, other[pair]] = True
     return border
 
 

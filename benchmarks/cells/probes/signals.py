@@ -69,7 +69,9 @@ def envelope(cell: Cell, things: Sequence[Sequence[Any]]) -> Signal:
     profile, start_s = _profile(cell, recording, beep=2)
     magnitude, range_m = _searched(profile, start_s)
     # no beep before it says what moves, so that every peak is a candidate: the picture is of one standing beep
-    detection = detector_for(cell, "PaperStandingDetector", setting, _beep(cell)).process(_block(cell, recording, 2))
+    detection = detector_for(cell, "PaperStandingDetector", setting, cell.beep.design()).process(
+        _block(cell, recording, 2)
+    )
     top = float(magnitude[0].max())
     truths = [_truth(setting, name) for name in setting.targets]
     half = round(4e-3 * profile.rate_hz)
@@ -91,7 +93,7 @@ def approach(cell: Cell, category: str, start_m: float = 5.0, speed_m_s: float =
     """
     seconds = (start_m - 0.7) / speed_m_s
     setting = _setting(cell, [(category, start_m, 0.0)], speed_m_s, seconds)
-    recording, beep = rendered(setting, cell), _beep(cell)
+    recording, beep = rendered(setting, cell), cell.beep.design()
     detector = detector_for(cell, "PaperDetector", setting, beep)
     rows: list[list[float]] = []
     found: list[list[float]] = []
@@ -150,7 +152,7 @@ def body(cell: Cell, range_m: float = 1.5) -> Signal:
 
 def crests(cell: Cell, range_m: float = 2.0) -> Signal:
     """Figure 10: the crests of objects of different width at one distance, on a common scale."""
-    beep = _beep(cell)
+    beep = cell.beep.design()
     shown: Signal = {name: [] for name in ("things", "range_m", "level_db", "crest_samples", "true_radius_m", "true_m")}
     for category in ("sign", "pedestrian", "dustbin", "wall"):
         setting = _setting(cell, [(category, range_m, 0.0)], 0.0, 0.45)
@@ -200,18 +202,14 @@ def _setting(cell: Cell, things: Sequence[tuple[str, float, float]], speed_m_s: 
     return varied(Situation(Scene(obstacles, name="signal"), walk, phone, tuple(names)), cell)
 
 
-def _beep(cell: Cell) -> BeepDesign:
-    return cell.beep.design()
-
-
 def _block(cell: Cell, recording: Recording, beep: int) -> Singles:
-    period = _beep(cell).period_samples
+    period = cell.beep.design().period_samples
     return recording.samples[:, beep * period : (beep + 1) * period]
 
 
 def _profile(cell: Cell, recording: Recording, beep: int) -> tuple[EchoProfile, float]:
     """One beep compressed, and its emission: the direct sound less its calibrated delay."""
-    design = _beep(cell)
+    design = cell.beep.design()
     profile = MatchedFilter(design, 2.0 * FAR_M / SPEED_M_S + 2e-3).compress(_block(cell, recording, beep))
     peak = float(profile.delay_s[np.argmax(profile.magnitude[0])])
     return profile, peak - direct_delay_s(cell.phone, cell.beep)
