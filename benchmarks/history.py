@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.figures.plots import Line, Panel, PlotFigure
-from benchmarks.runs.stored import StoredManifest, check_stored, read_json
+from benchmarks.runs.stored import DatedManifest, StoredSummary, check_stored, read_json
 
 SERIES = ["suite", "tier", "split", "seed", "cells"]
 """Runs that agree in these are compared: `cells` sets those apart that were cut by -k or --limit."""
@@ -22,6 +21,7 @@ PANELS = (
     ("range error, median, cm", "range_error_median_m", 100.0),
     ("CPU of the detector, ms a beep,\nmedian over walks", "detect_cpu_s_per_beep", 1e3),
 )
+COSTS = ("simulate_s", "recording_s", "detect_cpu_s", "beeps")
 WORDS = 10
 """Characters of a revision shown."""
 
@@ -64,8 +64,9 @@ def history_figures(frame: pd.DataFrame) -> Iterator[PlotFigure]:
 
 def _rows(folder: Path) -> Iterator[dict[str, Any]]:
     manifest = read_json(folder / "manifest.json")
-    check_stored(manifest, StoredManifest, f"'{folder}'")
-    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    check_stored(manifest, DatedManifest, f"'{folder}'")
+    found = read_json(folder / "summary.json")
+    check_stored(found, StoredSummary, f"'{folder}'")
     revision = manifest["git_revision"] or f"source {manifest['source_sha256']}"
     costs = _costs(folder)
     for detector, measured in found["detectors"].items():
@@ -92,6 +93,8 @@ def _costs(folder: Path) -> pd.DataFrame:
         return pd.DataFrame(columns=["detector"])
     kinds = pd.read_csv(folder / "results.csv", usecols=["label", "kind", "detector"])
     costs = pd.read_parquet(folder / "costs.parquet").merge(kinds)
+    if not all(pd.api.types.is_numeric_dtype(costs[name]) for name in COSTS):
+        raise ValueError(f"costs must be numbers, got {costs[list(COSTS)].dtypes.to_dict()}")
     walks = costs[costs.kind != "standing"]
     return costs if walks.empty else walks
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import yaml
 from pydantic import BaseModel, Field, ValidationError
 
-from benchmarks.cells.spec import Angle, Finite, first_error
+from benchmarks.cells.spec import Angle, first_error
 from obstaclewatch import BeepDesign, Fault, MicPhase, PhoneGeometry, Recording, measure_mic_phase
 from obstaclewatch.recordings.calibration import Calibration
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
@@ -32,7 +33,9 @@ ADVICE = {
 }
 """What to do about what `inspect_recording` finds."""
 
-Place = tuple[Finite, Finite, Finite]
+Metres = Annotated[float, Field(ge=-10.0, le=10.0)]
+"""Of the suite `extremes`: microphones farther apart are not tried. A detector's memory grows with their distance."""
+Place = tuple[Metres, Metres, Metres]
 TAPE_M = 0.005
 """Standard deviation of a distance to a wall by tape."""
 TILT_RAD = math.radians(2.0)

@@ -35,7 +35,7 @@ def history(results: Path, out: Path | None, suite: str | None) -> None:
     write_atomically(target / "history.csv", frame.to_csv(index=False))
     click.echo(_table(frame))
     for folder in silent:
-        click.echo(f"left out, as it has no summary of walks: {folder}")
+        click.echo(f"left out, as it has no summary of walks that can be read: {folder}")
     click.echo(target / "history.csv")
     for path in write_figures(target, [DrawnFigure(figure) for figure in history_figures(frame)]):
         click.echo(path)

@@ -38,6 +38,39 @@ class StoredManifest(_Stored):
     versions: dict[str, str | None] = {}
 
 
+class DatedManifest(StoredManifest):
+    """That of a run which says of itself when it began, and on which source."""
+
+    started: str
+    source_sha256: str
+    git_revision: str | None
+    git_dirty: bool | None
+
+
+class _Rate(_Stored):
+    value: Number
+    low: Number
+    high: Number
+
+
+class _Median(_Stored):
+    median: Number
+
+
+class _Measured(_Stored):
+    tp: dict[str, _Rate]
+    tn: _Rate
+    walking: dict[str, _Median]
+
+
+class StoredSummary(_Stored):
+    """The part of summary.json, as `benchmarks.scoring.scores.summary` makes it, that a history shows."""
+
+    cells: Natural
+    failed: Natural
+    detectors: dict[str, _Measured]
+
+
 class StoredCost(_Stored):
     """What a cell took."""
 

@@ -22,17 +22,19 @@ import yaml
 from benchmarks.cli import cli
 from benchmarks.gates.baseline import baseline_walks, load_baseline
 from benchmarks.gates.config import load_gates
+from benchmarks.history import history
+from benchmarks.own_phone import load_phone
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.runs.results import RunData, load_run
 from benchmarks.runs.store import cell_path, to_json, write_cell
 from benchmarks.scoring.frames import write_frames
-from benchmarks.scoring.scores import approach_table, beep_table
+from benchmarks.scoring.scores import approach_table, beep_table, summary
 from obstaclewatch import read_recording
 from scenes import load_encounter
 from scenes.files.mesh_file import FORMATS as MESHES
 from scenes.files.mesh_file import read_mesh
-from tests.benchmarks.synthetic_run import walk
+from tests.benchmarks.synthetic_run import made_up_run, walk
 from tests.fuzz.mutations import changed_bytes, changed_data
 
 DIGEST = "ab" + 62 * "0"
@@ -59,6 +61,10 @@ GATES: dict[str, Any] = {
     "title": "Mine", "baseline": "b.json", "claimed": "TrackingDetector", "physics": {"wall_level": 0.01},
     "claims": [{"rate": "TP", "at_least": 0.9, "scene": "campus"}, {"quantity": "snr", "at_most": 3.0}],
     "regression": [{"detector": "PaperDetector", "approach": {"snr": 0.3}, "rates": ["TP"]}],
+}  # fmt: skip
+PHONE: dict[str, Any] = {
+    "name": "mine", "speaker_m": [0.0, 0.05, 0.0], "mics_m": [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]],
+    "direct_delay_s": 5e-5, "mic_phase_rad": 0.5,
 }  # fmt: skip
 WORDS = (
     "run", "status", "figures", "report", "gate", "baseline", "compare", "ls", "validate", "doctor", "detect", "scene",
@@ -207,6 +213,30 @@ def _cells(rng: np.random.Generator) -> bytes:
     return text if rng.random() < 0.7 else changed_bytes(text, rng)
 
 
+def _phone(path: Path) -> object:
+    return load_phone(path).geometry.speaker_to_mic_m
+
+
+@cache
+def _summary() -> dict[str, Any]:
+    return json.loads(to_json(summary(made_up_run(Path("nowhere"), [walk()]), {})))
+
+
+def _summaries(rng: np.random.Generator) -> bytes:
+    return _changed_json(_summary())(rng)
+
+
+def _history(data: bytes, folder: Path) -> object:
+    """Of one run, whose summary is a stranger's."""
+    began = {"started": "2026-01-01", "source_sha256": DIGEST, "git_revision": None, "git_dirty": False}
+    (folder / "manifest.json").write_text(json.dumps(MANIFEST | began))
+    (folder / "summary.json").write_bytes(data)
+    frame, silent = history(folder)
+    if silent:
+        raise ValueError(f"left out: {silent}")
+    return frame
+
+
 def _baseline(path: Path) -> object:
     return [baseline_walks(run, name) for run in load_baseline(path).runs.values() for name in run.values]
 
@@ -274,6 +304,8 @@ FORMATS: dict[str, Format] = {
     "sound": Format(_sound, _written("sound.wav", read_recording), lambda: list(_sounds().values())),
     "cell": Format(_cells, _cell, _good_cell),
     "manifest": Format(_changed_json(MANIFEST), _manifest, _json(MANIFEST)),
+    "summary": Format(_summaries, _history, lambda: [json.dumps(_summary()).encode()]),
+    "phone": Format(_changed_yaml(PHONE), _written("phone.yaml", _phone), _yaml(PHONE)),
     "baseline": Format(_changed_json(BASELINE), _written("baseline.json", _baseline), _json(BASELINE)),
     "arguments": Format(_arguments, _command, lambda: [b"ls\nsuites", b"run\npaper\n--tier\nsmoke\n-n"]),
 }

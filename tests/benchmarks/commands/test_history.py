@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pandas as pd
@@ -72,6 +73,29 @@ def test_a_run_that_says_nothing_is_named(results):
     frame, silent = history(results)
     assert [folder.name for folder in silent] == ["early"]
     assert set(frame.run) == {"late", "cut"}
+
+
+@pytest.mark.parametrize(
+    ("file", "changed"),
+    [
+        ("summary.json", {"detectors": ["PaperDetector"]}),
+        ("summary.json", {"cells": "4"}),
+        ("manifest.json", {"started": 2026}),
+        ("manifest.json", {"git_revision": 17}),
+    ],
+)
+def test_a_strangers_run_of_other_types_says_nothing(results, file, changed):
+    """Cause: the summary's types were taken on trust, and a list of detectors ended in a traceback."""
+    path = results / "paper" / "early" / file
+    path.write_text(json.dumps(json.loads(path.read_text()) | changed))
+    assert [folder.name for folder in history(results)[1]] == ["early"]
+
+
+def test_costs_that_are_no_numbers_say_nothing(results):
+    path = results / "paper" / "early" / "costs.parquet"
+    costs = pd.read_parquet(path)
+    costs.assign(beeps=[["many"]] * len(costs)).to_parquet(path)
+    assert [folder.name for folder in history(results)[1]] == ["early"]
 
 
 def test_the_command_leaves_table_and_picture(results):

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.own_phone import load_phone, measured_at_wall, middle_line
+from benchmarks.own_phone import load_phone, measured_at_wall, middle_line, phone_file, phone_text
 from obstaclewatch import BeepDesign, Recording, assumed_sound_speed, read_recording, write_recording
 
 WALL_M, CASE_S, PHASE_RAD = 1.0, 10e-6, 0.6
@@ -58,6 +58,14 @@ def test_the_file_is_what_detect_takes(tmp_path: Path):
     assert phone.mic_phase_rad == pytest.approx(PHASE_RAD, abs=0.05)
     told = run("detect", tmp_path / "wall.wav", "--phone", tmp_path / "mine.yaml", "--detector", "TrackingDetector")
     assert "beeps, " in told.splitlines()[-1]
+
+
+def test_a_phone_as_large_as_the_sky_is_refused(tmp_path: Path):
+    """Cause: any finite place passed, and the delay of its direct sound overflowed within the detector."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(phone_text(phone_file(PHONE)).replace("-0.075", "1.0e+300"))
+    with pytest.raises(ValueError, match=r"mics_m.*1e\+300|less than or equal to 10"):
+        load_phone(path)
 
 
 def test_distance_between_microphones_from_the_direct_sound(tmp_path: Path):
