@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from obstaclewatch import BeepDesign, Detection, MatchedFilter, PhoneGeometry, Recording
 from obstaclewatch.recordings.sample_feed import SampleFeed
+from obstaclewatch.support.whole_file import whole_file
 
 LEVELS_DB = (-80.0, -20.0)
 """From the noise of quiet recordings to the nearest wall; the direct sound itself may burn out."""
@@ -77,7 +78,8 @@ def draw_echogram(
     axes.set_title(
         f"{phone.name}: candidates blue, on course red, nearest on course ringed, alerts shaded", fontsize=11
     )
-    figure.savefig(path, dpi=120, metadata={"Software": None})
+    with whole_file(path) as partial:
+        figure.savefig(partial, format="png", dpi=120, metadata={"Software": None})
 
 
 def _mark_candidates(axes: Axes, columns: Columns, middle_s: float) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
+from benchmarks.runs.store import write_atomically
 from benchmarks.training.examples import Examples, examples_of, joined
 from benchmarks.training.fit import (
     FALSE_COST,
@@ -52,7 +53,7 @@ def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, ta
         for recipe, cells in wanted.items()
     }
     unseen = {recipe: examples_of(cells, receptions, jobs, folder / "held-out") for recipe, cells in others.items()}
-    output.write_text(document(learned, unseen), encoding="utf-8")
+    write_atomically(output, document(learned, unseen))
     if table is not None:
         write_table(table, unseen["paper"])
     print(json.dumps(json.loads(output.read_text(encoding="utf-8"))["card"], indent=1))

@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.whole_file import whole_file
 from scenes.preview.pictures import COLORS, LIGHT, OTHER
 from scenes.preview.plotly_page import in_script, library_script, packed_array
 from simulator.paths import Paths
@@ -76,7 +77,8 @@ def preview_html(scene: Scene, path: str | Path, walk: Walk | None = None, phone
 def write_page(figure: dict[str, Any], path: str | Path) -> Path:
     """Write a figure with data, layout and frames as a page of its own; the path."""
     page = _PAGE.format(title=figure["layout"]["title"]["text"], library=library_script(), figure=in_script(figure))
-    Path(path).write_text(page, encoding="utf-8")
+    with whole_file(Path(path)) as partial:
+        partial.write_text(page, encoding="utf-8")
     return Path(path)
 
 

@@ -11,6 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.whole_file import whole_file
 from scenes.truth.swept import Body
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene
@@ -61,7 +62,8 @@ def preview_scene(
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x / m", ylabel="y / m", title=scene.name)
     axes.grid(color="white", linewidth=0.8)
     axes.set_axisbelow(True)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
+    with whole_file(Path(path)) as partial:
+        figure.savefig(partial, format="png", dpi=110, metadata={"Software": None})
     return Path(path)
 
 
