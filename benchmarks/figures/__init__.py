@@ -188,8 +188,9 @@ def picture(figure: Figure) -> Canvas:
     from benchmarks.figures.draw.bars import draw_bars
     from benchmarks.figures.draw.curves import draw_curves
     from benchmarks.figures.draw.lines import draw_plots
-    from benchmarks.figures.draw.shapes import draw_drawing, draw_table
+    from benchmarks.figures.draw.shapes import draw_drawing
     from benchmarks.figures.draw.style import house_style
+    from benchmarks.figures.draw.tables import draw_table
 
     with house_style():
         if isinstance(figure, BarFigure):

@@ -155,7 +155,7 @@ def tolerance_table(run: RunData) -> TableFigure:
             "95 % delay, samples", "within 3 samples, %",
         ),
         rows,
-        (1.2, 1.2, 1.2, 1.0, 1.0, 3.2, 1.4, 1.4),
+        (1.0, 1.05, 1.0, 0.85, 0.8, 2.5, 1.2, 1.15),
         f"{len(rows)} rows." if rows else "No data.",
         "A pair is a pose in a scene; it is kept if the target's compressed echo at both microphones is within the "
         f"tolerance of the level `reference`, {STANDARD_DB:g} dB at `standard`. Pairs whose echo is below -60 dB re "

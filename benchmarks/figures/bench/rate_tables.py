@@ -25,7 +25,7 @@ from benchmarks.scoring.strata import strata
 COLUMNS = ("detector", *(f"TP, {m:g} m left" if m else "TP before contact" for m in LEFT_M), "TN", "TP at TN 97 %")
 NONE = "–"
 STRICT = 0.97
-WIDTHS = (3.4, 1.5, 1.75, 1.75, 1.75, 1.75, 1.75)
+WIDTHS = (2.15, 1.4, 1.2, 1.2, 1.2, 1.2, 1.2)
 
 
 def rates_by_stratum(run: RunData) -> TableFigure:

@@ -1,17 +1,14 @@
-"""Draw shapes on a common scale, and tables."""
+"""Draw shapes on a common scale."""
 
 from __future__ import annotations
 
-import textwrap
-
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import FancyBboxPatch, Polygon
 
 from benchmarks.figures.draw.page import finish, panel_axes
-from benchmarks.figures.draw.style import HAIR, INK, MUTED, PAPER_INK, lighter
-from benchmarks.figures.plots import Drawing, DrawingFigure, Shape, TableFigure
+from benchmarks.figures.draw.style import INK, PAPER_INK, lighter
+from benchmarks.figures.plots import Drawing, DrawingFigure, Shape
 
 _ROLES = {
     "thing": "#8a7a5c",
@@ -27,7 +24,6 @@ _ROLES = {
 }
 BOX = (0.86, 0.62)
 _BEHIND_WORDS = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-ROW_IN, CHARACTERS_PER_INCH = 0.2, 15.0
 
 
 def draw_drawing(figure: DrawingFigure) -> Canvas:
@@ -37,32 +33,6 @@ def draw_drawing(figure: DrawingFigure) -> Canvas:
     for ax, panel in zip(axes, panels, strict=True):
         _draw_panel(ax, panel)
     return finish(canvas, figure.title, figure.note)
-
-
-def draw_table(figure: TableFigure) -> Canvas:
-    """A table as a picture: heads, a rule, rows; long text wraps."""
-    total = sum(figure.widths)
-    wrapped = [[_wrapped(text, width) for text, width in zip(row, figure.widths, strict=True)] for row in figure.cells]
-    lines = [max(text.count("\n") + 1 for text in row) for row in wrapped]
-    height = ROW_IN * (1.5 + sum(lines) + 0.35 * len(lines)) if lines else ROW_IN * 2
-    canvas, (ax,) = panel_axes([total], 0.0, height)
-    ax.set_axis_off()
-    ax.set(xlim=(0.0, total), ylim=(height, 0.0))
-    left = np.concatenate([[0.0], np.cumsum(figure.widths)[:-1]])
-    for x, head in zip(left, figure.columns, strict=True):
-        ax.text(x, 0.6 * ROW_IN, head, fontweight="bold", va="center", fontsize=8.5)
-    here = 1.3 * ROW_IN
-    ax.plot([0.0, total], [here, here], color=MUTED, linewidth=0.8)
-    for row, count in zip(wrapped, lines, strict=True):
-        for x, text in zip(left, row, strict=True):
-            ax.text(x, here + 0.22 * ROW_IN, text, va="top", fontsize=8.0, linespacing=1.25)
-        here += ROW_IN * (count + 0.35)
-        ax.plot([0.0, total], [here, here], color=HAIR, linewidth=0.6)
-    return finish(canvas, figure.title, figure.note, extra_left=-0.5)
-
-
-def _wrapped(text: str, width_in: float) -> str:
-    return "\n".join(textwrap.wrap(text, max(4, int(width_in * CHARACTERS_PER_INCH)))) or " "
 
 
 def _draw_panel(ax: Axes, panel: Drawing) -> None:

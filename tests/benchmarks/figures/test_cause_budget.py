@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from benchmarks.cells.compute import simulated_part
 from benchmarks.cells.spec import Cell
-from benchmarks.figures import FIGURES, draw_figures
+from benchmarks.figures import FIGURES, draw_figures, picture
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.plan.sweep import at_point
@@ -130,6 +131,16 @@ def test_the_table_says_which_walks_differ(tmp_path):
     assert (plain["TP, %"], plain["TN, %"], plain["false alerts, %"]) == ("50.0 of 6", "50.0 of 4", "20.0")
     assert plain["mean of both, %"] == "50.0"
     assert plain["same beeps, °"] == "5.0, 5.0"
+
+
+def test_the_table_is_readable_at_the_report_s_width(tmp_path):
+    """Twelve columns side by side took 16 inches, and heads ran into each other."""
+    canvas = picture(FIGURES["cause_table"](budget_run(tmp_path)))
+    canvas.draw_without_rendering()
+    assert canvas.get_size_inches()[0] < 10.5
+    words = [text.get_window_extent().padded(-0.5) for text in canvas.axes[0].texts]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(words, 2))
+    assert all(box.x1 <= canvas.bbox.width for box in words)
 
 
 def test_a_walk_that_is_a_collision_at_one_point_alone_is_no_pair(tmp_path):
