@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
-from importlib.metadata import distribution
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from benchmarks.plan.suite import Suite, Tier
 from benchmarks.runs.executors import Executor
 from benchmarks.runs.manifest import manifest
 from benchmarks.runs.runner import Tally, run_cells
-from benchmarks.runs.store import cell_path, read_cell, to_json, write_atomically
+from benchmarks.runs.store import cell_path, read_cell, to_json, write_atomically, write_bytes_atomically
 from benchmarks.scoring.frames import cell_row, frame_of, swept_names
 from simulator.trace import NOT_MODELLED
 
@@ -68,7 +68,7 @@ def write_data_set(
     write_atomically(books / "manifest.json", to_json(manifest(suite, "full", cells, argv)))
     tally = run_cells(books, cells, executor, work=partial(write_walk, folder=folder))
     table = frame_of(list(_rows(folder, walks)))
-    table.to_parquet(folder / "walks.parquet", index=False)
+    write_bytes_atomically(folder / "walks.parquet", table.to_parquet(index=False), lasting=True)
     for name, text in _texts(suite, table, argv).items():
         write_atomically(folder / name, text)
     return tally
@@ -134,7 +134,8 @@ def _rows(folder: Path, walks: Sequence[Split]) -> Iterator[dict[str, Any]]:
 
 
 def _texts(suite: Suite, table: pd.DataFrame, argv: Sequence[str]) -> dict[str, str]:
-    """Card, loader and licence."""
+    """Card, loader, and the licence where there is one."""
+    licence = _licence()
     templates = Environment(
         loader=PackageLoader("benchmarks"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -143,8 +144,15 @@ def _texts(suite: Suite, table: pd.DataFrame, argv: Sequence[str]) -> dict[str, 
     card = templates.get_template("data_card.md.j2").render(
         suite=suite, table=table, counts=counts.reset_index().to_dict("records"), loader=loader,
         argv=" ".join(argv), hours=f"{table.duration_s.sum() / 3600.0:.2g}", not_modelled=NOT_MODELLED,
-        source=source_fingerprint()[:12],
+        source=source_fingerprint()[:12], with_licence=licence is not None,
     )  # fmt: skip
-    files = distribution("obstaclewatch").files or []
-    licence = next((file.read_text() for file in files if file.name == "LICENSE"), None)
     return {"README.md": card, "load.py": loader} | ({} if licence is None else {"LICENSE": licence})
+
+
+def _licence() -> str | None:
+    """The bench's, as it was installed; None for sources that were not."""
+    try:
+        files = distribution("obstaclewatch").files or []
+    except PackageNotFoundError:
+        return None
+    return next((file.read_text() for file in files if file.name == "LICENSE"), None)

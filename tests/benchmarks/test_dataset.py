@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pandas as pd
@@ -69,6 +70,22 @@ def test_goes_on_where_it_stopped_and_refuses_another_suite(tmp_path: Path):
     sound.unlink()
     with pytest.raises(ValueError, match="must be there"):
         write_data_set(tmp_path, suite, split_walks(suite, 2), serial, ["export"])
+
+
+def test_the_card_says_where_the_licence_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Cause: sources that are not installed have no licence, and the card named a file that was not there."""
+
+    def absent(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    suite = load_suite("ranging", ONE_WALL)
+    cards = {}
+    for folder in (tmp_path / "with", tmp_path / "without"):
+        write_data_set(folder, suite, split_walks(suite, 1), serial, ["export"])
+        cards[folder.name] = (folder / "README.md").read_text(encoding="utf-8")
+        assert ("see `LICENSE`" in cards[folder.name]) is (folder / "LICENSE").is_file() is (folder.name == "with")
+        monkeypatch.setattr("benchmarks.dataset.distribution", absent)
+    assert "text is missing here" in cards["without"]
 
 
 def test_truth_and_paths_agree(tmp_path: Path):
