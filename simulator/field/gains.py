@@ -129,7 +129,10 @@ def _cosines(world: World, found: Candidates) -> Floats:
 
 
 def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
-    """(C,) speaker's factor towards the first point times the microphone's towards the last."""
+    """(C,) speaker's factor towards the first point times the microphone's towards the last.
+
+    Kirchhoff's sum has them facet by facet, and direct sound runs along the case: its level is the response table's.
+    """
     leaving = found.points_m[:, 1] - found.points_m[:, 0]
     every = np.arange(len(found))
     arriving = found.points_m[every, found.order] - found.points_m[every, found.order + 1]
@@ -138,7 +141,8 @@ def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
     for mic, transducer in enumerate(phone.mics):
         rows = np.flatnonzero((found.mic == mic) & (found.order > 0))
         factor[rows] *= transducer.directivity(_in_phone(matrices[rows], arriving[rows]))
-    return np.where(found.order > 0, factor, 1.0)  # direct sound runs along the case: its level is the response table's
+    apart = (found.order == 0) | (found.interaction == Interaction.KIRCHHOFF).any(axis=1)
+    return np.where(apart, 1.0, factor)
 
 
 def _in_phone(matrices: Floats, vector: Floats) -> Floats:

@@ -45,14 +45,14 @@ def add_fringe_waves(
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        spot[creases.beside], ends.point_m, ends.view, ends.lit, first, second, grid.centre_rad_m,
+        spot[creases.beside], ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
         np.ascontiguousarray(reflection), middle_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @compiled
 def _add(
-    middle, along, inwards, normal, open_angle, beside, ends, view, lit, pair_first, pair_second, k, reflection,
+    middle, along, inwards, normal, open_angle, beside, ends, lean, view, lit, pair_first, pair_second, k, reflection,
     middle_path, lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
@@ -71,6 +71,7 @@ def _add(
                 continue
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
             strength = _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
+            strength *= _towards(ends[a], lean[a], middle[e], l) * _towards(ends[b], lean[b], middle[e], m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
             excess = l + m - middle_path[r]
             wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
@@ -83,6 +84,15 @@ def _add(
                 total[r, q, slot, 1] += (1.0 - share) * value.imag
                 total[r, q, slot + 1, 0] += share * value.real
                 total[r, q, slot + 1, 1] += share * value.imag
+
+
+@compiled
+def _towards(end, lean, middle, distance):
+    """Directivity of the transducer at an end towards a point so far away."""
+    along = 0.0
+    for k in range(3):
+        along += lean[k] * (middle[k] - end[k])
+    return np.exp(along / distance - np.sqrt(dot(lean, lean)))
 
 
 @compiled

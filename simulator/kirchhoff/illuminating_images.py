@@ -13,12 +13,14 @@ class Ends:
 
     Attributes:
         point_m: (E, 3) in the body's rest frame, images included.
+        lean: (E, 3) of the transducers (`Transducer.lean`), in that frame and mirrored as the points are.
         group: (E,) sorted.
         view: (E,) which of the views each has.
         lit: (V, S) spots of the body that nothing hides in each view.
     """
 
     point_m: Floats
+    lean: Floats
     group: Ints
     view: Ints
     lit: Flags

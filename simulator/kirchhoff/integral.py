@@ -91,7 +91,7 @@ def _cell_gains(
     row[chosen] = np.arange(len(chosen))
     end_start = np.append(0, np.cumsum(stop - begin))
     pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
-    point = (ends.point_m[chosen] - facets.center_m).astype(np.float32)
+    point = np.hstack([ends.point_m[chosen] - facets.center_m, ends.lean[chosen]]).astype(np.float32)
     add_facets(
         *blocks_of(facets, spot), point, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
         np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),

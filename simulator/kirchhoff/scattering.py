@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from simulator.images.given_planes import image_in
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells
@@ -64,7 +65,8 @@ def _scattered_in_part(search: Search, facets: Facets, light: Light, pairs: Pair
     seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
     used, which = np.unique([first[seen], second[seen]], return_inverse=True)
     frame = tracing.placed[sights.pose[used], facets.obstacle]
-    ends = Ends(into_rest(sights.point_m[used], frame), sights.pose[used], view[used], lit)
+    lean = rotated(_leans(search, sights)[used], -frame[:, 3])
+    ends = Ends(into_rest(sights.point_m[used], frame), lean, sights.pose[used], view[used], lit)
     one, other = which.reshape(2, -1)
     grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
     every = scattered(facets, np.arange(len(facets)), ends, one, other, grid, reflection)
@@ -93,6 +95,15 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     sights = Sights(pose[rows], side[rows], order[rows], sequence[rows], point[rows])
     first, second = which.reshape(2, -1)
     return sights, first, second
+
+
+def _leans(search: Search, sights: Sights) -> Floats:
+    """(E, 3) of the images of transducers, world frame."""
+    phone, tracing, where = search.phone, search.tracing, (sights.pose, sights.order, sights.sequence)
+    own = np.array([each.lean for each in (phone.speaker, *phone.mics)])[sights.side]
+    held = np.broadcast_to(tracing.pose.rotation.as_matrix(), (len(tracing.pose), 3, 3))[sights.pose]
+    tip, foot = (image_in(tracing.mirrors, each, *where) for each in (np.einsum("eij,ej->ei", held, own), 0.0 * own))
+    return tip - foot
 
 
 def _share_light(lit: Flags, first: Ints, second: Ints) -> Flags:

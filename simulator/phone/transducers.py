@@ -38,6 +38,11 @@ class Transducer:
         level_db = np.interp(np.asarray(frequency_hz, dtype=np.float64), self.response_hz, self.response_db)
         return 10.0 ** (level_db / 20.0)
 
+    @property
+    def lean(self) -> Floats:
+        """(3,) vector v along the axis such that the directivity is exp(v . direction - |v|)."""
+        return self.rear_loss_db * np.log(10.0) / 40.0 * np.asarray(self.axis, dtype=np.float64)
+
     def directivity(self, direction: Floats) -> Floats:
         """(...,) amplitude factor for (..., 3) unit vectors of the phone frame that point away from the phone."""
         cosine = np.clip(np.asarray(direction) @ self.axis, -1.0, 1.0)

@@ -108,7 +108,8 @@ def test_it_stays_finite_and_smooth_where_a_reflection_runs_off_the_rim(face):
 def fringe_sum(facets, source, receiver, lit, wavenumber):
     """Fringe waves of all creases on a grid of path length, transformed to wavenumbers."""
     grid = Grid.over(facets.radius_m, wavenumber)
-    ends = Ends(np.stack([source, receiver]), *np.zeros((2, 2), dtype=np.int64), np.full((1, len(facets)), lit))
+    point = np.stack([source, receiver])
+    ends = Ends(point, 0.0 * point, *np.zeros((2, 2), dtype=np.int64), np.full((1, len(facets)), lit))
     total = np.zeros((1, 1, grid.points, 2))
     one = np.array([0]), np.array([1])
     rigid = np.ones((1, 3), dtype=complex)
