@@ -6,10 +6,6 @@ from pathlib import Path
 
 import click
 
-from benchmarks.gates.baseline import load_baseline, save_baseline, updated
-from benchmarks.gates.config import gates_path, load_gates
-from benchmarks.runs.results import load_run
-
 
 @click.group()
 def baseline() -> None:
@@ -23,6 +19,9 @@ def baseline() -> None:
 @click.option("--baseline", "file", type=click.Path(path_type=Path), help="the file itself, instead of --gates")
 def update(run_folders: tuple[Path, ...], reason: str, gates_file: str, file: Path | None) -> None:
     """Take what RUN_FOLDERS measured as the new baseline of their suites, tiers and seeds."""
+    from benchmarks.gates.baseline import load_baseline, save_baseline, updated
+    from benchmarks.runs.results import load_run
+
     path = file or _of_gates(gates_file)
     before = load_baseline(path) if path.is_file() else None
     after = updated(before, [load_run(folder) for folder in run_folders], reason)
@@ -38,6 +37,8 @@ def update(run_folders: tuple[Path, ...], reason: str, gates_file: str, file: Pa
 @click.option("--baseline", "file", type=click.Path(path_type=Path), help="the file itself, instead of --gates")
 def history(gates_file: str, file: Path | None) -> None:
     """Say when and why the baseline changed, and what its rates were."""
+    from benchmarks.gates.baseline import load_baseline
+
     for entry in load_baseline(file or _of_gates(gates_file)).history:
         click.echo(f"{entry['date']} {entry['reason']}")
         for key, counts in entry["runs"].items():
@@ -46,6 +47,8 @@ def history(gates_file: str, file: Path | None) -> None:
 
 
 def _of_gates(gates_file: str) -> Path:
+    from benchmarks.gates.config import gates_path, load_gates
+
     path = gates_path(gates_file)
     name = load_gates(path).baseline
     if name is None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from benchmarks.gates.comparison import Comparison, compare_runs, comparison_lines
-from benchmarks.runs.results import load_run
+if TYPE_CHECKING:
+    from benchmarks.gates.comparison import Comparison
 
 
 @click.command()
@@ -23,6 +24,9 @@ def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: 
     Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
     paired differences, with its 90 % bootstrap interval; a star where that leaves out zero.
     """
+    from benchmarks.gates.comparison import compare_runs, comparison_lines
+    from benchmarks.runs.results import load_run
+
     asked = [_pair(text) for text in pairs] or None
     found = compare_runs(load_run(first_run), load_run(second_run), asked)
     if as_json:

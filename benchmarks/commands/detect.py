@@ -7,18 +7,16 @@ import math
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-import obstaclewatch
-from benchmarks.cells.association import ESTIMATES
 from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of
-from benchmarks.own_phone import PhoneFile, load_phone, phone_file
-from obstaclewatch import BeepDesign, Detection, Recording
-from obstaclewatch.recordings.live import live_pieces
-from simulator import Phone
+
+if TYPE_CHECKING:
+    from benchmarks.own_phone import PhoneFile
+    from obstaclewatch import Detection, Recording
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
 LIVE_RATE_HZ = 48_000.0
@@ -53,6 +51,10 @@ def detect(
 
     The file is inspected first: what no detector can use ends here, with the reason.
     """
+    import obstaclewatch
+    from obstaclewatch import BeepDesign
+    from obstaclewatch.recordings.live import live_pieces
+
     if (recording is None) == (live is None):
         raise click.UsageError("either RECORDING or --live SECONDS must be given")
     if live is not None and plot is not None:
@@ -100,6 +102,8 @@ def _check_picture(path: Path) -> None:
 
 def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:
     """The first pieces of together that duration, as one."""
+    from obstaclewatch import Recording
+
     taken = [next(pieces)]
     while sum(piece.duration_s for piece in taken) < duration_s and (piece := next(pieces, None)) is not None:
         taken.append(piece)
@@ -128,10 +132,16 @@ def _tell(found: Iterable[Detection], as_json: bool) -> None:
 
 def _phone(text: str) -> PhoneFile:
     """The preset of that name, the phone of a scene file, or one that was calibrated."""
+    from benchmarks.own_phone import load_phone, phone_file
+    from simulator import Phone
+
     return load_phone(Path(text)) if text.endswith((".yaml", ".yml")) else phone_file(Phone.named(text).geometry)
 
 
 def _entry(detection: Detection) -> dict[str, Any]:
+    import obstaclewatch
+    from benchmarks.cells.association import ESTIMATES
+
     decision = detection.decision
     columns = {name: _numbers(getattr(detection, name)) for name in ESTIMATES}
     return {
@@ -148,6 +158,8 @@ def _numbers(values: Any) -> list[float | None]:
 
 
 def _line(detection: Detection) -> str:
+    import obstaclewatch
+
     candidates = "  ".join(
         f"{range_m:.2f} m {_angle(bearing)} r {_size(radius)}{'!' if hit else ''}"
         for range_m, bearing, radius, hit in zip(

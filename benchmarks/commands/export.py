@@ -7,9 +7,7 @@ from pathlib import Path
 
 import click
 
-from benchmarks.bench import planned
-from benchmarks.plan.trust import ALLOW_CODE
-from benchmarks.runs.executors import choose_executor
+from benchmarks.commands import ALLOW_CODE
 
 INCOMPLETE = 3
 
@@ -30,7 +28,9 @@ def export(
     For people who train detectors of their own: FLAC, Parquet, and a card with a loader that needs nothing of this
     project. The same command goes on where it stopped; more --walks add to those that are there.
     """
+    from benchmarks.bench import planned
     from benchmarks.dataset import split_walks, write_data_set
+    from benchmarks.runs.executors import choose_executor
 
     chosen = planned(suite, settings, seed, allow_code)
     cells = split_walks(chosen, walks)

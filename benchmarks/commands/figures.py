@@ -6,11 +6,6 @@ from pathlib import Path
 
 import click
 
-from benchmarks.figures import draw_figures
-from benchmarks.figures.measured import detectors_of
-from benchmarks.runs.results import load_run
-from benchmarks.runs.store import write_atomically
-
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path), required=False)
@@ -47,6 +42,11 @@ def figures(
 
 
 def _draw_run(folder: Path, names: tuple[str, ...], detector: str | None, others: tuple[Path, ...]) -> None:
+    from benchmarks.figures import draw_figures
+    from benchmarks.figures.measured import detectors_of
+    from benchmarks.runs.results import load_run
+    from benchmarks.runs.store import write_atomically
+
     run = load_run(folder)
     if others and detector is None:
         raise ValueError("--with needs --claims DETECTOR")

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from benchmarks.gates.baseline import IncompatibleBaselineError, load_baseline
-from benchmarks.gates.config import Gates, gates_path, load_gates
-from benchmarks.gates.judge import is_complete, judge
-from benchmarks.gates.output import table_lines, write_gate_files
-from benchmarks.gates.verdict import UNMEASURED, exit_code
-from benchmarks.runs.results import load_run
+if TYPE_CHECKING:
+    from benchmarks.gates.config import Gates
 
 
 @click.command()
@@ -28,6 +25,13 @@ def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: in
     Exit codes: 0 all green; 1 a gate is red; 3 the run is incomplete; 4 a gate measured nothing, or the baseline
     cannot be compared.
     """
+    from benchmarks.gates.baseline import IncompatibleBaselineError, load_baseline
+    from benchmarks.gates.config import gates_path, load_gates
+    from benchmarks.gates.judge import is_complete, judge
+    from benchmarks.gates.output import table_lines, write_gate_files
+    from benchmarks.gates.verdict import UNMEASURED, exit_code
+    from benchmarks.runs.results import load_run
+
     path = gates_path(gates_file)
     gates = load_gates(path)
     run = load_run(run_folder)

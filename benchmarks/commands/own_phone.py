@@ -5,26 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from benchmarks.own_phone import (
-    ADVICE,
-    TAPE_M,
-    measured_at_wall,
-    measured_separation_m,
-    middle_line,
-    phone_file,
-    phone_text,
-)
-from benchmarks.runs.store import write_atomically
-from obstaclewatch import BeepDesign, PhoneGeometry, Recording, assumed_sound_speed, inspect_recording, write_recording
-from obstaclewatch.recordings.audio import read_blocks
-from obstaclewatch.recordings.health import RecordingHealth
-from obstaclewatch.recordings.live import played_period
-from simulator import Phone
+if TYPE_CHECKING:
+    from obstaclewatch import BeepDesign, PhoneGeometry, Recording
+    from obstaclewatch.recordings.health import RecordingHealth
 
 PIECE_SAMPLES = 1 << 20
 """Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
@@ -73,6 +61,9 @@ def beep(
     Play it with the top speaker while the same phone records both microphones: stereo, unprocessed, WAV or FLAC, at
     48 kHz or more.
     """
+    from obstaclewatch import BeepDesign, Recording, write_recording
+    from obstaclewatch.recordings.live import played_period
+
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate)
     sounds = [[side in ("both", "left")], [side in ("both", "right")]]
     period = np.where(sounds, played_period(design, level), 0.0)
@@ -106,6 +97,18 @@ def calibrate(
     air. A wall at a known distance shows the delay of the direct sound after emission, and the phase between the
     channels, which TrackingDetector needs for bearings.
     """
+    from benchmarks.own_phone import (
+        TAPE_M,
+        measured_at_wall,
+        measured_separation_m,
+        middle_line,
+        phone_file,
+        phone_text,
+    )
+    from benchmarks.runs.store import write_atomically
+    from obstaclewatch import BeepDesign, assumed_sound_speed
+    from simulator import Phone
+
     if mics_cm is not None and speaker_cm is None:
         raise click.UsageError("--mics-cm needs --speaker-cm")
     speed = assumed_sound_speed(temperature)
@@ -136,6 +139,9 @@ def calibrate(
 
 def pieces_of(path: Path, swap: bool) -> Iterator[Recording]:
     """A file piece by piece, its channels exchanged if asked for."""
+    from obstaclewatch import Recording
+    from obstaclewatch.recordings.audio import read_blocks
+
     for piece in read_blocks(path, PIECE_SAMPLES):
         yield Recording(piece.samples[::-1], piece.sample_rate_hz) if swap else piece
 
@@ -146,6 +152,9 @@ def inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stde
     Raises:
         ValueError: no detector can use it.
     """
+    from benchmarks.own_phone import ADVICE
+    from obstaclewatch import inspect_recording
+
     health = inspect_recording(first, beep, geometry)
     advice = [
         f"{finding.fault.label}: {ADVICE[finding.fault]}" for finding in health.findings if finding.fault in ADVICE

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from benchmarks.figures import DrawnFigure
-from benchmarks.plan.trust import check_detectors
-from benchmarks.report.replays.chosen_walks import MOST_WALKS, chosen_walks
-from benchmarks.report.replays.stored_replays import replays_of
-from benchmarks.report.report import write_report
-from benchmarks.runs.results import RunData, load_run
+from benchmarks.report.replays import MOST_WALKS
+
+if TYPE_CHECKING:
+    from benchmarks.figures import DrawnFigure
+    from benchmarks.runs.results import RunData
 
 
 @click.command()
@@ -34,6 +34,9 @@ def report(run_folder: Path, walks: int, jobs: int, allow_code: bool) -> None:
     Its worst walks, and one of every category, are computed once more for the page's player, a few seconds each, and
     kept in RUN_FOLDER/replays.
     """
+    from benchmarks.plan.trust import check_detectors
+    from benchmarks.runs.results import load_run
+
     found = load_run(run_folder)
     if walks and not allow_code:
         named = {name for cell in found.cells for name in cell["cell"].get("detectors", ())}
@@ -47,6 +50,10 @@ def report_with_walks(run: RunData, walks: int, jobs: int, figures: Sequence[Dra
     Raises:
         ValueError: negative walks, or no jobs.
     """
+    from benchmarks.report.replays.chosen_walks import chosen_walks
+    from benchmarks.report.replays.stored_replays import replays_of
+    from benchmarks.report.report import write_report
+
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, got {jobs}")
     return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs), figures)

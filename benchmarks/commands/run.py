@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from benchmarks.bench import chosen_cells, planned, prepared, tabulated
-from benchmarks.cells.memory import check_workers
-from benchmarks.cells.spec import Cell
+from benchmarks.commands import ALLOW_CODE
 from benchmarks.commands.report import report_with_walks
-from benchmarks.figures import figures_of, write_figures
-from benchmarks.plan.suite import Suite
-from benchmarks.plan.trust import ALLOW_CODE
-from benchmarks.report.replays.chosen_walks import MOST_WALKS
-from benchmarks.report.verdict_lines import verdict_lines
-from benchmarks.runs.executors import EXECUTORS, choose_executor
-from benchmarks.runs.results import load_run
-from benchmarks.runs.runner import Tally, run_cells
-from benchmarks.runs.store import cell_path, read_cell
-from scenes import load_encounter
+from benchmarks.report.replays import MOST_WALKS
+from benchmarks.runs import EXECUTORS
+
+if TYPE_CHECKING:
+    from benchmarks.cells.spec import Cell
+    from benchmarks.plan.suite import Suite
+    from benchmarks.runs.runner import Tally
 
 WRONG, INCOMPLETE, NOTHING_MEASURED = 1, 3, 4
 APPROACH_S = 15.0
@@ -68,6 +63,11 @@ def run(
     The folder's name follows from the plan and the version of the source, so the same command resumes what is
     missing and never mixes results of another plan or version.
     """
+    from benchmarks.bench import chosen_cells, planned, prepared
+    from benchmarks.cells.memory import check_workers
+    from benchmarks.runs.executors import choose_executor
+    from benchmarks.runs.runner import run_cells
+
     chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, only, expression, limit)
     memory = "" if scheduler else check_workers(jobs, _longest_s(cells), chosen.beep.sample_rate_hz)
@@ -96,31 +96,38 @@ def run(
 
 
 def finish(folder: Path, walks: int, jobs: int) -> None:
-    """Tables, summary, figures and report of what is stored, and the verdict on standard output.
+    """Tables and summary of what is stored, the verdict on standard output, and then figures and report.
 
     Args:
         folder: of the run.
         walks: how many the report packs for watching, at most.
         jobs: processes to compute these with.
     """
+    from benchmarks.bench import tabulated
+    from benchmarks.figures import figures_of, write_figures
+    from benchmarks.report.verdict_lines import verdict_lines
+
     data, found = tabulated(folder)
     if not data.ok:
         return
+    click.echo("\n".join(verdict_lines(found)))
     figures = figures_of(data)
     write_figures(folder, [drawn for drawn in figures if not drawn.figure.empty])
-    report = report_with_walks(data, walks, jobs, figures)
-    click.echo("\n".join(verdict_lines(found)))
-    click.echo(f"report: {report}")
+    click.echo(f"report: {report_with_walks(data, walks, jobs, figures)}")
 
 
 def _longest_s(cells: list[Cell]) -> float:
     """Duration of the longest walk of a scene of one's own, or of any approach."""
+    from scenes import load_encounter
+
     own = {(cell.approach["file"], cell.seed, cell.approach["phone"]) for cell in cells if cell.kind == "scene"}
     return max((load_encounter(*walk).walk.duration_s for walk in own), default=APPROACH_S)
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:
     """The last lines of a few failures, and how many cells failed or are missing."""
+    from benchmarks.runs.store import cell_path, read_cell
+
     for digest in tally.failed[:5]:
         record = read_cell(cell_path(folder, digest), digest)
         if record is not None:
@@ -133,6 +140,8 @@ def _say_what_failed(folder: Path, tally: Tally) -> None:
 
 def _wrong(folder: Path) -> list[str]:
     """A line for every case of an extreme that came out silently wrong, or was refused though it can be."""
+    from benchmarks.runs.results import load_run
+
     cases = [(record, record["result"].get("numerics", {})) for record in load_run(folder).ok]
     return [_why(record, case) for record, case in cases if case.get("verdict") == "wrong"]
 

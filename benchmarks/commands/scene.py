@@ -6,27 +6,15 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
-from tqdm import tqdm
 
-from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
-from scenes.checks.check import Finding, check_scene
-from scenes.checks.requirements import (
-    INSTANTS,
-    TIMED_RENDERINGS,
-    Cost,
-    Need,
-    integrals_needed,
-    needs_of,
-    rendering_cost,
-)
-from scenes.files.encounter import has_walk
-from scenes.preview.page import preview_html
-from scenes.preview.pictures import preview_around, preview_scene
-from simulator import Phone
+if TYPE_CHECKING:
+    from scenes import Encounter
+    from scenes.checks.check import Finding
+    from scenes.checks.requirements import Cost, Need
 
 UNFIT = 2
 """Exit code of a scene with errors."""
@@ -50,6 +38,13 @@ def check(name: str, seed: int, as_json: bool, cost: bool, auto: bool) -> None:
 
     Exit codes: 0 fit, warnings or none; 2 an error that would make its echoes wrong.
     """
+    from tqdm import tqdm
+
+    from scenes import load_encounter
+    from scenes.checks.check import check_scene
+    from scenes.checks.requirements import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
+    from scenes.files.encounter import has_walk
+
     walked = has_walk(name)
     met = load_encounter(name, seed) if walked else _walked_straight(name, seed)
     price, integrals = None, None
@@ -73,6 +68,9 @@ def check(name: str, seed: int, as_json: bool, cost: bool, auto: bool) -> None:
 
 def _walked_straight(name: str, seed: int) -> Encounter:
     """A scene without a walk of its own on the one that `simulate` takes: from the origin along +x."""
+    from scenes import Encounter, GaitWalk, load_scene, walker_body
+    from simulator import Phone
+
     held = Phone.named("galaxy-s5").held_by(walker_body(phone_height_m=1.3))
     return Encounter(load_scene(name, seed), GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=4.5), held, ())
 
@@ -129,6 +127,10 @@ def _as_text(
 @click.option("--collision/--no-collision", default=True, show_default=True)
 def preview(name: str, output: Path, seed: int, category: str | None, index: int, collision: bool) -> None:
     """Draw NAME (a scene or a YAML file): .html to turn in a browser, with its sound; .png from above."""
+    from scenes.files.encounter import has_walk
+    from scenes.preview.page import preview_html
+    from scenes.preview.pictures import preview_around, preview_scene
+
     suffix = output.suffix.lower()
     if suffix not in (".html", ".png"):
         raise ValueError(f"output must end in .html or .png, got '{output}'")
@@ -146,6 +148,9 @@ def preview(name: str, output: Path, seed: int, category: str | None, index: int
 
 def _shown(name: str, seed: int, category: str | None, index: int, collision: bool) -> Encounter:
     """The approach, the file's own walk, or a straight one."""
+    from scenes import Encounter, load_encounter, make_approach
+    from scenes.files.encounter import has_walk
+
     if category is not None:
         found = make_approach(name, category, index, seed=seed, collision=collision)
         return Encounter(found.scene, found.walk, found.phone, (found.target,))

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 from click.core import ParameterSource
 
-from benchmarks.cells.memory import check_file, check_workers
-from benchmarks.runs.store import write_atomically
-from obstaclewatch import BeepDesign, write_recording
-from scenes import Encounter, GaitWalk, load_encounter, load_scene, make_approach, walker_body
-from scenes.files.encounter import has_walk
-from simulator import Fidelity, Phone, render_pieces
-from simulator.paths import Paths
-from simulator.render import beep_count, trace_walk
+if TYPE_CHECKING:
+    from scenes import Encounter
+    from simulator.paths import Paths
 
 SUFFIXES = (".wav", ".flac")
 STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
@@ -50,6 +46,14 @@ def simulate(
 
     On the walk and with the phone of the file if it has a walk, else on a straight walk, or on an approach.
     """
+    from benchmarks.cells.memory import check_file, check_workers
+    from benchmarks.runs.store import write_atomically
+    from obstaclewatch import BeepDesign, write_recording
+    from scenes import Encounter, GaitWalk, load_scene, make_approach, walker_body
+    from scenes.files.encounter import has_walk
+    from simulator import Fidelity, Phone, render_pieces
+    from simulator.render import beep_count, trace_walk
+
     if output.suffix.lower() not in SUFFIXES:
         raise ValueError(f"output must end in .wav or .flac, got '{output}'")
     for path in (output, paths):
@@ -78,6 +82,8 @@ def simulate(
 
 def _of_file(scene: str, seed: int, phone: str) -> Encounter:
     """The file's own walk, with its phone unless another is asked for."""
+    from scenes import load_encounter
+
     return load_encounter(scene, seed, phone if "phone" in _given() else None)
 
 

@@ -7,11 +7,12 @@ import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from benchmarks.runs.results import RunData, load_run
+if TYPE_CHECKING:
+    from benchmarks.runs.results import RunData
 
 INCOMPLETE = 3
 
@@ -24,6 +25,8 @@ INCOMPLETE = 3
 )
 def status(run_folder: Path, as_json: bool, failures: int) -> None:
     """Count the cells of RUN_FOLDER that are done, failed and missing. Exit code 3 unless all are done."""
+    from benchmarks.runs.results import load_run
+
     run = load_run(run_folder)
     found = _counts(run)
     if as_json:

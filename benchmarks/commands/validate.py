@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from benchmarks.gates.config import Gates, gates_path, list_gates, load_gates
-from benchmarks.plan.cells import plan_cells
-from benchmarks.plan.suite import load_suite
-from benchmarks.plan.trust import ALLOW_CODE, check_trust
-from scenes.files.bounded_yaml import parsed, read_text
+from benchmarks.commands import ALLOW_CODE
+
+if TYPE_CHECKING:
+    from benchmarks.gates.config import Gates
 
 
 @click.command()
@@ -18,6 +18,11 @@ from scenes.files.bounded_yaml import parsed, read_text
 @click.option("--allow-code", is_flag=True, help=ALLOW_CODE)
 def validate(config: str, allow_code: bool) -> None:
     """Check CONFIG, a suite or a gates file (a name or a YAML file), and say what it holds."""
+    from benchmarks.gates.config import gates_path, load_gates
+    from benchmarks.plan.cells import plan_cells
+    from benchmarks.plan.suite import load_suite
+    from benchmarks.plan.trust import check_trust
+
     if _holds_gates(config):
         gates = load_gates(gates_path(config))
         click.echo(f"{gates.title}: {_counted(gates)}")
@@ -30,6 +35,9 @@ def validate(config: str, allow_code: bool) -> None:
 
 def _holds_gates(config: str) -> bool:
     """Whether the name is that of a gates file, or the file has one of its sections."""
+    from benchmarks.gates.config import list_gates
+    from scenes.files.bounded_yaml import parsed, read_text
+
     path = Path(config)
     if not path.is_file():
         return config in list_gates()

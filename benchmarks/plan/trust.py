@@ -10,9 +10,6 @@ from benchmarks.cells.detectors import parse_detector
 from benchmarks.plan.suite import Suite, is_own
 from benchmarks.plan.sweep import Range
 
-ALLOW_CODE = "allow the modules that a suite file, not one of this project, names as detectors to be imported"
-"""Help of the option `--allow-code`."""
-
 
 def check_trust(suite: Suite, name_or_path: str, allow_code: bool) -> None:
     """Refuse what a suite file asks for beyond its folder; suites of the project, changed by `--set`, may do anything.

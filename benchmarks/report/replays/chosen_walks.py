@@ -7,9 +7,8 @@ from typing import Any
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.report.cases import worst_cases
+from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs.results import RunData
-
-MOST_WALKS = 10
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,13 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 from benchmarks.cells.spec import Cell
+from benchmarks.runs import EXECUTORS
 from benchmarks.runs.executors.work import Done, Task, WorkersLost
 
-__all__ = ["EXECUTORS", "Done", "Executor", "Task", "WorkersLost", "choose_executor", "serial"]
+__all__ = ["Done", "Executor", "Task", "WorkersLost", "choose_executor", "serial"]
 
 Executor = Callable[[Task, Sequence[Cell]], Iterator[Done]]
 """Yields what is done in any order; raises `WorkersLost` if workers died and cells are left."""
-
-EXECUTORS = ("serial", "local", "dask")
 
 
 def serial(task: Task, cells: Sequence[Cell]) -> Iterator[Done]:

@@ -52,7 +52,7 @@ def test_a_longer_walk_takes_more(monkeypatch) -> None:
 def test_a_file_that_cannot_be_held_is_refused_before_it_is_rendered(tmp_path, monkeypatch, duration_s, says) -> None:
     monkeypatch.setattr(memory.shutil, "disk_usage", lambda _: SimpleNamespace(free=2e9))
     memory.check_file(tmp_path / "a.flac", 7200.0, 192_000.0)
-    monkeypatch.setattr("benchmarks.commands.simulate.write_recording", lambda *_: pytest.fail("rendered"))
+    monkeypatch.setattr("obstaclewatch.write_recording", lambda *_: pytest.fail("rendered"))
     call = ["simulate", "supermarket", "--duration", duration_s, "-o", str(tmp_path / "a.wav")]
     with pytest.raises(ValueError, match=says):
         CliRunner().invoke(cli, call, catch_exceptions=False, standalone_mode=False)
