@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from benchmarks.scoring.scores import NARROW_M
+from benchmarks.scoring.scores import NARROW_M, left_in_words
 
 QUANTITIES = (
     ("range_m", "range error", "cm", 100.0),
@@ -59,11 +59,6 @@ _RATES = (
     ("false_alerts_over_negatives", "false alerts, of walks without a collision"),
     ("false_alerts_over_all", "false alerts, of all walks"),
 )
-
-
-def left_in_words(left_m: float) -> str:
-    """What an alert must leave: "before contact", "1 m left"."""
-    return f"{left_m:g} m left" if left_m else "before contact"
 
 
 def _share(rate: dict[str, Any]) -> str:

@@ -35,6 +35,15 @@ NARROW_M = 0.5
 """Radius up to which targets are like those of the paper's Figure 11: people, signs, dustbins."""
 
 
+def left_in_words(left_m: float) -> str:
+    """What an alert must leave.
+
+    >>> [left_in_words(left_m) for left_m in LEFT_M]
+    ['1 m left', '0.5 m left', 'before contact']
+    """
+    return f"{left_m:g} m left" if left_m else "before contact"
+
+
 def approach_table(run: RunData, detector: str) -> Table:
     """One row per walk that did not fail.
 

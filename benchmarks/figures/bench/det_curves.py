@@ -15,6 +15,7 @@ from benchmarks.scoring.scores import (
     LEFT_M,
     Table,
     approach_table,
+    left_in_words,
     score_column,
     swept,
     true_negative_rate,
@@ -31,7 +32,7 @@ def det(run: RunData) -> PlotFigure:
     tables = {name: approach_table(run, name) for name in walking_detectors(run)}
     both = {name: table for name, table in tables.items() if table["collides"].any() and not table["collides"].all()}
     said = [
-        f"{name}, {left_m:g} m left, at TN {100 * tnr:g} %: TP {rate_text(point.true_positive)}"
+        f"{name}, {left_in_words(left_m)}, at TN {100 * tnr:g} %: TP {rate_text(point.true_positive)}"
         for name, table in both.items() for left_m in LEFT_M for tnr in TRUE_NEGATIVE_RATES
         if (point := swept(table, left_m, tnr)) is not None
     ]  # fmt: skip
@@ -52,7 +53,7 @@ def _panel(tables: dict[str, Table], left_m: float) -> Panel:
     chance = Line("", "muted", np.array([-end, end]), np.array([end, -end]), "dashed")
     places = ((float(scipy.stats.norm.ppf(0.01 * share)), f"{share}") for share in SHARES)
     return Panel(
-        f"{left_m:g} m left" if left_m else "before contact",
+        left_in_words(left_m),
         "false alerts, % of walks without a collision",
         "collisions missed, %",
         (*lines, chance) if lines else (),
