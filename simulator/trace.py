@@ -36,7 +36,8 @@ NOISE_MARGIN_DB = 40.0  # the matched filter raises an echo by 20 dB over the no
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
-    "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim; one with a curve",
+    "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
+    "a diffraction and a curve in one path",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )

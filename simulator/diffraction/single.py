@@ -21,6 +21,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.finite_edge import edge_terms, strength_bound
+from simulator.diffraction.patch_borders import border_share, own_detour_m
 from simulator.images.given_planes import last_image
 from simulator.images.image_pairs import Pairs, joined_pairs, matches
 from simulator.images.image_tree import EdgeImages, Images, images_lighting_edges
@@ -55,7 +56,14 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     search.reject(  # whether the mirrors of what is faint would be met is not asked
         Reason.FAINT_EDGE, len(faint), lambda: Rejected(bound[faint], partial(straightened, search, turns[faint]))
     )
-    found, ok = unfolded(search, turns[loud], lambda: bound[loud])
+
+    def arrives(missing: Candidates, rows: Ints) -> Flags:
+        over = replace(missing, edge=wedge[loud[rows]], part=part[loud[rows]])
+        view = views_of(search.tracing, over)[1]
+        left = np.abs(left_by_mirrors(search.tracing, over, view, np.array([search.wavenumber_1_m]))[:, 0])
+        return (left > 0.0) & audible(left * bound[loud[rows]], strongest[at][loud[rows]])
+
+    found, ok = unfolded(search, turns[loud], lambda: bound[loud], arrives)
     return replace(found, edge=wedge[loud[ok]], part=part[loud[ok]])
 
 
@@ -211,6 +219,11 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     source = last_image(found.points_m[:, 0], *planes, early)
     receiver = last_image(found.points_m[:, -1], *planes, late)
     return wedges, seen(wedges, source, receiver)
+
+
+def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenumber: Floats) -> Complexes:
+    """(C, K) what mirrors that end leave of paths (C,) over edges seen so."""
+    return border_share(tracing, found, point_slot(found), own_detour_m(view, found.part), wavenumber)
 
 
 def off_faces(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:

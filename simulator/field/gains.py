@@ -7,7 +7,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.diffraction.edge_view import APEX, END, EdgeView
 from simulator.diffraction.finite_edge import FACE_0, FACE_N, edge_terms
-from simulator.diffraction.single import views_of
+from simulator.diffraction.single import left_by_mirrors, views_of
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
@@ -70,14 +70,15 @@ def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Float
     if len(found) == 0:
         return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
     wedges, view = views_of(tracing, found)
-    terms = edge_terms(view, found.part, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    wavenumber = 2.0 * np.pi * frequency_hz / air.sound_speed_m_s
+    terms = edge_terms(view, found.part, wavenumber)
     for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
         cosine = _mirror_cosine(view, found.part, first)
         for index in np.unique(wedges.obstacle):
             rows = np.flatnonzero(wedges.obstacle == index)
             material = tracing.world.obstacles[index].material
             terms[rows, group] *= material.reflection(frequency_hz, cosine[rows, None])
-    return terms.sum(axis=1)
+    return terms.sum(axis=1) * left_by_mirrors(tracing, found, view, wavenumber)
 
 
 def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -> Floats:

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.support.arrays import Floats, Ints
-from simulator.images.image_method import MISSES, REACHED, crossed, straight
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.images.image_method import MISSES, OUTSIDE, REACHED, crossed, straight
 from simulator.images.image_pairs import Pairs
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.rejection_log import Rejected
@@ -38,22 +38,32 @@ class Turns:
         return Turns(self.pairs[rows], self.point_m[rows], self.reflector[rows], known)
 
 
-def unfolded(search: Search, turns: Turns, amplitude: Callable[[], Floats]) -> tuple[Candidates, Ints]:
+def unfolded(
+    search: Search, turns: Turns, amplitude: Callable[[], Floats],
+    arrives: Callable[[Candidates, Ints], Flags] | None = None,
+) -> tuple[Candidates, Ints]:  # fmt: skip
     """Candidates all of whose mirrors are crossed inside their patches.
 
     Args:
         amplitude: (R,) estimated gains, asked for only to list what misses.
+        arrives: which of some candidates that cross a mirror beside its patch, rows of the R, are kept all the same.
 
     Returns:
         The candidates, and which of the R they are.
     """
     code, hits = zip(*(crossed(search.tracing, *way) for way in _ways(search, turns)), strict=True)
     worse = np.maximum(*code)
+    ok, beside = np.flatnonzero(worse == REACHED), np.flatnonzero(worse == OUTSIDE)
+    found = _assembled(search, turns[ok], hits[0][ok], hits[1][ok])
+    if arrives is not None and len(beside):
+        missing = straightened(search, turns, beside)
+        kept = arrives(missing, beside)
+        found, ok = Candidates.joined([found, missing[kept]]), np.append(ok, beside[kept])
+        worse[beside[kept]] = REACHED
     for miss, reason in MISSES.items():
         rows = np.flatnonzero(worse == miss)
         search.reject(reason, len(rows), partial(_missed, search, turns, rows, amplitude))
-    ok = np.flatnonzero(worse == REACHED)
-    return _assembled(search, turns[ok], hits[0][ok], hits[1][ok]), ok
+    return found, ok
 
 
 def straightened(search: Search, turns: Turns, rows: Ints) -> Candidates:
