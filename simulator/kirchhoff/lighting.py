@@ -2,8 +2,7 @@
 
 A spot is a patch of the skin, and one of its facets speaks for it. Where neighbouring spots differ, the border of a
 shadow runs: there each facet is asked by itself. A border known to 15 mm alone moves echoes of people by 0.3 dB, up to
-0.8. The poses of a walk that lie near each other may share an answer; for its three transducers a phone is asked once,
-but each by itself along the borders.
+0.8. The poses of a walk that lie near each other may share an answer, and the three transducers of a phone with them.
 """
 
 from __future__ import annotations
@@ -14,14 +13,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
-from simulator.images.image_method import REACHED, crossed, inside_patch
-from simulator.images.image_tree import distance, dot
+from simulator.images.image_method import REACHED, backtrack, images_of
+from simulator.images.image_tree import dot
 from simulator.surfaces.facets import Facets
-from simulator.world.frames import into_rest, out_of_rest, rotated
-from simulator.world.mirrors import BORDER_M
+from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
@@ -39,10 +37,12 @@ class Light:
         spot_m: size of the spots; no larger than a facet asks for each facet.
         held: how far the phone may move on, re its distance from the body, until it is asked for again; 0 asks for each
             pose and each transducer.
+        held_along_borders: the same for facets along the borders of shadows.
     """
 
     spot_m: float
     held: float
+    held_along_borders: float
 
 
 @dataclass(frozen=True)
@@ -110,28 +110,37 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     Returns:
         (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
     """
-    transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
-    middle = transducers.mean(axis=1, keepdims=True)
-    shared, asked = light.held > 0.0, sights.pose
-    if shared:
-        asked = _held_poses(tracing, facets, middle[:, 0], light.held)[asked]
-    views, number = _Views.distinct(tracing, transducers, asked, sights.side, sights)
-    every_view, of_view = views, np.arange(len(views))
-    if shared:
-        every_view, of_view = _Views.distinct(tracing, middle, views.pose, np.zeros(len(views), dtype=np.int64), views)
     spots = spots_of(facets, light.spot_m)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     sampled = np.arange(len(spots.facet)) % every == 0
-    sample = _reached_among(tracing, facets, spots.facet[sampled], every_view)
+    views, number = _held_views(tracing, facets, sights, sights.side, light.held_along_borders)
+    coarse, of_view = views, np.arange(len(views))
+    if light.held != light.held_along_borders:
+        coarse, of_view = _held_views(tracing, facets, views, np.zeros(len(views), dtype=np.int64), light.held)
+    spots = spots_of(facets, light.spot_m)
+    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
+    sampled = np.arange(len(spots.facet)) % every == 0
+    sample = _reached_among(tracing, facets, spots.facet[sampled], coarse)
     seeing = np.flatnonzero(sample.any(axis=1))  # most images of second order see nothing of the body
     lit = np.empty((len(seeing), len(sampled)), dtype=bool)
     lit[:, sampled] = sample[seeing]
-    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], every_view[seeing])
+    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], coarse[seeing])
     kept = np.flatnonzero(np.isin(of_view, seeing))
     renumbered = np.full(len(views), -1)
     renumbered[kept] = np.arange(len(kept))
     known = lit[np.searchsorted(seeing, of_view[kept])]
     return _facet_by_facet(tracing, facets, spots, views[kept], known), renumbered[number]
+
+
+def _held_views(
+    tracing: Tracing, facets: Facets, mirrors: Sights | _Views, side: Ints, held: float
+) -> tuple[_Views, Ints]:
+    """The distinct views from the transducers, or from the middle of them if answers are held, and which each is."""
+    transducers, pose = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1), mirrors.pose
+    if held > 0.0:
+        transducers = transducers.mean(axis=1, keepdims=True)
+        pose, side = _held_poses(tracing, facets, transducers[:, 0], held)[pose], np.zeros_like(side)
+    return _Views.distinct(tracing, transducers, pose, side, mirrors)
 
 
 def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
@@ -196,24 +205,35 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views,
     """(V, S) which of some facets face each image, and sound from its origin comes to, of all or of those asked."""
     lit = np.zeros((len(views), len(facet)), dtype=bool)
     most = max(1, AT_ONCE // max(len(facet), 1))
+    gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
     for first in range(0, len(views), most):
         some = views[first : first + most]
-        view, place = _in_view(
-            tracing.mirrors, some.pose, some.order, some.sequence, some.image_m,
-            tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet], facets.closed,
+        view, place, stops = _ways(
+            tracing.mirrors, some.pose, some.order, some.sequence, some.start_m,
+            tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet],
+            facets.standoff_m[facet], facets.closed, gap,
             np.ones((len(some), len(facet)), dtype=bool) if asked is None else asked[first : first + most],
         )  # type: ignore[call-arg]  # fmt: skip
-        reached = _reached(tracing, facets, some[view], facet[place])
-        lit[first + view[reached], place[reached]] = True
+        free = _free(tracing, stops, some.pose[view], some.order[view])
+        lit[first + view[free], place[free]] = True
     return lit
 
 
 @compiled
-def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, closed, asked):
-    """Views and facets that face each other on a line through the last of the mirrors, of those asked (V, F)."""
-    view, facet = np.empty(asked.size, np.int64), np.empty(asked.size, np.int64)
-    count, point, crossing = 0, np.empty(3), np.empty(3)
-    for v in range(len(pose)):
+def _ways(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, asked):
+    """Views and facets that face each other through the mirrors of the view, of those asked (V, F).
+
+    Returns (R,) view and (R,) facet, and (R, K + 2, 3) where sound starts, its crossings of the mirrors lifted off them
+    by `gap`, and the middle of the facet lifted by its clearance.
+    """
+    views, width = sequence.shape
+    most = np.sum(asked)
+    view, facet, stops = np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, width + 2, 3))
+    images, hits, point, across = np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3), np.empty(3)
+    count = 0
+    for v in range(views):
+        n, last = pose[v], order[v]
+        images_of(mirrors, n, start[v], sequence[v], last, images)
         c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
         for f in range(len(middle)):
             if not asked[v, f]:
@@ -221,32 +241,44 @@ def _in_view(mirrors, pose, order, sequence, image, frame, middle, normal, close
             point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
             point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
             point[2] = middle[f, 2] + frame[v, 2]
-            x, y, z = image[v, 0] - point[0], image[v, 1] - point[1], image[v, 2] - point[2]
-            rise = x * (c * normal[f, 0] - s * normal[f, 1]) + y * (s * normal[f, 0] + c * normal[f, 1])
-            if closed and rise + z * normal[f, 2] <= 0.0:
+            across[0], across[1] = c * normal[f, 0] - s * normal[f, 1], s * normal[f, 0] + c * normal[f, 1]
+            across[2] = normal[f, 2]
+            rise = _rise(images[last], point, across)
+            if (closed and rise <= 0.0) or backtrack(mirrors, n, images, sequence[v], last, point, hits) != REACHED:
                 continue
-            last = sequence[v, max(order[v] - 1, 0)]
-            if order[v] > 0 and not _through(mirrors, pose[v], last, image[v], point, crossing):
-                continue
+            _lift(stops[count, 0], start[v], across, 0.0)
+            for k in range(last):
+                plane = mirrors.normal[n, sequence[v, k]]
+                before = start[v] if k == 0 else hits[k - 1]
+                _lift(stops[count, k + 1], hits[k], plane, gap if _rise(before, hits[k], plane) >= 0.0 else -gap)
+            _lift(stops[count, last + 1], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
             view[count], facet[count] = v, f
             count += 1
-    return view[:count], facet[:count]
+    return view[:count], facet[:count], stops[:count]
 
 
-@compiled
-def _through(mirrors, n, p, image, point, crossing):
-    """Whether the line from a point to an image behind patch `p` crosses the patch; fill in where."""
-    here = dot(point, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
-    there = dot(image, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
-    if here * there > 0.0 or here == there:
-        return False
-    share = here / (here - there)
-    for k in range(3):
-        crossing[k] = point[k] + share * (image[k] - point[k])
-    if distance(crossing, mirrors.center_m[n, p]) > mirrors.radius_m[p] + BORDER_M:
-        return False
-    outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-    return inside_patch(crossing, mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline)
+@inlined
+def _rise(end, point, normal):
+    """How far an end lies above the plane through a point."""
+    return dot(end, normal) - dot(point, normal)
+
+
+@inlined
+def _lift(stop, point, normal, height):
+    """Fill in a point lifted off its plane."""
+    for x in range(3):
+        stop[x] = point[x] + height * normal[x]
+
+
+def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
+    """(R,) whether nothing stands between the stops (R, K + 2, 3) of each way, of which the first `order` + 2 count."""
+    free = np.ones(len(pose), dtype=bool)
+    for k in range(stops.shape[1] - 1):
+        for shadow in tracing.world.blockers:
+            rows = np.flatnonzero(free & (order >= k))
+            placed = tracing.placed[:, shadow.obstacle]
+            free[rows] &= ~shadow.blocks_from(stops[rows, k], stops[rows, k + 1], placed, pose[rows])
+    return free
 
 
 def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
@@ -263,65 +295,3 @@ def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) 
     run = np.searchsorted(np.unique(first), first)
     last = np.append(np.unique(first)[1:], len(first))[run] - 1
     return (first + last) // 2
-
-
-def _reached(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Flags:
-    """(R,) whether sound comes to each facet through the mirrors of its view, with every segment free."""
-    world, frame = tracing.world, tracing.placed[views.pose, facets.obstacle]
-    target = out_of_rest(facets.middle_m[facet], frame)
-    code, hits = np.full(len(facet), REACHED), np.zeros((*views.sequence.shape, 3))
-    over = np.flatnonzero(views.order > 0)
-    code[over], hits[over] = crossed(
-        tracing, views.start_m[over], target[over], views.pose[over], views.order[over], views.sequence[over]
-    )
-    normal = rotated(facets.normal[facet], frame[:, 3])
-    gap = OFFSET * max(shadow.extent_m for shadow in world.blockers)
-    patches = world.patches.normal, world.patches.obstacle
-    stops = _displaced_stops(
-        views.start_m, hits, target, normal, facets.standoff_m[facet], views.pose, views.order, views.sequence,
-        *patches, tracing.placed, gap,
-    )  # type: ignore[call-arg]  # fmt: skip
-    free = code == REACHED
-    for k in range(views.sequence.shape[1] + 1):
-        for shadow in world.blockers:
-            rows = np.flatnonzero(free & (views.order >= k))
-            placed = tracing.placed[:, shadow.obstacle]
-            free[rows] &= ~shadow.blocks_from(stops[rows, k], stops[rows, k + 1], placed, views.pose[rows])
-    return free
-
-
-@compiled
-def _displaced_stops(start, hits, target, normal, clearance, pose, order, sequence, plane, obstacle, frames, gap):
-    """(R, K + 2, 3) start, crossings of the mirrors lifted by `gap`, and the facet's lifted middle, row by row.
-
-    Args:
-        start, target, normal, clearance: (R, 3), (R, 3), (R, 3), (R,) where sound starts, and the facets, world frame.
-        hits, pose, order, sequence: of the mirrors.
-        plane, obstacle: (P, 3) normals of the patches in the rest frames of their obstacles.
-        frames: (N, O, 4).
-    """
-    stops = np.zeros((len(pose), hits.shape[1] + 2, 3))
-    across, before = np.empty(3), np.empty(3)
-    for r in range(len(pose)):
-        for x in range(3):
-            stops[r, 0, x] = before[x] = start[r, x]
-        for k in range(order[r]):
-            p = sequence[r, k]
-            yaw = frames[pose[r], obstacle[p], 3]
-            c, s = np.cos(yaw), np.sin(yaw)
-            across[0], across[1] = c * plane[p, 0] - s * plane[p, 1], s * plane[p, 0] + c * plane[p, 1]
-            across[2] = plane[p, 2]
-            rise = 0.0
-            for x in range(3):
-                rise += across[x] * (before[x] - hits[r, k, x])
-            side = gap if rise >= 0.0 else -gap
-            for x in range(3):
-                stops[r, k + 1, x] = hits[r, k, x] + side * across[x]
-                before[x] = hits[r, k, x]
-        rise = 0.0
-        for x in range(3):
-            rise += normal[r, x] * (before[x] - target[r, x])
-        side = clearance[r] if rise >= 0.0 else -clearance[r]
-        for x in range(3):
-            stops[r, order[r] + 1, x] = target[r, x] + side * normal[r, x]
-    return stops

@@ -55,13 +55,13 @@ class Grid:
 
     def cell_sums(self, total: Complexes) -> Complexes:
         """(R, C, K) sums of the cells about their centres from (R, points) sums at the band's centre."""
-        offset = STEP_M * np.arange(1 - self.taps, self.taps)
+        offset = STEP_M * np.arange(1 - self.taps, self.taps + 1)
         window = np.cos(0.5 * np.pi * offset / (self.taps * STEP_M)) ** 2
         beyond = self.wavenumber_rad_m - self.centre_rad_m
         spread = np.sinc(0.5 * beyond * STEP_M / np.pi) ** 2  # what sharing between two points takes off
         carry = window[:, None] * np.exp(-1j * np.outer(offset, beyond)) / spread
-        views = np.lib.stride_tricks.sliding_window_view(total, 2 * self.taps - 1, axis=-1)[..., :: self.taps, :]
-        sums = views[..., : self.cells, :] @ carry
+        parts = total.reshape(*total.shape[:-1], self.cells + 1, self.taps)
+        sums = parts[..., :-1, :] @ carry[: self.taps] + parts[..., 1:, :] @ carry[self.taps :]
         return sums * np.exp(1j * self.centre_rad_m * (self._centres_m() - self.lead_m))[:, None]
 
     def _centres_m(self) -> Floats:

@@ -11,7 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from simulator.images.given_planes import image_in
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
@@ -34,7 +35,7 @@ from simulator.world.world import Tracing
 CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.05  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
-HELD, COARSE_HELD = 0.2, 0.4  # of the body's distance: 0.05 changes echoes of people by 0.1 dB at P95
+HELD, COARSE_HELD = 0.1, 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 LIT_AT_ONCE = 2**29  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
@@ -106,11 +107,19 @@ def _leans(search: Search, sights: Sights) -> Floats:
     return tip - foot
 
 
-def _share_light(lit: Flags, first: Ints, second: Ints) -> Flags:
-    """(R,) whether both views (R,) of a pair, -1 for none, show a spot of the body that is the same."""
-    both, which = np.unique([first, second], axis=1, return_inverse=True)
-    shared = [a >= 0 and b >= 0 and bool((lit[a] & lit[b]).any()) for a, b in both.T]
-    return np.array(shared, dtype=bool)[which.ravel()]
+@compiled
+def _share_light(lit, first, second):
+    """(R,) whether both views (R,) of a pair, -1 for none, show a facet (V, F) of the body that is the same."""
+    shared = np.zeros(len(first), np.bool_)
+    for r in range(len(first)):
+        a, b = first[r], second[r]
+        if a < 0 or b < 0:
+            continue
+        for f in range(lit.shape[1]):
+            if lit[a, f] and lit[b, f]:
+                shared[r] = True
+                break
+    return shared
 
 
 def faintest(fidelity: Fidelity, audible: Audible) -> Audible:
@@ -145,7 +154,7 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
     """
     plates = bool((reading.sheet_m > 0.0).any())
     if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
-        return Light(FINE_SPOT_M, 0.0), min(fidelity.facet_m, PLATE_FACET_M)
+        return Light(FINE_SPOT_M, 0.0, 0.0), min(fidelity.facet_m, PLATE_FACET_M)
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, HELD), fidelity.facet_m
-    return Light(COARSE_SPOT_M, COARSE_HELD), fidelity.facet_m
+        return Light(SPOT_M, HELD, 0.0), fidelity.facet_m
+    return Light(COARSE_SPOT_M, COARSE_HELD, COARSE_HELD), fidelity.facet_m

@@ -9,15 +9,15 @@ from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
-from simulator.kirchhoff.lighting import Light, Sights, _in_view, _Views, lit_facets
+from simulator.kirchhoff.lighting import Light, Sights, _Views, _ways, lit_facets
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
 from simulator.world.search_context import Search
 
 
-def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
-    """Facets are asked about only on lines through the last mirror: a test of that alone must keep all that pass."""
+def test_ways_to_facets_are_those_of_the_image_method():
+    """Facing, crossings and lifted stops are worked out in one loop, the images once a view."""
     ground = trimesh.Trimesh([[-9.0, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]])
     wall = trimesh.creation.box(bounds=[[1.0, 1.2, 0.0], [2.2, 1.3, 1.1]])
     body = trimesh.creation.icosphere(subdivisions=3, radius=0.4).apply_translation([2.0, 0.0, 0.9])
@@ -32,20 +32,25 @@ def test_whatever_sound_reaches_through_the_mirrors_is_in_view():
     views = _Views.of(tracing, tracing.source_m[images.pose], images.pose, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]
-    args = frame, facets.middle_m, facets.normal, facets.closed
+    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0
     every = np.ones((len(views), len(facets)), dtype=bool)
-    view, place = _in_view(tracing.mirrors, views.pose, views.order, views.sequence, views.image_m, *args, every)
-    asked = np.zeros((len(views), len(facets)), dtype=bool)
-    asked[view, place] = True
+    view, place, stops = _ways(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args, every)
+    in_view = np.zeros((len(views), len(facets)), dtype=bool)
+    in_view[view, place] = True
     middle = out_of_rest(facets.middle_m, np.repeat(tracing.placed[:, 2], len(facets), axis=0))
     for v in range(len(views)):
-        one = np.full(len(facets), v)
-        code, _ = crossed(tracing, views.start_m[one], middle, views.pose[one], views.order[one], views.sequence[one])
+        one, order = np.full(len(facets), v), views.order[v]
+        code, hits = crossed(
+            tracing, views.start_m[one], middle, views.pose[one], views.order[one], views.sequence[one]
+        )
         facing = np.sum((views.image_m[v] - middle) * facets.normal, axis=1) > 0.0
-        reached = facing & (code == REACHED)
-        assert not (reached & ~asked[v]).any(), v
+        np.testing.assert_array_equal(in_view[v], facing & (code == REACHED), str(v))
+        mine = stops[view == v]
+        np.testing.assert_allclose(mine[:, 1 : order + 1], hits[in_view[v], :order], atol=1e-12)
+        lifted = middle + facets.standoff_m[:, None] * facets.normal
+        np.testing.assert_allclose(mine[:, order + 1], lifted[in_view[v]], atol=1e-12)
     assert set(views.order[view]) == {0, 1, 2}
-    assert not asked.all(axis=1).any()
+    assert not in_view.all(axis=1).any()
 
 
 def test_the_border_of_a_shadow_is_known_facet_by_facet():
@@ -59,7 +64,7 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
     straight = Sights(none, sides, none, np.full((3, 0), -1), np.concatenate([tracing.source_m, tracing.mics_m[0]]))
     exact, by_spots, shared = (
         lit_facets(tracing, facets, straight, light)[0]
-        for light in (Light(1e-3, 0.0), Light(0.05, 0.0), Light(0.05, 0.2))
+        for light in (Light(1e-3, 0.0, 0.0), Light(0.05, 0.2, 0.0), Light(0.05, 0.2, 0.2))
     )
     cosine = np.sum((tracing.source_m - facets.middle_m) * facets.normal, axis=1)
     weight = (
