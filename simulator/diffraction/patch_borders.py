@@ -91,7 +91,7 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
 
 
 def _detours(tracing: Tracing, pose: Ints, patch: Ints, one_m: Floats, other_m: Floats) -> Floats:
-    """(R,) least detour of ways over a patch by one of its sharp edges; infinite without one."""
+    """(R,) least detour of paths over a patch by one of its sharp edges; infinite without one."""
     wedges = tracing.world.wedges
     edge, side = np.nonzero((wedges.mirror < 0)[:, None] & (wedges.patch >= 0))
     owner = wedges.patch[edge, side]

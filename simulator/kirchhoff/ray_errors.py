@@ -32,6 +32,7 @@ TOUCHING_M = 2e-3
 UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
 DB_PER_SHARE = 20.0 / np.log(10.0)
 FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
+TOLERATED_DB = 0.5  # from which tolerance on a rim may be as loud as that before it counts; less in proportion
 
 
 def ray_error_db(search: Search, index: int, pairs: Pairs, echoes: Candidates) -> Floats:
@@ -64,13 +65,14 @@ def _shadow_error_db(search: Search, pairs: Pairs, met: Candidates, echoes: _Ech
 def _rim_error_db(search: Search, index: int, pairs: Pairs, echoes: _Echoes) -> Floats:
     """(R,) estimated error that the rim of a surface makes on each pair; infinite where it is the echo."""
     audible, at = search.audible, (pairs.pose, pairs.mic)
+    floor = max(audible.floor, FAINT_GAIN * min(search.fidelity.tolerance_db / TOLERATED_DB, 1.0))
     rim, path = _rim_echo(search.tracing, index, pairs, search.wavenumber_1_m)
     near = _overlap(path[:, None] - echoes.length_m[at])
     beside = (echoes.level[at] * near).max(axis=1, initial=0.0)
     apart = echoes.envelope[at]
-    share = np.where(apart >= audible.floor, rim[:, None] * near / np.maximum(apart, audible.floor), 0.0)
+    share = np.where(apart >= floor, rim[:, None] * near / np.maximum(apart, floor), 0.0)
     error = np.where(rim > beside, np.inf, DB_PER_SHARE * share.max(axis=1, initial=0.0))
-    received = (path <= audible.limit_m) & (np.maximum(rim, beside) >= audible.floor)
+    received = (path <= audible.limit_m) & (np.maximum(rim, beside) >= floor)
     return np.where(received, error, 0.0)
 
 

@@ -38,18 +38,17 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "standard" (estimated errors of 1 dB, coarse facets, the third order only off large mirrors, smooth
-            surfaces and integrals), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps every
-            obstacle's echo within `tolerance_db` of the reference).
+        level: "standard" (estimated errors of 1 dB, coarse facets, no third order over edges, over curved surfaces and
+            integrals with one small mirror at the most), "reference" (all mechanisms, third order) or "auto" (the
+            cheapest that keeps every obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
         scatter_order: the same of paths over an edge or over two curved surfaces. A given `max_order` holds for these
             as well, and for mirrors of any area, unless they are given too.
-        mirror_m2: least area of the mirrors in paths of three reflections and more. A Fresnel zone has 0.05 m2 at
-            1.5 m, 0.18 m2 at 7 m. With 3 m2, walls and ground, bins and cars err as with 0.1,
-            over a quarter of the pairs of images.
+        mirror_m2: least area of the mirrors, but for one, that stand beside a curved surface or an integral in paths of
+            three reflections and more. A Fresnel zone has 0.05 m2 at 1.5 m, 0.18 m2 at 7 m.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
@@ -58,7 +57,8 @@ class Fidelity:
             Kirchhoff's integral may be, and the fewer.
         edge_floor_db: contributions of edges and cells of bodies that stay below this, dB re the free field 1 m in
             front of the speaker, and `edge_share_db` below the strongest echo are left out. -60 is 15 dB under the
-            noise of a quiet street after the matched filter, for a beep of 55 dB at 1 m. -inf keeps all. Two curved
+            noise of a quiet street after the matched filter, for a beep of 55 dB at 1 m, but several of them move an
+            echo at the noise by 2.5 dB; with -75 by 0.1 dB. -inf keeps all. Two curved
             reflections in one path must exceed it and be within 40 dB of the strongest.
         edge_share_db: see `edge_floor_db`.
         edge_order: greatest number of edges that a path meets along the face of a thin panel, 1 to 5; below 3
@@ -154,6 +154,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "band_points": 12 if fine else 10,
         "edge_share_db": max(20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - BELOW_STRONGEST_DB, -60.0),
         "edge_order": 3 if tolerance_db < 3.0 else 1,
+        "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
         "facet_m": 0.012 if fine else 0.025 if tolerance_db < 1.0 else 0.03,  # 40 mm: 2.1 dB behind a post
     }
 
