@@ -48,9 +48,9 @@ def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
     mirrors, mics = tracing.mirrors, np.ascontiguousarray(tracing.mics_m)
     spread = float(np.linalg.norm(mics - mics[:, :1], axis=2).max())
     parts, counts = [], np.zeros(3, dtype=np.int64)
-    usable, goal = np.ones(len(tracing.world.patches), dtype=bool), Goal(mics[:, 0], spread, limit_m)
-    every = np.tile(usable, (max_order, 1))
-    for level in image_levels(mirrors, usable, every, tracing.source_m, max_order, goal):
+    allowed = np.ones((max_order, len(tracing.world.patches)), dtype=bool)
+    allowed[2:] &= search.large_mirrors
+    for level in image_levels(mirrors, allowed, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
         if level.order == 0:
             continue
         apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)

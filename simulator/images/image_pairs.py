@@ -76,23 +76,22 @@ def joined_pairs(parts: list[Pairs]) -> Pairs:
 def images_of(search: Search, body: Body, point_m: Floats, max_order: int, extent_m: float = 0.0) -> Images:
     """Images of (N, 3) points in the patches from which a body, and `extent_m` around it, is reached.
 
-    Patches of the body's own obstacle are no mirrors, and of two that follow each other one is large.
+    Patches of the body's own obstacle are no mirrors, and only large ones follow each other.
     """
     goal = Goal(centers(search.tracing, body), body.radius_m + extent_m, search.limit_m)
-    usable = search.tracing.world.patches.obstacle != body.obstacle
-    large = np.ones((max_order, len(usable)), dtype=bool)
-    large[1:] &= search.large_mirrors
-    return images_lighting(search.tracing.mirrors, usable, large, point_m, max_order, goal)
+    allowed = np.tile(search.tracing.world.patches.obstacle != body.obstacle, (max_order, 1))
+    allowed[1:] &= search.large_mirrors
+    return images_lighting(search.tracing.mirrors, allowed, point_m, max_order, goal)
 
 
 def _matched(search: Search, body: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
     """Indices of images of speaker and microphone at the same pose that make a path over a body: within the order,
-    not too long, and with large mirrors but for one where there are several."""
+    not too long, and with large mirrors alone where there are several."""
     left, right = matches(lit.pose, received.pose)
     mirrors = lit.order[left] + received.order[right]
     small = np.append(~search.large_mirrors, False)  # for -1
-    several = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].sum(axis=1) > 1
-    keep = np.flatnonzero((mirrors < max_order) & ~several)
+    alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
+    keep = np.flatnonzero((mirrors < max_order) & ((mirrors < 2) | ~alone))
     left, right = left[keep], right[keep]
     center = centers(search.tracing, body)[lit.pose[left]]
     way = sum(np.linalg.norm(point - center, axis=1) for point in (lit.point_m[left], received.point_m[right]))

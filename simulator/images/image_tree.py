@@ -93,16 +93,14 @@ class Goal:
     limit_m: float
 
 
-def images_lighting(
-    mirrors: Mirrors, usable: Flags, large: Flags, point_m: Floats, max_order: int, goal: Goal
-) -> Images:
+def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Images:
     """Images of (N, 3) points, one a pose, that see some of the goal within the limit, through their last mirror.
 
     Args:
-        usable, large: (P,) and (max_order, P) as in `image_levels`.
+        allowed: (max_order, P) as in `image_levels`.
     """
     parts = []
-    for level in image_levels(mirrors, usable, large, point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         lit = _lit_balls(
             mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, goal.limit_m
         )  # type: ignore[call-arg]
@@ -119,10 +117,10 @@ def images_lighting_edges(
     Args:
         start_m, end_m: (N, W, 3) ends of the wedges at each pose.
     """
-    usable = np.ones(len(mirrors.radius_m), dtype=bool)
+    allowed = np.ones((max_order, len(mirrors.radius_m)), dtype=bool)
     goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
     parts = []
-    for level in image_levels(mirrors, usable, np.tile(usable, (max_order, 1)), point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         row, wedge = _lit_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, start_m, end_m,
             wedges.patch, wedges.mirror, limit_m,
@@ -132,21 +130,18 @@ def images_lighting_edges(
     return found[in_turn(found.pose, found.sequence, found.wedge)]
 
 
-def image_levels(
-    mirrors: Mirrors, usable: Flags, large: Flags, point_m: Floats, max_order: int, goal: Goal
-) -> Iterator[Level]:
+def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Iterator[Level]:
     """Images of (N, 3) points, one a pose, in up to `max_order` mirrors, each in one of the levels that come.
 
     The points themselves come first. An image may lie where its last mirror shows it to nobody.
 
     Args:
-        usable: (P,) patches that count as mirrors.
-        large: (max_order, P) patches of which an image of that many has all but one.
+        allowed: (max_order, P) patches that count as mirrors where an image is of that many.
     """
     images = np.zeros((len(point_m), max_order + 1, 3))
     images[:, 0] = point_m
     level = Level(0, np.arange(len(point_m)), np.full((len(point_m), max_order), -1), images)
-    at_once = max(1, TRIED_AT_ONCE // max(len(usable), 1))
+    at_once = max(1, TRIED_AT_ONCE // max(allowed.shape[1], 1))
     yield level
     waiting = [level]
     while waiting:
@@ -154,18 +149,14 @@ def image_levels(
         if level.order == max_order or len(level) == 0:
             continue
         waiting.append(level[at_once:])
-        small = ~large[level.order]
-        level, met = level[:at_once], small[level.sequence[:at_once, : level.order]].sum(axis=1)
-        for further in (
-            _next_level(mirrors, usable, level[np.flatnonzero(met == 0)], goal),
-            _next_level(mirrors, usable & ~small, level[np.flatnonzero(met == 1)], goal),
-        ):
-            yield further
-            waiting.append(further)
+        level = _next_level(mirrors, allowed[level.order], level[:at_once], goal)
+        yield level
+        waiting.append(level)
 
 
 def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> Level:
-    """Images of a level in one more mirror each, of those allowed (P,)."""
+    """Images of a level in one more mirror each."""
+    level = level[np.flatnonzero(allowed[level.sequence[:, : level.order]].all(axis=1))]
     row, patch = _onwards(
         mirrors, allowed, level.order, level.pose, level.sequence, level.images_m,
         np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,
