@@ -208,7 +208,7 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views,
     gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
     for first in range(0, len(views), most):
         some = views[first : first + most]
-        view, place, stops = _ways(
+        view, place, stops = _paths_to(
             tracing.mirrors, some.pose, some.order, some.sequence, some.start_m,
             tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet],
             facets.standoff_m[facet], facets.closed, gap,
@@ -220,7 +220,7 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views,
 
 
 @compiled
-def _ways(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, asked):
+def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, asked):
     """Views and facets that face each other through the mirrors of the view, of those asked (V, F).
 
     Returns (R,) view and (R,) facet, and (R, K + 2, 3) where sound starts, its crossings of the mirrors lifted off them
@@ -271,7 +271,7 @@ def _lift(stop, point, normal, height):
 
 
 def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
-    """(R,) whether nothing stands between the stops (R, K + 2, 3) of each way, of which the first `order` + 2 count."""
+    """(R,) whether nothing stands between the stops (R, K + 2, 3) of each path; the first `order` + 2 count."""
     free = np.ones(len(pose), dtype=bool)
     for k in range(stops.shape[1] - 1):
         for shadow in tracing.world.blockers:

@@ -49,7 +49,7 @@ class Fidelity:
             as well, and for mirrors of any area, unless they are given too.
         mirror_m2: least area of the mirrors in paths of three reflections and more. A Fresnel zone has 0.05 m2 at
             1.5 m, 0.18 m2 at 7 m. With 3 m2, walls and ground, bins and cars err as with 0.1, over a quarter of the
-            pairs of images. A face of a bin met by way of the walker is missed: one small mirror doubles the time.
+            pairs of images. A path over a bin and the walker is missed: one small mirror doubles the time.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).

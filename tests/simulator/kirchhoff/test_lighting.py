@@ -9,14 +9,14 @@ from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
-from simulator.kirchhoff.lighting import Light, Sights, _Views, _ways, lit_facets
+from simulator.kirchhoff.lighting import Light, Sights, _paths_to, _Views, lit_facets
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
 from simulator.world.search_context import Search
 
 
-def test_ways_to_facets_are_those_of_the_image_method():
+def test_paths_to_facets_are_those_of_the_image_method():
     """Facing, crossings and lifted stops are worked out in one loop, the images once a view."""
     ground = trimesh.Trimesh([[-9.0, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]])
     wall = trimesh.creation.box(bounds=[[1.0, 1.2, 0.0], [2.2, 1.3, 1.1]])
@@ -32,9 +32,11 @@ def test_ways_to_facets_are_those_of_the_image_method():
     views = _Views.of(tracing, tracing.source_m[images.pose], images.pose, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]
-    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0
     every = np.ones((len(views), len(facets)), dtype=bool)
-    view, place, stops = _ways(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args, every)
+    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0, every
+    view, place, stops = _paths_to(
+        tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args, every
+    )
     in_view = np.zeros((len(views), len(facets)), dtype=bool)
     in_view[view, place] = True
     middle = out_of_rest(facets.middle_m, np.repeat(tracing.placed[:, 2], len(facets), axis=0))
@@ -67,8 +69,6 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
         for light in (Light(1e-3, 0.0, 0.0), Light(0.05, 0.2, 0.0), Light(0.05, 0.2, 0.2))
     )
     cosine = np.sum((tracing.source_m - facets.middle_m) * facets.normal, axis=1)
-    weight = (
-        np.maximum(cosine, 0.0) ** 2 * facets.area_m2
-    )  # as the sum has it; facets at grazing incidence hardly count
+    weight = np.maximum(cosine, 0.0) ** 2 * facets.area_m2  # as in the sum: facets at grazing incidence hardly count
     for lit in (by_spots, shared):
         assert ((lit != exact) * weight).sum(axis=1).max() < 0.002 * (exact * weight).sum(axis=1).min()
