@@ -34,9 +34,7 @@ def test_paths_to_facets_are_those_of_the_image_method():
     frame = tracing.placed[views.pose, 2]
     every = np.ones((len(views), len(facets)), dtype=bool)
     args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0, every
-    view, place, stops = _paths_to(
-        tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args, every
-    )
+    view, place, stops = _paths_to(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args)
     in_view = np.zeros((len(views), len(facets)), dtype=bool)
     in_view[view, place] = True
     middle = out_of_rest(facets.middle_m, np.repeat(tracing.placed[:, 2], len(facets), axis=0))
