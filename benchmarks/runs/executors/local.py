@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 
 import joblib
@@ -17,7 +18,9 @@ def worker_processes(task: Task, cells: Sequence[Cell], jobs: int) -> Iterator[D
     Raises:
         WorkersLost: a process died; all that was under way is lost, what was yielded is not.
     """
-    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+    with warnings.catch_warnings(), joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        # Where psutil is installed, workers that grew by 300 MB are replaced, as by compilation; no cell is lost by it.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
         parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
         try:
             yield from parallel(joblib.delayed(task)(cell) for cell in cells)
