@@ -205,13 +205,13 @@ def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views,
     """(V, S) which of some facets face each image, and sound from its origin comes to, of all or of those asked."""
     lit = np.zeros((len(views), len(facet)), dtype=bool)
     most = max(1, AT_ONCE // max(len(facet), 1))
+    skin = facets.middle_m[facet], facets.normal[facet], facets.standoff_m[facet], facets.closed
     gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
     for first in range(0, len(views), most):
         some = views[first : first + most]
         view, place, stops = _paths_to(
             tracing.mirrors, some.pose, some.order, some.sequence, some.start_m,
-            tracing.placed[some.pose, facets.obstacle], facets.middle_m[facet], facets.normal[facet],
-            facets.standoff_m[facet], facets.closed, gap,
+            tracing.placed[some.pose, facets.obstacle], *skin, gap,
             np.ones((len(some), len(facet)), dtype=bool) if asked is None else asked[first : first + most],
         )  # type: ignore[call-arg]  # fmt: skip
         free = _free(tracing, stops, some.pose[view], some.order[view])
