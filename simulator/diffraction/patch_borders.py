@@ -23,7 +23,7 @@ from scipy.special import wofz
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled
 from simulator.diffraction.edge_view import EdgeView
-from simulator.images.given_planes import last_image
+from simulator.images.given_planes import image_in, last_image
 from simulator.images.image_method import OUTSIDE, REACHED, crossed
 from simulator.images.image_tree import dot
 from simulator.world.candidates import Candidates
@@ -43,9 +43,7 @@ def own_detour_m(view: EdgeView, part: Ints) -> Floats:
     return view.path_m(part) - mirrored
 
 
-def border_share(
-    tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, wavenumber: Floats
-) -> Complexes:  # fmt: skip
+def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, wavenumber: Floats) -> Complexes:
     """(C, K) what the mirrors of paths (C,) over an edge, met at `slot` (C,), leave of them; 0 far beside a mirror.
 
     Args:
@@ -59,14 +57,11 @@ def border_share(
     return share
 
 
-def _of_one(
-    tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats
-) -> Complexes:  # fmt: skip
+def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
     """(R, K) what the mirror met at place k leaves."""
     ends, patch = _unfolded(found, slot, k), found.sequence[:, k]
     code, _ = crossed(tracing, *ends, found.pose, np.ones(len(found), dtype=np.int64), patch[:, None])
-    detour = _detours(tracing, found.pose, patch, *ends)
-    detour = np.minimum(detour, 1.0)
+    detour = np.minimum(_detours(tracing, found.pose, patch, *ends), 1.0)
     fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
     turn = detour[:, None] * wavenumber
     fading *= own_m / np.maximum(own_m + detour, 1e-300)
@@ -97,9 +92,7 @@ def _detours(tracing: Tracing, pose: Ints, patch: Ints, one_m: Floats, other_m: 
     owner = wedges.patch[edge, side]
     order = np.argsort(owner, kind="stable")
     start = np.searchsorted(owner[order], np.arange(len(tracing.world.patches) + 1))
-    mirrors = tracing.mirrors
-    height = np.einsum("rx,rx->r", one_m, mirrors.normal[pose, patch]) - mirrors.offset_m[pose, patch]
-    image = one_m - 2.0 * height[:, None] * mirrors.normal[pose, patch]
+    image = image_in(tracing.mirrors, one_m, pose, np.ones(len(patch), dtype=np.int64), patch[:, None])
     frame = tracing.placed[pose, tracing.world.patches.obstacle[patch]]
     ends = into_rest(image, frame), into_rest(other_m, frame)
     return _least_detours(wedges.start_m, wedges.end_m, edge[order], start, patch, *ends)
@@ -107,6 +100,7 @@ def _detours(tracing: Tracing, pose: Ints, patch: Ints, one_m: Floats, other_m: 
 
 @compiled
 def _least_detours(starts, ends, edge, first, patch, image, other):
+    """(R,) least detours between points over the edges of patches: those from `first[patch]` on in `edge`."""
     least, along, a, b = np.full(len(patch), np.inf), np.empty(3), np.empty(3), np.empty(3)
     for r in range(len(patch)):
         straight = 0.0

@@ -100,7 +100,7 @@ def _crossings(mirrors, source, target, pose, order, sequence):
     code, points = np.zeros(rows, np.int64), np.zeros((rows, width, 3))
     images = np.empty((width + 1, 3))
     for r in range(rows):
-        images_of(mirrors, pose[r], source[r], sequence[r], order[r], images)
+        fill_images(mirrors, pose[r], source[r], sequence[r], order[r], images)
         code[r] = backtrack(mirrors, pose[r], images, sequence[r], order[r], target[r], points[r])
     return code, points
 
@@ -116,7 +116,7 @@ def _straight_crossings(mirrors, source, target, pose, order, sequence):
     images, end = np.empty((width + 1, 3)), np.empty(3)
     for r in range(rows):
         n = pose[r]
-        images_of(mirrors, n, source[r], sequence[r], order[r], images)
+        fill_images(mirrors, n, source[r], sequence[r], order[r], images)
         length[r] = distance(images[order[r]], target[r])
         for x in range(3):
             end[x] = target[r, x]
@@ -132,7 +132,7 @@ def _straight_crossings(mirrors, source, target, pose, order, sequence):
 
 
 @compiled
-def images_of(mirrors, n, source, sequence, order, images):
+def fill_images(mirrors, n, source, sequence, order, images):
     """Fill in (order + 1, 3) the source and its images in a sequence at pose n."""
     for x in range(3):
         images[0, x] = source[x]

@@ -16,7 +16,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
-from simulator.images.image_method import REACHED, backtrack, images_of
+from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
@@ -110,9 +110,6 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     Returns:
         (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
     """
-    spots = spots_of(facets, light.spot_m)
-    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
-    sampled = np.arange(len(spots.facet)) % every == 0
     views, number = _held_views(tracing, facets, sights, sights.side, light.held_along_borders)
     coarse, of_view = views, np.arange(len(views))
     if light.held != light.held_along_borders:
@@ -233,7 +230,7 @@ def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clea
     count = 0
     for v in range(views):
         n, last = pose[v], order[v]
-        images_of(mirrors, n, start[v], sequence[v], last, images)
+        fill_images(mirrors, n, start[v], sequence[v], last, images)
         c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
         for f in range(len(middle)):
             if not asked[v, f]:
