@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from html import escape
 from typing import Any
 
@@ -25,9 +26,9 @@ class Paths:
 
     Attributes:
         delay_s: (P,) travel time.
-        gain: (P,) complex gain at 20 kHz without the travel phase: the path contributes gain e^{-j 2 pi f delay}.
-            Pressure relative to the free field 1 m in front of the speaker; a lossless mirror path has 1 / length.
-        band_gain: (P, K) the same at the Chebyshev nodes of 15-25 kHz.
+        band_gain: (P, K) complex gain at the Chebyshev nodes of 15-25 kHz without the travel phase: the path
+            contributes gain e^{-j 2 pi f delay}. Pressure relative to the free field 1 m in front of the speaker; a
+            lossless mirror path has 1 / length.
         mic: (P,) microphone, 0 top or 1 bottom.
         pose: (P,) index of the pose.
         order: (P,) number of reflections, an edge counting as one; 0 is the direct sound.
@@ -66,7 +67,6 @@ class Paths:
     """
 
     delay_s: Floats
-    gain: Complexes
     band_gain: Complexes
     mic: Ints
     pose: Ints
@@ -130,6 +130,11 @@ class Paths:
             for f in fields(self) if f.name not in _SHARED
         }  # fmt: skip
         return replace(self, **rows)
+
+    @cached_property
+    def gain(self) -> Complexes:
+        """(P,) complex gain at 20 kHz."""
+        return self.gain_at(band.REFERENCE_HZ)[:, 0]
 
     def obstacles_met(self) -> list[tuple[str, ...]]:
         """Names of the obstacles that each path meets, in turn; empty for the direct sound."""

@@ -22,7 +22,6 @@ from simulator.scene.fidelity import MECHANISMS, Fidelity
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
 from simulator.search import searched
-from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
 from simulator.world.candidates import FOCUS_GAIN, Candidates
 from simulator.world.prepared_scene import PreparedScene, as_prepared
@@ -224,7 +223,6 @@ def _paths(search: Search, found: Candidates, gain: Complexes) -> Paths:
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
         phone=search.phone, poses=len(tracing.pose), rejected=search.log.totals,
         left_out=_left_out(search.fidelity), choices=tuple(search.log.choices),
-        gain=band.evaluate(band.coefficients(gain), [REFERENCE_HZ])[:, 0],
     )  # fmt: skip
 
 
@@ -251,12 +249,10 @@ def through_case(paths: Paths, sound: StructureBorne) -> Paths:
     pose, mic = (index.ravel() for index in np.indices((paths.poses, 2)))
     count, width = len(pose), paths.sequence.shape[1]
     direct = paths[(paths.order == 0) & (paths.obstacle == "")]
-    gain = sound.gain[mic].astype(np.complex128)
     return replace(
         direct,
         delay_s=sound.delay_s[mic],
-        gain=gain,
-        band_gain=np.repeat(gain[:, None], paths.band_gain.shape[1], axis=1),
+        band_gain=np.repeat(sound.gain[mic, None].astype(np.complex128), paths.band_gain.shape[1], axis=1),
         mic=mic,
         pose=pose,
         obstacle=np.full(count, "case"),

@@ -23,11 +23,11 @@ from scipy.special import wofz
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled
 from simulator.diffraction.edge_view import EdgeView
-from simulator.images.given_planes import image_in, last_image
-from simulator.images.image_method import OUTSIDE, REACHED, crossed
-from simulator.images.image_tree import dot
+from simulator.images.given_planes import last_image
+from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
+from simulator.images.image_tree import distance, dot
+from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -59,9 +59,11 @@ def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats,
 
 def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
     """(R, K) what the mirror met at place k leaves."""
-    ends, patch = _unfolded(found, slot, k), found.sequence[:, k]
-    code, _ = crossed(tracing, *ends, found.pose, np.ones(len(found), dtype=np.int64), patch[:, None])
-    detour = np.minimum(_detours(tracing, found.pose, patch, *ends), 1.0)
+    edges = _sharp_edges(tracing.world.wedges, len(tracing.world.patches))
+    code, detour = _crossed(
+        tracing.mirrors, found.pose, found.sequence[:, k : k + 1], *_unfolded(found, slot, k), *edges
+    )  # type: ignore[call-arg]
+    detour = np.minimum(detour, 1.0)
     fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
     turn = detour[:, None] * wavenumber
     fading *= own_m / np.maximum(own_m + detour, 1e-300)
@@ -85,36 +87,50 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
     return np.where(side, one, other), np.where(side, other, one)
 
 
-def _detours(tracing: Tracing, pose: Ints, patch: Ints, one_m: Floats, other_m: Floats) -> Floats:
-    """(R,) least detour of paths over a patch by one of its sharp edges; infinite without one."""
-    wedges = tracing.world.wedges
+def _sharp_edges(wedges: Wedges, patches: int) -> tuple[Floats, Floats, Ints]:
+    """(B, 3) starts and ends of sharp edges, patch by patch, in the rest frame; (P + 1,) where each patch begins."""
     edge, side = np.nonzero((wedges.mirror < 0)[:, None] & (wedges.patch >= 0))
     owner = wedges.patch[edge, side]
     order = np.argsort(owner, kind="stable")
-    start = np.searchsorted(owner[order], np.arange(len(tracing.world.patches) + 1))
-    image = image_in(tracing.mirrors, one_m, pose, np.ones(len(patch), dtype=np.int64), patch[:, None])
-    frame = tracing.placed[pose, tracing.world.patches.obstacle[patch]]
-    ends = into_rest(image, frame), into_rest(other_m, frame)
-    return _least_detours(wedges.start_m, wedges.end_m, edge[order], start, patch, *ends)
+    first = np.searchsorted(owner[order], np.arange(patches + 1))
+    return wedges.start_m[edge[order]], wedges.end_m[edge[order]], first
 
 
 @compiled
-def _least_detours(starts, ends, edge, first, patch, image, other):
-    """(R,) least detours between points over the edges of patches: those from `first[patch]` on in `edge`."""
-    least, along, a, b = np.full(len(patch), np.inf), np.empty(3), np.empty(3), np.empty(3)
-    for r in range(len(patch)):
-        straight = 0.0
-        for x in range(3):
-            straight += (image[r, x] - other[r, x]) ** 2
-        straight = np.sqrt(straight)
-        for i in range(first[patch[r]], first[patch[r] + 1]):
-            start, end = starts[edge[i]], ends[edge[i]]
-            for x in range(3):
-                along[x], a[x], b[x] = end[x] - start[x], image[r, x] - start[x], other[r, x] - start[x]
-            length = np.sqrt(dot(along, along))
-            ha, hb = dot(a, along) / length, dot(b, along) / length
-            ra, rb = np.sqrt(max(dot(a, a) - ha**2, 0.0)), np.sqrt(max(dot(b, b) - hb**2, 0.0))
-            h = min(max(ha + (hb - ha) * ra / max(ra + rb, 1e-300), 0.0), length)
-            detour = np.hypot(ra, h - ha) + np.hypot(rb, h - hb) - straight
-            least[r] = min(least[r], max(detour, 0.0))
-    return least
+def _crossed(mirrors, pose, sequence, one, other, start, end, first):
+    """(R,) code of segments by one mirror (R, 1), and (R,) least detour over its edges (`_sharp_edges`); else infinite.
+
+    Args:
+        one, other: (R, 3) ends of each segment.
+    """
+    code, least = np.empty(len(pose), np.int64), np.full(len(pose), np.inf)
+    images, hits, a, b = np.empty((2, 3)), np.empty((1, 3)), np.empty(3), np.empty(3)
+    for r in range(len(pose)):
+        n, p = pose[r], sequence[r, 0]
+        fill_images(mirrors, n, one[r], sequence[r], 1, images)
+        code[r] = backtrack(mirrors, n, images, sequence[r], 1, other[r], hits)
+        frame = mirrors.frames[n, mirrors.obstacle[p]]
+        _into_rest(images[1], frame, a)
+        _into_rest(other[r], frame, b)
+        for i in range(first[p], first[p + 1]):
+            least[r] = min(least[r], _detour(a, b, start[i], end[i]))
+    return code, least
+
+
+@compiled
+def _into_rest(point, frame, local):
+    """Fill in a world point as seen in a rest frame."""
+    c, s = np.cos(frame[3]), np.sin(frame[3])
+    x, y = point[0] - frame[0], point[1] - frame[1]
+    local[0], local[1], local[2] = c * x + s * y, c * y - s * x, point[2] - frame[2]
+
+
+@compiled
+def _detour(a, b, start, end):
+    """How much longer than the straight way from a to b is the shortest one over an edge."""
+    along, from_a, from_b = end - start, a - start, b - start
+    length = np.sqrt(dot(along, along))
+    ha, hb = dot(from_a, along) / length, dot(from_b, along) / length
+    ra, rb = np.sqrt(max(dot(from_a, from_a) - ha**2, 0.0)), np.sqrt(max(dot(from_b, from_b) - hb**2, 0.0))
+    h = min(max(ha + (hb - ha) * ra / max(ra + rb, 1e-300), 0.0), length)
+    return max(np.hypot(ra, h - ha) + np.hypot(rb, h - hb) - distance(a, b), 0.0)

@@ -51,7 +51,8 @@ def unfolded(
     Returns:
         The candidates, and which of the R they are.
     """
-    code, hits = zip(*(crossed(search.tracing, *way) for way in _ways(search, turns)), strict=True)
+    sides = _ways(search, turns)
+    code, hits = zip(*(crossed(search.tracing, *side) for side in sides), strict=True)
     worse = np.maximum(*code)
     ok, beside = np.flatnonzero(worse == REACHED), np.flatnonzero(worse == OUTSIDE)
     found = _assembled(search, turns[ok], hits[0][ok], hits[1][ok])
@@ -69,7 +70,8 @@ def unfolded(
 def straightened(search: Search, turns: Turns, rows: Ints) -> Candidates:
     """Candidates out of chosen rows whatever they miss: the mirrors are crossed as if they went on for ever."""
     chosen = turns[rows]
-    return _assembled(search, chosen, *(straight(search.tracing, *way)[0] for way in _ways(search, chosen)))
+    sides = _ways(search, chosen)
+    return _assembled(search, chosen, *(straight(search.tracing, *side)[0] for side in sides))
 
 
 def _ways(search: Search, turns: Turns) -> list[tuple[Floats, Floats, Ints, Ints, Ints]]:

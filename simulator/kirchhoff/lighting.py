@@ -18,6 +18,7 @@ from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
+from simulator.kirchhoff.illuminating_images import Sights
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
@@ -58,22 +59,6 @@ class Spots:
     of_facet: Ints
     facet: Ints
     beside: Ints
-
-
-@dataclass(frozen=True)
-class Sights:
-    """E images from which a body may be seen.
-
-    Attributes:
-        pose, side: (E,) pose, and 0 for the speaker, 1 and 2 for the microphones.
-        order, sequence, point_m: (E,), (E, N), (E, 3) as in `image_tree.Images`.
-    """
-
-    pose: Ints
-    side: Ints
-    order: Ints
-    sequence: Ints
-    point_m: Floats
 
 
 def spots_of(facets: Facets, spot_m: float) -> Spots:
@@ -127,6 +112,21 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     renumbered[kept] = np.arange(len(kept))
     known = lit[np.searchsorted(seeing, of_view[kept])]
     return _facet_by_facet(tracing, facets, spots, views[kept], known), renumbered[number]
+
+
+@compiled
+def share_light(lit, first, second):
+    """(R,) whether both views (R,) of a pair, -1 for none, show a facet (V, F) of the body that is the same."""
+    shared = np.zeros(len(first), np.bool_)
+    for r in range(len(first)):
+        a, b = first[r], second[r]
+        if a < 0 or b < 0:
+            continue
+        for f in range(lit.shape[1]):
+            if lit[a, f] and lit[b, f]:
+                shared[r] = True
+                break
+    return shared
 
 
 def _held_views(

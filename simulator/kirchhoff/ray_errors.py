@@ -148,18 +148,15 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Fl
 
     A tapered bin and its image meet at an angle: both end there.
     """
-    patches = tracing.world.patches
-    others = np.flatnonzero(patches.obstacle != obstacle)
+    mirrors = tracing.mirrors
+    others = np.flatnonzero(mirrors.obstacle != obstacle)
     unique, which = np.unique(pose, return_inverse=True)
     touching = np.zeros((len(unique), len(border)), dtype=bool)
     for row, n in enumerate(unique):
-        frame = tracing.placed[n]
-        point = out_of_rest(border.point_m, frame[obstacle])
-        normal = rotated(patches.normal[others], frame[patches.obstacle[others], 3])
-        offset = patches.offset_m[others] + np.sum(normal * frame[patches.obstacle[others], :3], axis=1)
-        center = out_of_rest(patches.center_m[others], frame[patches.obstacle[others]])
-        gap = np.abs(point @ normal.T - offset)
-        upright = np.abs(rotated(border.normal, frame[obstacle, 3]) @ normal.T) < UPRIGHT
-        near = np.linalg.norm(point[:, None] - center, axis=2) <= patches.radius_m[others]
+        frame, normal = tracing.placed[n, obstacle], mirrors.normal[n, others]
+        point = out_of_rest(border.point_m, frame)
+        gap = np.abs(point @ normal.T - mirrors.offset_m[n, others])
+        upright = np.abs(rotated(border.normal, frame[3]) @ normal.T) < UPRIGHT
+        near = np.linalg.norm(point[:, None] - mirrors.center_m[n, others], axis=2) <= mirrors.radius_m[others]
         touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
     return touching[which.ravel()]

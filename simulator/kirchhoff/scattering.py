@@ -12,21 +12,19 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
-from simulator.images.given_planes import image_in
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells
-from simulator.kirchhoff.illuminating_images import Ends
+from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import scattered
-from simulator.kirchhoff.lighting import Light, Sights, lit_facets
+from simulator.kirchhoff.lighting import Light, lit_facets, share_light
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest, out_of_rest, rotated
+from simulator.world.frames import out_of_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -63,20 +61,16 @@ def _scattered_in_part(search: Search, facets: Facets, light: Light, pairs: Pair
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
     lit, view = lit_facets(tracing, facets, sights, light)
-    seen = np.flatnonzero(_share_light(lit, view[first], view[second]))
+    seen = np.flatnonzero(share_light(lit, view[first], view[second]))
     used, which = np.unique([first[seen], second[seen]], return_inverse=True)
-    frame = tracing.placed[sights.pose[used], facets.obstacle]
-    lean = rotated(_leans(search, sights)[used], -frame[:, 3])
-    ends = Ends(into_rest(sights.point_m[used], frame), lean, sights.pose[used], view[used], lit)
+    ends = Ends.of(search, facets.obstacle, sights[used], view[used], lit)
     one, other = which.reshape(2, -1)
     grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
     every = scattered(facets, np.arange(len(facets)), ends, one, other, grid, reflection)
-    every = replace(every, pair=seen[every.pair])
-    turns = _turns(tracing, facets, pairs[every.pair], every)
-    gain = np.abs(every.gain).max(axis=1, initial=0.0)
+    pairs, gain = pairs[seen[every.pair]], np.abs(every.gain).max(axis=1, initial=0.0)
     kept = faintest(search.fidelity, search.audible)
-    loud = (every.length_m <= kept.limit_m) & kept(gain, _strongest(turns.pairs, gain))
-    faint = np.flatnonzero(~loud)
+    loud = (every.length_m <= kept.limit_m) & kept(gain, _strongest(pairs, gain))
+    turns, faint = _turns(tracing, facets, pairs, every), np.flatnonzero(~loud)
     search.reject(
         Reason.FAINT_CELL, len(faint), lambda: Rejected(gain[faint], partial(straightened, search, turns[faint]))
     )
@@ -96,30 +90,6 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     sights = Sights(pose[rows], side[rows], order[rows], sequence[rows], point[rows])
     first, second = which.reshape(2, -1)
     return sights, first, second
-
-
-def _leans(search: Search, sights: Sights) -> Floats:
-    """(E, 3) of the images of transducers, world frame."""
-    phone, tracing, where = search.phone, search.tracing, (sights.pose, sights.order, sights.sequence)
-    own = np.array([each.lean for each in (phone.speaker, *phone.mics)])[sights.side]
-    held = np.broadcast_to(tracing.pose.rotation.as_matrix(), (len(tracing.pose), 3, 3))[sights.pose]
-    tip, foot = (image_in(tracing.mirrors, each, *where) for each in (np.einsum("eij,ej->ei", held, own), 0.0 * own))
-    return tip - foot
-
-
-@compiled
-def _share_light(lit, first, second):
-    """(R,) whether both views (R,) of a pair, -1 for none, show a facet (V, F) of the body that is the same."""
-    shared = np.zeros(len(first), np.bool_)
-    for r in range(len(first)):
-        a, b = first[r], second[r]
-        if a < 0 or b < 0:
-            continue
-        for f in range(lit.shape[1]):
-            if lit[a, f] and lit[b, f]:
-                shared[r] = True
-                break
-    return shared
 
 
 def faintest(fidelity: Fidelity, audible: Audible) -> Audible:

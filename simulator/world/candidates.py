@@ -78,7 +78,8 @@ class Candidates(Rows):
 def concatenated(parts: list[Candidates]) -> Candidates:
     """All parts, one after the other, as wide as the widest of them."""
     width = max(part.sequence.shape[1] for part in parts)
-    return Candidates.joined(_widened(part, width) for part in parts)
+    wide = [_widened(part, width) for part in parts]
+    return Candidates.joined(wide)
 
 
 def _widened(found: Candidates, width: int) -> Candidates:

@@ -201,7 +201,9 @@ SABOTAGE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     "delays in float32": (
         _of_paths(lambda p: replace(p, delay_s=p.delay_s.astype(np.float32).astype(np.float64))), "extremes_walls",
     ),
-    "levels 0.1 dB too high": (_of_paths(lambda p: replace(p, gain=1.0116 * p.gain)), "extremes_triangulations"),
+    "levels 0.1 dB too high": (
+        _of_paths(lambda p: replace(p, band_gain=1.0116 * p.band_gain)), "extremes_triangulations",
+    ),
     "microphones swapped": (_of_paths(lambda p: replace(p, mic=1 - p.mic)), "extremes_rooms"),
     "an echo lost": (_of_paths(lambda p: p[p.order < 2]), "extremes_rooms"),
     "speed of sound 1 % off": (_faster(1.01), "extremes_air"),

@@ -9,7 +9,8 @@ from scenes.obstacles import random_obstacle
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
-from simulator.kirchhoff.lighting import Light, Sights, _paths_to, _Views, lit_facets
+from simulator.kirchhoff.illuminating_images import Sights
+from simulator.kirchhoff.lighting import Light, _paths_to, _Views, lit_facets
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
