@@ -42,21 +42,21 @@ def check(name: str, seed: int, as_json: bool, cost: bool, auto: bool) -> None:
 
     from scenes import load_encounter
     from scenes.checks.check import check_scene
-    from scenes.checks.requirements import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
+    from scenes.checks.requirements import INSTANTS, TIMED_STEPS, integrals_needed, needs_of, rendering_cost
     from scenes.files.encounter import has_walk
 
     walked = has_walk(name)
     met = load_encounter(name, seed) if walked else _walked_straight(name, seed)
     price, integrals = None, None
-    steps = 1 + cost * TIMED_RENDERINGS + auto * INSTANTS
+    steps = 1 + cost * TIMED_STEPS + auto * INSTANTS
     with tqdm(desc="meshes", total=steps, unit="step", leave=False, disable=not sys.stderr.isatty()) as bar:
         findings = check_scene(met.scene, met.walk, met.phone) if walked else check_scene(met.scene)
-        needs = needs_of(met.scene)
         bar.update()
         sound = not any(finding.severity == "error" for finding in findings)
         if cost and sound:
             bar.set_description("first beeps")
             price = rendering_cost(met.scene, met.phone, met.walk, step=bar.update)
+        needs = needs_of(met.scene)
         if auto and sound:
             bar.set_description("instants at level auto")
             integrals = integrals_needed(met.scene, met.phone, met.walk, bar.update)
@@ -108,7 +108,7 @@ def _as_text(
     lines.append(f"mechanisms needed: {', '.join(asked) or 'none'}")
     if cost is not None:
         lines.append(
-            f"rendering: {cost.prepare_s:.2f} s and {1e3 * cost.per_beep_s:.0f} ms a beep here, "
+            f"rendering: {cost.prepare_s:.2f} s to prepare the scene and {1e3 * cost.per_beep_s:.0f} ms a beep here, "
             f"{cost.walk_s:.1f} s for {cost.beeps} beeps"
         )
     if integrals:

@@ -7,22 +7,23 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from numba.core.event import install_timer
 from numpy.typing import ArrayLike
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.recording import Recording
 from simulator.phone.phone import Phone
 from simulator.render import render_walk
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Pose, Walk
 from simulator.scene.scene import Obstacle, Scene
-from simulator.surfaces.reflectors import read_mesh, reflectors_in
-from simulator.surfaces.wedges import wedges_of
 from simulator.trace import trace_paths
+from simulator.world.prepared_scene import PreparedScene, parts_of
 
 Step = Callable[[], object]
 TIMED_BEEPS = 4
-TIMED_RENDERINGS = 3
-"""The first of them compiles, the other two are timed."""
+TIMED_STEPS = 3
+"""Preparation, the first beep, and `TIMED_BEEPS` of them."""
 INSTANTS = 5
 
 
@@ -67,8 +68,8 @@ class Cost:
     """Time to render on this machine, by one processor.
 
     Attributes:
-        prepare_s: once for a walk.
-        per_beep_s: for every beep.
+        prepare_s: once for a scene: its meshes are read, and bodies cut into facets.
+        per_beep_s: for every beep after that.
         beeps: of the walk.
     """
 
@@ -88,12 +89,11 @@ def needs_of(scene: Scene) -> list[Need]:
 
 
 def _need(obstacle: Obstacle) -> Need:
-    reading = read_mesh(obstacle)
-    patches, surface = reflectors_in(reading, 0)
+    read = parts_of(obstacle, np.zeros(3))
     x, y, z = (float(extent) for extent in obstacle.mesh.extents)
     return Need(
-        obstacle.name, obstacle.category, len(obstacle.mesh.faces), (x, y, z), reading.closed, len(patches),
-        0 if surface is None else len(surface), len(wedges_of(reading, 0, 0)), obstacle.moves,
+        obstacle.name, obstacle.category, len(obstacle.mesh.faces), (x, y, z), read.reading.closed, len(read.patches),
+        0 if read.surface is None else len(read.surface), len(read.edges), obstacle.moves,
     )  # fmt: skip
 
 
@@ -125,23 +125,29 @@ class _Opening:
 def rendering_cost(
     scene: Scene, phone: Phone, walk: Walk, fidelity: Fidelity | None = None, step: Step = _silent
 ) -> Cost:
-    """Measured on the walk's first beeps; `step` is called after each of `TIMED_RENDERINGS`.
+    """Measured on the walk's first beeps, whatever is compiled for them apart; `step` is called after `TIMED_STEPS`.
+
+    Meshes that this process has read before cost nothing again.
 
     Raises:
         ValueError: the walk is shorter than one beep.
     """
-    beep = BeepDesign()
+    beep, fidelity, street = BeepDesign(), fidelity or Fidelity(), PreparedScene(scene)
     beeps = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
     some = min(TIMED_BEEPS, beeps)
 
-    def seconds(count: int) -> float:
-        begin = perf_counter()
-        render_walk(scene, phone, _Opening(walk, count * beep.period_s), beep, fidelity)
-        taken = perf_counter() - begin
-        step()
-        return taken
+    def render(count: int) -> Recording:
+        return render_walk(street, phone, _Opening(walk, count * beep.period_s), beep, fidelity)
 
-    seconds(min(some, 1))  # compiles and warms caches
-    one, all_ = seconds(1), seconds(some)
-    per_beep = all_ / some if some == 1 else max(0.0, all_ - one) / (some - 1)
-    return Cost(max(0.0, one - per_beep), per_beep, beeps)
+    def seconds(work: Callable[[], object]) -> float:
+        compiling: list[float] = []
+        begin = perf_counter()
+        with install_timer("numba:compile", compiling.append):
+            work()
+        step()
+        return perf_counter() - begin - sum(compiling)
+
+    reading = seconds(lambda: street.world_at(walk.pose([0.0]).position_m, phone, fidelity.mechanisms))
+    first = seconds(lambda: render(min(some, 1)))
+    per_beep = seconds(lambda: render(some)) / max(some, 1)
+    return Cost(reading + max(0.0, first - per_beep), per_beep, beeps)

@@ -37,7 +37,7 @@ from simulator.world.mirrors import facing
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
 
-KEPT_MESHES = 24  # of 10,000 facets each they take 200 MB
+KEPT_MESHES = 32  # of 10,000 facets each they take 270 MB; the campus has 25 and the walker
 KEPT_WORLDS = 8  # of one scene: with and without a body, by other mechanisms, about other origins
 ORIGIN_GRID_M = 64.0  # a walk's origin is rounded to this, so that walks in one street share what is prepared
 
@@ -142,7 +142,7 @@ class _Shape:
 
 
 @dataclass(frozen=True)
-class _Parts:
+class Parts:
     """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface."""
 
     reading: MeshReading
@@ -155,10 +155,15 @@ class _Parts:
         return wedges_of(self.reading, 0, 0)
 
 
+def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
+    """An obstacle's mesh as it is read about an origin, once a process."""
+    return _parts_of(_Shape.of(obstacle, origin_m))
+
+
 @lru_cache(KEPT_MESHES)
-def _parts_of(shape: _Shape) -> _Parts:
+def _parts_of(shape: _Shape) -> Parts:
     reading = read_mesh(_shifted(shape.obstacle, np.array(shape.origin_m)))
-    return _Parts(reading, *reflectors_in(reading, 0))
+    return Parts(reading, *reflectors_in(reading, 0))
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
@@ -181,7 +186,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     carried = np.array([o is phone.body for o in obstacles], dtype=bool)
     moves = carried | np.array([o.moves for o in obstacles], dtype=bool)
     shifts = [np.zeros(3) if own else origin_m for own in carried]
-    parts = [_parts_of(_Shape.of(o, s)) for o, s in zip(obstacles, shifts, strict=True)]
+    parts = [parts_of(o, s) for o, s in zip(obstacles, shifts, strict=True)]
     first = np.cumsum([0] + [len(part.patches) for part in parts])
     faces = _patches(parts)
     crack, strip = cracks(faces, moves)
@@ -200,7 +205,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     )  # fmt: skip
 
 
-def _patches(parts: list[_Parts]) -> PlanarPatches:
+def _patches(parts: list[Parts]) -> PlanarPatches:
     """The planes of all obstacles in turn."""
     owner = np.repeat(np.arange(len(parts)), [len(part.patches) for part in parts])
     return replace(merge_patches([part.patches for part in parts]), obstacle=owner.astype(np.int64))

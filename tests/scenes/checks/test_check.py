@@ -4,6 +4,7 @@ import json
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from benchmarks.cli import cli
 from benchmarks.commands.scene import check as command
 from scenes import Pace, Route, RouteWalk, load_scene
 from scenes.checks.check import check_scene
-from scenes.checks.requirements import INSTANTS, TIMED_RENDERINGS, integrals_needed, needs_of, rendering_cost
+from scenes.checks.requirements import INSTANTS, TIMED_STEPS, integrals_needed, needs_of, rendering_cost
 from scenes.obstacles import car, ground, litter_bin, wall
 from scenes.obstacles.solids import box, cylinder, shifted
 from scenes.streets.placing import placed
@@ -23,6 +24,7 @@ from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle, Scene
+from simulator.world import prepared_scene
 
 FLOOR = Obstacle(ground(), Material.rigid(), "ground", category="ground")
 WALK = GaitWalk(np.array([0.0, 0.0, 1.3]), duration_s=3.0)
@@ -135,11 +137,23 @@ def test_needs_name_the_mechanisms() -> None:
 def test_the_cost_is_measured() -> None:
     steps: list[None] = []
     cost = rendering_cost(Scene([FLOOR]), PHONE, WALK, Fidelity(max_order=1), lambda: steps.append(None))
-    assert len(steps) == TIMED_RENDERINGS
+    assert len(steps) == TIMED_STEPS
     assert cost.beeps == 33
     assert 0.0 < cost.walk_s < 60.0
     with pytest.raises(ValueError, match="must last one beep"):
         rendering_cost(Scene([FLOOR]), PHONE, GaitWalk(np.zeros(3), duration_s=0.01))
+
+
+def test_a_scenes_meshes_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The campus has 26, of which 24 were kept: `scene check` read them four times, 3.4 s each time."""
+    read = Mock(side_effect=prepared_scene.read_mesh)
+    monkeypatch.setattr(prepared_scene, "read_mesh", read)
+    prepared_scene._parts_of.cache_clear()
+    scene = Scene([FLOOR, *(thing(CUBE, f"cube {k}", (3.0 + k, 2.0)) for k in range(25))])
+    cost = rendering_cost(scene, PHONE, WALK, Fidelity(max_order=1))
+    assert len(needs_of(scene)) == read.call_count == 26
+    assert cost.prepare_s > 0.0 < cost.per_beep_s
+    assert cost.walk_s == cost.prepare_s + 33 * cost.per_beep_s
 
 
 def test_a_post_that_ends_at_the_phones_height_needs_the_integral() -> None:
@@ -169,7 +183,7 @@ def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(shown, "isatty", lambda: True, raising=False)
     with redirect_stderr(shown):
         command.main([str(path), "--auto"], standalone_mode=False)
-    assert f"/{1 + TIMED_RENDERINGS + INSTANTS} " in shown.getvalue()
+    assert f"/{1 + TIMED_STEPS + INSTANTS} " in shown.getvalue()
     assert all(stage in shown.getvalue() for stage in ("meshes", "first beeps", "instants at level auto"))
 
 
