@@ -25,7 +25,7 @@ from obstaclewatch.support.compiled import compiled
 from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
-from simulator.images.image_tree import distance, dot
+from simulator.images.image_tree import distance
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
@@ -128,9 +128,13 @@ def _into_rest(point, frame, local):
 @compiled
 def _detour(a, b, start, end):
     """How much longer than the straight way from a to b is the shortest one over an edge."""
-    along, from_a, from_b = end - start, a - start, b - start
-    length = np.sqrt(dot(along, along))
-    ha, hb = dot(from_a, along) / length, dot(from_b, along) / length
-    ra, rb = np.sqrt(max(dot(from_a, from_a) - ha**2, 0.0)), np.sqrt(max(dot(from_b, from_b) - hb**2, 0.0))
+    square = along_a = along_b = off_a = off_b = 0.0
+    for x in range(3):
+        along, from_a, from_b = end[x] - start[x], a[x] - start[x], b[x] - start[x]
+        square, along_a, along_b = square + along * along, along_a + from_a * along, along_b + from_b * along
+        off_a, off_b = off_a + from_a * from_a, off_b + from_b * from_b
+    length = np.sqrt(square)
+    ha, hb = along_a / length, along_b / length
+    ra, rb = np.sqrt(max(off_a - ha**2, 0.0)), np.sqrt(max(off_b - hb**2, 0.0))
     h = min(max(ha + (hb - ha) * ra / max(ra + rb, 1e-300), 0.0), length)
     return max(np.hypot(ra, h - ha) + np.hypot(rb, h - hb) - distance(a, b), 0.0)
