@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -41,3 +42,20 @@ def screenshot(
         check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     return np.asarray(matplotlib.image.imread(picture)[..., :3], dtype=np.float64)
+
+
+def on_a_phone(page: Path, folder: Path, width: int) -> tuple[int, int]:
+    """How wide a page is in a frame of so many pixels, and its tallest cell of a table; a window has 500 at least."""
+    measure = (
+        "const page = this.contentDocument, cells = [...page.querySelectorAll('td')].map(cell => cell.clientHeight); "
+        "document.title = `wide ${page.documentElement.scrollWidth} tall ${Math.max(0, ...cells)}`"
+    )
+    frame = folder / "phone.html"
+    frame.write_text(f'<iframe width="{width}" height="800" src="{page.as_uri()}" onload="{measure}"></iframe>')
+    done = subprocess.run(
+        [browser(), *QUIET.split(), "--disable-web-security", "--allow-file-access-from-files",
+         f"--user-data-dir={folder / 'profile'}", "--dump-dom", frame.as_uri()],
+        check=True, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    ((wide, tall),) = re.findall(r"<title>wide (\d+) tall (\d+)</title>", done.stdout)
+    return int(wide), int(tall)

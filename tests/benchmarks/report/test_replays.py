@@ -21,7 +21,7 @@ from benchmarks.report.replays.stored_replays import replays_of
 from benchmarks.report.report import write_report
 from simulator import Material, Obstacle
 from tests.benchmarks.synthetic_run import made_up_run, record, walk
-from tests.scenes.browser import QUIET, browser, screenshot
+from tests.scenes.browser import QUIET, browser, on_a_phone, screenshot
 
 WIDE = Window(-10.0, 10.0, -10.0, 10.0)
 HERE = PlanFrame(np.zeros(2), 0.0)
@@ -234,6 +234,12 @@ def test_the_player_is_drawn(tmp_path, stored):
         swept = np.abs(pixels - np.array([246, 231, 176]) / 255.0).max(axis=2) < 0.02
         ink = np.abs(pixels - np.array([24, 38, 62]) / 255.0).max(axis=2) < 0.05
         assert min(wall.sum(), swept.sum(), ink.sum()) > 500, (width, wall.sum(), swept.sum(), ink.sum())
+
+
+def test_the_player_fits_a_phone(tmp_path, stored):
+    """The key of its colours was one word too long to be broken."""
+    page = write_report(made_up_run(tmp_path, []), replays_of(tmp_path, [ChosenWalk(stored[0], "a wall")]))
+    assert on_a_phone(page, tmp_path, 400)[0] <= 400
 
 
 def test_without_walks_the_page_has_no_script(tmp_path):
