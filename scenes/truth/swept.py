@@ -18,6 +18,10 @@ from scipy.optimize import brentq
 
 from obstaclewatch.support.arrays import Floats
 
+STRIDE = 16
+"""Of so many segments one is asked for its distance whatever it is."""
+ROUNDING_M = 1e-9
+
 
 @dataclass(frozen=True)
 class Body:
@@ -85,6 +89,26 @@ class Slab:
         distance: Floats = self.tree.query_nearest(
             shapely.linestrings(segment_m), all_matches=False, return_distance=True
         )[1]
+        return distance
+
+    def distance_where_near(self, segment_m: Floats, near_m: float = 0.0, beyond_least_m: float = 0.0) -> Floats:
+        """As `distance` for N consecutive segments wherever they are near, and elsewhere bounds from below.
+
+        Near is what lies within `near_m`, or within the least distance and `beyond_least_m` more. Between two segments
+        the distance changes by no more than their ends move, so most need not be asked.
+        """
+        asked = np.unique(np.append(np.arange(0, len(segment_m), STRIDE), len(segment_m) - 1))
+        known = self.distance(segment_m[asked])
+        moved = np.linalg.norm(np.diff(segment_m, axis=0), axis=2).max(axis=1)
+        along = np.concatenate([[0.0], np.cumsum(moved)])
+        place = np.arange(len(segment_m))
+        after = np.searchsorted(asked, place)
+        before = np.searchsorted(asked, place, side="right") - 1
+        distance: Floats = np.maximum(
+            known[before] - (along - along[asked[before]]), known[after] - (along[asked[after]] - along)
+        )
+        near = distance <= max(near_m, float(known.min()) + beyond_least_m) + ROUNDING_M
+        distance[near] = self.distance(segment_m[near])
         return distance
 
     def first_contact(self, core_m: Floats, distance_m: Floats, half_width_m: float) -> float:

@@ -222,9 +222,9 @@ def contact(obstacle: Obstacle, walk: Walk, body: Body | None = None) -> Contact
     worn = Body() if body is None else body
     slab = Slab.of(obstacle.mesh, 0.0, worn.height_m)
     time, phone, core = _track(obstacle, walk, worn)
-    distance = slab.distance(core)
+    distance = slab.distance_where_near(core, worn.half_width_m)
     return Contact(
-        miss_distance_m=float(slab.distance(_mean_line(obstacle, walk, time, phone)).min()),
+        miss_distance_m=float(slab.distance_where_near(_mean_line(obstacle, walk, time, phone)).min()),
         clearance_m=max(0.0, float(distance.min()) - worn.half_width_m),
         contact_time_s=_at_index(slab.first_contact(core, distance, worn.half_width_m), time),
     )
@@ -234,7 +234,7 @@ def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float) -> bool:
     """Whether an obstacle ever comes within a gap of the walker's body; quicker than the exact clearance."""
     body = Body()
     _, _, core = _track(obstacle, walk, body)
-    distance = Slab.of(obstacle.mesh, 0.0, body.height_m).distance(core)
+    distance = Slab.of(obstacle.mesh, 0.0, body.height_m).distance_where_near(core)
     return bool(distance.min() <= body.half_width_m + gap_m)
 
 
@@ -242,7 +242,7 @@ def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05) -> floa
     """When the walker's body first is as near to an obstacle as it ever gets, within some centimetres, s."""
     time, _, core = _track(obstacle, walk, Body())
     slab = Slab.of(obstacle.mesh, 0.0, Body().height_m)
-    distance = slab.distance(core)
+    distance = slab.distance_where_near(core, beyond_least_m=within_m)
     return _at_index(slab.first_contact(core, distance, float(distance.min()) + within_m), time)
 
 

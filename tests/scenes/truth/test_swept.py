@@ -71,6 +71,27 @@ def test_distances_agree_with_dense_samples(mesh) -> None:
         assert expected - found < 0.01
 
 
+@pytest.mark.parametrize(("near_m", "beyond_m"), [(0.0, 0.0), (0.25, 0.0), (0.0, 0.3)])
+def test_what_is_near_has_its_distance_and_the_rest_a_bound(near_m: float, beyond_m: float) -> None:
+    """On crooked ways past a person, at even and at jumping pace, met and missed."""
+    slab, rng, asked_of = Slab.of(person(), 0.0, 1.8), np.random.default_rng(6), []
+    for _ in range(20):
+        place = np.cumsum(rng.normal(0.0, 0.02, (200, 2)), axis=0) + np.linspace([-2.0, 0.0], [2.0, 0.0], 200)
+        place += rng.uniform(-0.8, 0.8, 2) + (rng.random((200, 1)) < 0.01) * rng.normal(0.0, 1.0, (200, 2))
+        core = np.stack([place, place + rng.uniform(-0.3, 0.3, 2)], axis=1)
+        exact, found = slab.distance(core), slab.distance_where_near(core, near_m, beyond_m)
+        near = exact <= max(near_m, exact.min() + beyond_m)
+        np.testing.assert_array_equal(found[near], exact[near])
+        assert (found <= exact + 1e-12).all()
+        assert (found[~near] > max(near_m, exact.min() + beyond_m)).all()
+        asked_of.append(np.mean(found == exact))
+    assert np.mean(asked_of) < 0.7
+
+
+def test_an_empty_slab_is_nowhere_near() -> None:
+    assert np.isposinf(Slab(np.empty((0, 3, 2))).distance_where_near(straight_cores((-3, 0), (3, 0)))).all()
+
+
 def test_contact_lies_between_the_last_core_apart_and_the_first_that_touches() -> None:
     """At the index that is found, between two cores, the distance is the half width: to 1e-12 of a step of 2 cm."""
     slab = Slab.of(person(), 0.0, 1.8)
