@@ -66,7 +66,8 @@ class Choice:
 
     def __str__(self) -> str:
         taken = f"{self.obstacle}: integral over {self.integrals} of {self.pairs} pairs of images"
-        return f"{taken}; estimated error of rays {self.rays_db:.2f} dB, left {self.left_db:.2f} dB"
+        rays = f"would err by {self.rays_db:.2f} dB" if np.isfinite(self.rays_db) else "say nothing of its echo"
+        return f"{taken}; rays alone {rays}, {self.left_db:.2f} dB are left"
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import trimesh
 
 from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.paths import REPR_ROWS
+from simulator.world.rejection_log import Choice
 
 
 @pytest.fixture(scope="module")
@@ -46,3 +47,9 @@ def test_a_notebook_shows_a_table_with_names_escaped(paths):
 
 def test_reasons_without_a_rejection_are_not_listed(paths):
     assert ": 0" not in paths.explain()
+
+
+def test_rays_that_are_not_judged_have_no_error():
+    """`explain` said "estimated error of rays inf dB" of people, whose rays say nothing of them."""
+    assert str(Choice("man", 8, 8, float("inf"), 0.0)).endswith("rays alone say nothing of its echo, 0.00 dB are left")
+    assert str(Choice("bin", 8, 2, 3.0, 0.25)).endswith("rays alone would err by 3.00 dB, 0.25 dB are left")

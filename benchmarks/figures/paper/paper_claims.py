@@ -191,7 +191,7 @@ def _charge(row: EnergyRow) -> Claim:
         f"charge of 30 minutes, {row.phone} (ours: a model)",
         f"{row.used_mah:.0f} mAh, {100 * row.share:.1f} %",
     )
-    return Claim(text, "section 4.9, Table 1", printed, charge, row.used_mah, False, "energy")
+    return Claim(text, "section 4.9, Table 1 and Fig. 27", printed, charge, row.used_mah, False, "energy")
 
 
 def _order(text: str, source: str, paper: str, measure: Measure, suite: str = "paper") -> Claim:

@@ -22,7 +22,13 @@ def test_every_picture_comes_from_a_suite_that_reproduces_it():
 
 
 @pytest.mark.parametrize(
-    ("name", "claim"), [("fig22", "Distance1 at 3 m, P90"), ("fig17", "TP, campus"), ("table1", "charge of 30 minutes")]
+    ("name", "claim"),
+    [
+        ("fig22", "Distance1 at 3 m, P90"),
+        ("fig17", "TP, campus"),
+        ("table1", "charge of 30 minutes"),
+        ("fig27", "charge of 30 minutes"),
+    ],
 )
 def test_the_paper_s_values_stand_beside_their_figure(tmp_path, name, claim):
     rows = claim_rows([made_up_run(tmp_path, suite="energy")])
