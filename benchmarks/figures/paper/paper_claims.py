@@ -102,8 +102,12 @@ def claims() -> list[Claim]:
             for range_m, value in paper_values.DISTANCE1_MEDIAN.items()
         ),
         *(
-            _error(f"{name} at {range_m:g} m, P90", value, column, 0.9, "ranging", range_m)
-            for range_m in (1.5, 3.0, 5.0)
+            _error(f"{name} at {range_m:g} m, P90", replace(value, source=source), column, 0.9, "ranging", range_m)
+            for source, range_m in (
+                ("section 4.6, Fig. 21", 1.5),
+                ("section 4.6, Fig. 22", 3.0),
+                ("section 4.6, Fig. 23", 5.0),
+            )
             for name, column, value in (
                 ("Distance1", "range_m", paper_values.DISTANCE1_P90),
                 ("Distance2", "range2_m", paper_values.DISTANCE2_P90),
