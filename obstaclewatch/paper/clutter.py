@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 SPEED_STEP_M_S = 0.1
 """Between trial speeds: 7 cm after 0.7 s, just within the tolerance of an approach."""
@@ -132,7 +132,7 @@ def trial_speeds(slowest_m_s: float, fastest_m_s: float) -> Floats:
     return speeds
 
 
-@compiled
+@inlined
 def _partners(
     range_m: float, age_s: Floats, past_m: Floats, speeds_m_s: Floats, tolerance_m: float
 ) -> tuple[Floats, Floats]:
@@ -154,7 +154,7 @@ def _partners(
     return partners, apart_m
 
 
-@compiled
+@inlined
 def _best(partners: Floats, apart_m: Floats) -> int:
     """The approach with the most partners; of several, the one nearest to all beeps. The first speed is none."""
     best = 1
@@ -165,7 +165,7 @@ def _best(partners: Floats, apart_m: Floats) -> int:
     return best
 
 
-@compiled
+@inlined
 def _stays(range_m: float, age_s: Floats, past_m: Floats, tolerance_m: float, static_age_s: float) -> tuple[int, int]:
     """How many earlier beeps hold a peak at the same range, and how many of those are old enough to decide by."""
     stays = stays_long = 0
@@ -186,7 +186,7 @@ def _nearest_offset(expected_m: float, past_m: Floats) -> float:
     return nearest
 
 
-@compiled
+@inlined
 def _fitted_speed(range_m: float, speed_m_s: float, age_s: Floats, past_m: Floats, tolerance_m: float) -> float:
     """Least-squares speed through a peak and its partners along a trial speed."""
     moment = weight = 0.0

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 REACH_M = 0.19
 """Path differences that are kept, on either side: the longest phone's 16 cm and 3 cm more."""
@@ -50,7 +50,7 @@ def check_mic_phase(mic_phase_rad: float | None) -> None:
         raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
 
 
-@compiled
+@inlined
 def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise: float) -> SingleComplexes:
     """(n, W) envelope of microphone 1 at offsets (W,), samples, after n peaks of microphone 0 at positions (n,).
 
@@ -67,7 +67,7 @@ def second_channel(envelope: Complexes, position: Floats, offset: Floats, noise:
     return rows
 
 
-@compiled
+@inlined
 def received_at(received: Singles, sample: NDArray[np.int32], row: SingleComplexes, u_m: Singles) -> None:
     """Fill in (2, H) real and imaginary part of a row (W,) of `second_channel` at path differences.
 
@@ -91,7 +91,7 @@ def received_at(received: Singles, sample: NDArray[np.int32], row: SingleComplex
         received[1, trajectory] = before.imag + rest * (after.imag - before.imag)
 
 
-@compiled
+@inlined
 def deviation_factor(row: SingleComplexes) -> np.float32:
     """Factor that brings a row (W,) to units of noise and of a deviation that is `WOBBLE` of the echo."""
     power = np.float32(0.0)
@@ -100,7 +100,7 @@ def deviation_factor(row: SingleComplexes) -> np.float32:
     return np.float32(1.0) / np.sqrt(np.float32(1.0) + np.float32(WOBBLE**2) * power)
 
 
-@compiled
+@inlined
 def add_rotated(total: Singles, received: Singles, u_m: Singles, per_m: np.float32, factor: np.float32) -> None:
     """Add to totals (2, H) what was received (2, H), times a factor and rotated by path differences at cycles a
     metre."""
@@ -111,7 +111,7 @@ def add_rotated(total: Singles, received: Singles, u_m: Singles, per_m: np.float
         total[1, trajectory] += received[0, trajectory] * sine + received[1, trajectory] * cosine
 
 
-@compiled
+@inlined
 def cycle(cycles: np.float32) -> tuple[np.float32, np.float32]:
     """Cosine and sine of so many cycles, within 1e-6 and fewer than 64: series of half the angle, doubled.
 
@@ -126,7 +126,7 @@ def cycle(cycles: np.float32) -> tuple[np.float32, np.float32]:
     return cosine * cosine - sine * sine, np.float32(2.0) * sine * cosine
 
 
-@compiled
+@inlined
 def log_agreement(real: float, imaginary: float, phase_rad: float) -> float:
     """Log likelihood ratio of the phase of a coherent sum: near the expected one, against anywhere.
 
@@ -144,7 +144,7 @@ def log_agreement(real: float, imaginary: float, phase_rad: float) -> float:
     return np.log((1.0 - ODD) * np.exp(narrow * near) / bessel_i0(narrow) + ODD)
 
 
-@compiled
+@inlined
 def bessel_i0(argument: float) -> float:
     """Modified Bessel function of order 0: the power series, to 1e-12 up to 1 / `PHASE_STD`^2."""
     total, quarter2 = 0.0, 0.25 * argument * argument

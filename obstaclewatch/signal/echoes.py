@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.order_statistic import order_statistic
 from obstaclewatch.support.rows import Rows
 
@@ -76,7 +76,7 @@ def os_cfar_passes(magnitude: Floats, peaks: NDArray[np.intp], factor: float, ha
     return passes
 
 
-@compiled
+@inlined
 def _reached(samples: Floats, factor: float, height: float) -> int:
     """How many samples times the factor are no higher than a height. By index this loop is vectorised."""
     count = 0

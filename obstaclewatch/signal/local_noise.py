@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import inlined
 from obstaclewatch.support.order_statistic import order_statistic
 
 QUANTILE = 0.6
@@ -13,7 +13,7 @@ QUANTILE_TO_RMS = float(np.sqrt(-np.log(1.0 - QUANTILE)))
 """A Rayleigh envelope's 60 % quantile as a share of its rms; an echo fills less than the rest of a window."""
 
 
-@compiled
+@inlined
 def local_noise(magnitude: Floats, window: int) -> Floats:
     """(M,) rms of the noise around each sample of an envelope, from quantiles of windows that overlap by half.
 

@@ -19,7 +19,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.echoes import Echoes, refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.support.arrays import Complexes, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 TABLE_S, FINE = 5e-3, 16
 """Of the pulse's table: reach of the filter that makes it, and entries per sample of the envelope."""
@@ -135,7 +135,7 @@ def nearest_echoes(crests: Crests, position: Floats) -> tuple[Floats, Floats]:
     return phase, std
 
 
-@compiled
+@inlined
 def is_one_pulse(envelope: Complexes, peak: int, table: Floats, noise: float) -> bool:
     """Whether a single pulse leaves little of the crest about a peak."""
     middle, amplitude = _single(envelope, peak)
@@ -145,7 +145,7 @@ def is_one_pulse(envelope: Complexes, peak: int, table: Floats, noise: float) ->
     return left <= AS_ONE * abs(amplitude) + AS_ONE_NOISE * noise
 
 
-@compiled
+@inlined
 def two_echoes(envelope: Complexes, peak: int, table: Floats, noise: float) -> Pair:
     """The pair of echoes about a peak that explains most; arguments as of `parted_crests`."""
     energy, early, late, sharpness = _refined(envelope, _coarse(envelope, peak, table), table)
@@ -208,7 +208,7 @@ def _single(envelope: Complexes, peak: int) -> tuple[float, complex]:
     return position, height * here / abs(here)
 
 
-@compiled
+@inlined
 def _coarse(envelope: Complexes, peak: int, table: Floats) -> tuple[float, float, float]:
     """Energy and places of the best pair of every other sample about a peak."""
     best, early, late = -1.0, 0.0, 0.0
@@ -220,7 +220,7 @@ def _coarse(envelope: Complexes, peak: int, table: Floats) -> tuple[float, float
     return best, early, late
 
 
-@compiled
+@inlined
 def _refined(
     envelope: Complexes, start: tuple[float, float, float], table: Floats
 ) -> tuple[float, float, float, tuple[float, float]]:
@@ -248,7 +248,7 @@ def _refined(
     return best, early, late, (spread[0] * STENCIL**2, spread[1] * STENCIL**2)
 
 
-@compiled
+@inlined
 def _to_top(energy: Floats) -> tuple[float, float, tuple[float, float]]:
     """Steps to the top of the paraboloid through (3, 3) values, and its inverse curvatures.
 

@@ -16,7 +16,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.echoes import TINY, refine_peaks
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 SPEEDS_M_S = np.arange(0.0, 4.01, 0.2)
 """Closing speeds of the width table. Doppler stretches the paper's pulse: its half width at half height grows from
@@ -97,7 +97,7 @@ def trailing_widths(
     return width, merged
 
 
-@compiled
+@inlined
 def _crossing(side: Floats, target: float) -> tuple[int, bool]:
     """Where a peak's side first falls below a target, 0 if nowhere, and whether it rises again before."""
     rises = False
@@ -108,7 +108,7 @@ def _crossing(side: Floats, target: float) -> tuple[int, bool]:
     return 0, False
 
 
-@compiled
+@inlined
 def _inverse_parabola(height: Floats, target: float) -> float:
     """Where falling heights (3,) at samples -2, -1, 0 pass a target: position as a parabola of log height."""
     early, middle, late = [math.log(max(sample, TINY)) for sample in height]

@@ -16,7 +16,7 @@ import numpy as np
 from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings, nearest_place
 from obstaclewatch.signal.two_mics import law_of_cosines, path_difference_at
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 STEP_RAD = np.deg2rad(1.0)
 BEARINGS_RAD = STEP_RAD * np.arange(0.5, 90.0)
@@ -81,7 +81,7 @@ def _posterior(range_m: Floats, readings: DifferenceReadings, attitude: Attitude
     return medians, deviations, cycles
 
 
-@compiled
+@inlined
 def _weigh(
     range_m: float,
     envelope: tuple[float, float],
@@ -130,7 +130,7 @@ def _step_at(cosine: float) -> int:
     return min(int(np.ceil(aside / STEP_RAD - 0.5)), len(BEARINGS_RAD))
 
 
-@compiled
+@inlined
 def _middle(share: Floats) -> tuple[float, float]:
     """Median of the bearing, and root mean square departure from it."""
     passed, median = 0.0, np.nan

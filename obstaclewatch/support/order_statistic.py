@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 
 @compiled
@@ -29,7 +29,7 @@ def order_statistic(values: Floats, rank: int) -> float:
     return work[rank]
 
 
-@compiled
+@inlined
 def median(values: Floats) -> float:
     """The mean of the two middle ones of (n,) numbers, or the middle one."""
     return 0.5 * (order_statistic(values, (len(values) - 1) // 2) + order_statistic(values, len(values) // 2))

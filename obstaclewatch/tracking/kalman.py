@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 
 @compiled
@@ -25,7 +25,7 @@ def begun(age_s: Floats, read_m: Floats, variance: float, ahead_s: float) -> tup
     return state, covariance
 
 
-@compiled
+@inlined
 def predicted(state: Floats, covariance: Floats, step_s: float, acceleration_m_s2: float) -> tuple[Floats, Floats]:
     """State (2,), range, m, and closing speed, m/s, and covariance (2, 2) a time later, under white acceleration."""
     moved, spread = np.empty(2), np.empty((2, 2))
@@ -45,7 +45,7 @@ def expected_reading(state: Floats, covariance: Floats, ahead_s: float) -> tuple
     return state[0] - ahead_s * state[1], to_range - ahead_s * to_speed
 
 
-@compiled
+@inlined
 def updated(state: Floats, covariance: Floats, read_m: float, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
     """State and covariance after a reading of that variance."""
     better, spread = np.empty(2), np.empty((2, 2))

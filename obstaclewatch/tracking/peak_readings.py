@@ -23,7 +23,7 @@ from obstaclewatch.signal.echoes import (
 from obstaclewatch.signal.local_noise import local_noise
 from obstaclewatch.signal.two_mics import distance_of
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.order_statistic import order_statistic
 from obstaclewatch.tracking.track_before_detect import log_ratio
 
@@ -101,7 +101,7 @@ def peak_readings(
     return readings, second, log_ratio(height * height)
 
 
-@compiled
+@inlined
 def noise_under(received: Floats, clutter: Floats, window: int, reach: int, floor: float) -> Floats:
     """(S,) rms that an envelope's moving echoes must stand out of: noise, what stays, and sidelobes.
 
@@ -118,7 +118,7 @@ def noise_under(received: Floats, clutter: Floats, window: int, reach: int, floo
     return noise
 
 
-@compiled
+@inlined
 def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int) -> NDArray[np.intp]:
     """(n,) peaks apart from one another that are highest over noise, nearest first."""
     if most == 0:
@@ -130,7 +130,7 @@ def highest_peaks(magnitude: Floats, height: Floats, separation: int, most: int)
     return peaks
 
 
-@compiled
+@inlined
 def readings_of(
     path_m: Floats,
     amplitude: Floats,

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.walker.gait import OSCILLATION_KNOWN_M, OTHER_M, READING_M, STEP_HZ
 from obstaclewatch.walker.pitch_oscillation import Oscillation
 
@@ -105,14 +105,14 @@ def _fitted(
     return centre_m + now.real + _sum_of_products(asked, fit[0]), SPEED_M_S + fit[0, 1], std_m
 
 
-@compiled
+@inlined
 def _terms(terms: Floats, tau_s: float, ahead_s: float, step_rad_s: float) -> None:
     """Fill in (5,) what range, closing speed, acceleration, and cosine and sine of the steps add to a reading."""
     terms[0], terms[1], terms[2] = 1.0, -(tau_s + ahead_s), tau_s * (0.5 * tau_s + ahead_s)
     terms[3], terms[4] = np.cos(step_rad_s * tau_s), np.sin(step_rad_s * tau_s)
 
 
-@compiled
+@inlined
 def _robust_fit(terms: Floats, read_m: Floats, variance: Floats, precision: Floats, asked: Floats) -> Floats:
     """(2, 5) coefficients of (K, 5) terms, under Student's noise of (K,) scales, and their covariance with `asked`."""
     fit, weight = np.zeros((2, TERMS)), np.empty(len(terms))
@@ -126,7 +126,7 @@ def _robust_fit(terms: Floats, read_m: Floats, variance: Floats, precision: Floa
     return fit
 
 
-@compiled
+@inlined
 def _weighted_fit(fit: Floats, terms: Floats, read_m: Floats, weight: Floats, precision: Floats, asked: Floats) -> None:
     """Fill in the same (2, 5) by weighted least squares with a prior of (5,) precisions about 0."""
     rows = np.zeros((TERMS, TERMS + 2))

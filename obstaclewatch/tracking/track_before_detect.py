@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 SPEEDS_M_S = (0.45, 3.2)
 CHANGE = 0.4
@@ -26,7 +26,7 @@ LOSS = float(np.log1p(EXPECTED_POWER)) + BIAS
 RATIO_LIMITS = (-1.2, 4.0)
 
 
-@compiled
+@inlined
 def log_ratio(power: Floats) -> Singles:
     """(N // 2,) log likelihood ratios of cells from (N,) powers over noise: fluctuating echo against noise alone.
 

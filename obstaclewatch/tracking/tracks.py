@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.tracking.kalman import begun, expected_reading, predicted, updated
 from obstaclewatch.tracking.moving_peaks import MovingPeaks
 from obstaclewatch.tracking.range_fit import FITTED_BEEPS, Timing, TrackRange, track_range
@@ -322,7 +322,7 @@ def _best_chain(peaks: _FreePeaks, read_m: float, speeds_m_s: Floats) -> NDArray
     return best
 
 
-@compiled
+@inlined
 def _on_line(range_m: Floats, power: Floats, free: Flags, read_m: float, farther_m: float) -> tuple[int, float]:
     """The free peak that gains most for a line farther than `read_m`, and what it gains; -1 if none is near enough."""
     best, most = -1, -np.inf

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 Single = np.float32
 
@@ -52,7 +52,7 @@ def bodies_at(table: Singles, ground_m: float) -> Bodies:
     return Bodies(height_m, table[1], table[2], table[3], table[4], table[5], table[6])
 
 
-@compiled
+@inlined
 def steady_range(read_m: Single, rise_m: Single, fore_aft_m: Single, height_m: Single, cos_angle: Single) -> Single:
     """Range as a phone would read it that moves neither up nor fore and aft; `rise_m` is 0 of what is as high as the
     phone."""
@@ -60,7 +60,7 @@ def steady_range(read_m: Single, rise_m: Single, fore_aft_m: Single, height_m: S
     return read_m - down * rise_m + np.sqrt(ONE - down * down) * cos_angle * fore_aft_m
 
 
-@compiled
+@inlined
 def distance_ahead(range_m: Single, height_m: Single, radius_m: Single, miss_m: Single) -> Single:
     """Distance ahead at which a trajectory is seen at that range; the least one if it never is."""
     plan = np.sqrt(max(range_m * range_m - height_m * height_m, NEAREST_M * NEAREST_M)) + radius_m
@@ -85,14 +85,14 @@ def cone_cosine(
     return (plan_m * toward * cos_pitch - height_m * sin_pitch) / range_m
 
 
-@compiled
+@inlined
 def path_difference(range_m: Single, cosine: Single, separation_m: Single) -> Single:
     """From microphone 1, a phone's length behind microphone 0, less that from microphone 0, of a point."""
     far2 = range_m * (range_m + TWO * separation_m * cosine) + separation_m * separation_m
     return np.sqrt(far2) - range_m
 
 
-@compiled
+@inlined
 def mirror_off(
     range_m: Single, cosine: Single, toward: Single, cos_pitch: Single, along_m2: Single, up_m2: Single
 ) -> Single:

@@ -11,7 +11,7 @@ import numpy as np
 
 from obstaclewatch.signal.carrier_phase import add_rotated, deviation_factor, received_at
 from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.trajectories.geometry import (
     NEAREST_M,
     Bodies,
@@ -56,7 +56,7 @@ class Agreement(NamedTuple):
     gathered: Singles
 
 
-@compiled
+@inlined
 def agreement(
     bodies: Bodies,
     receivers: Receivers,
@@ -88,7 +88,7 @@ def agreement(
     return Agreement(ahead_m, closing_m_s, misfit, total)
 
 
-@compiled
+@inlined
 def steady_ranges(bodies: Bodies, read_m: Floats, rise_m: Floats, fore_aft_m: Floats) -> Singles:
     """(K, H) ranges as a phone would read them that moves neither up nor fore and aft, from (K,) readings and
     departures."""
@@ -103,7 +103,7 @@ def steady_ranges(bodies: Bodies, read_m: Floats, rise_m: Floats, fore_aft_m: Fl
     return steady
 
 
-@compiled
+@inlined
 def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closing: Floats) -> tuple[Singles, Singles]:
     """(H,) distances ahead at time 0 and closing speeds: sums, by (K,) weights, of the distances that ranges say."""
     ahead, closing = np.zeros_like(bodies.miss_m), np.zeros_like(bodies.miss_m)
@@ -117,7 +117,7 @@ def straight_lines(bodies: Bodies, steady_m: Singles, of_ahead: Floats, of_closi
     return ahead, closing
 
 
-@compiled
+@inlined
 def misfits(
     bodies: Bodies, steady_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s: Floats, white: Floats
 ) -> Singles:
@@ -136,7 +136,7 @@ def misfits(
     return misfit
 
 
-@compiled
+@inlined
 def weighted_sum(total: Singles, rows: Singles, weight: Floats, count: int) -> None:
     """Fill in (H,) the weighted sum of the first rows (count, H)."""
     total[:] = np.float32(0.0)
@@ -172,7 +172,7 @@ def lines_ahead(line_m: Singles, ahead_m: Singles, closing_m_s: Singles, time_s:
         )
 
 
-@compiled
+@inlined
 def gathered(
     bodies: Bodies,
     receivers: Receivers,

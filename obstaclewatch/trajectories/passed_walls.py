@@ -8,7 +8,7 @@ once its foot would lie beyond that end.
 
 from __future__ import annotations
 
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import inlined
 
 GAP_M = (0.08, 0.75)
 """Between the walker's side and the end of a wall that is passed, evenly; what ends farther off is no near miss."""
@@ -22,7 +22,7 @@ def ends_of_passed(half_width_m: float) -> tuple[float, float]:
     return half_width_m + least_m, half_width_m + most_m
 
 
-@compiled
+@inlined
 def still_received(foot_m: float, ends_m: tuple[float, float]) -> float:
     """Share of passed walls whose end lies nearer to the walker's line than their foot, and which are detected so.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from obstaclewatch.signal.carrier_phase import log_agreement
 from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes, Singles
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.trajectories.geometry import NEAREST_M, bodies_at, cone_cosine, sight
 from obstaclewatch.trajectories.likelihood import Agreement, Receivers, agreement
 from obstaclewatch.trajectories.passed_walls import still_received
@@ -114,7 +114,7 @@ def posterior(
     return share, found.ahead_m, found.closing_m_s, misfit
 
 
-@compiled
+@inlined
 def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flags, phase_rad: float) -> Floats:
     """(H,) probabilities, which sum to 1.
 
@@ -137,7 +137,7 @@ def shares(log_prior: Floats, found: Agreement, density: Floats, has_phase: Flag
     return share / share.sum()
 
 
-@compiled
+@inlined
 def log_fit(misfit: float) -> float:
     """Log likelihood of squared deviations, which saturates."""
     return -0.5 * MOST_MISFIT * (1.0 - np.exp(-misfit / MOST_MISFIT))
@@ -246,7 +246,7 @@ def expectations(
     return hit / total, left, speed / total, bearing, spread, *rest
 
 
-@compiled
+@inlined
 def walked_share(closing_m_s: float) -> float:
     """Of an approach, what the walker walks; of a faster one the obstacle's own speed makes up the rest."""
     return min(1.0, WALKING_M_S / max(closing_m_s, WALKING_M_S))

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import inlined
 
 STEP_HZ, STEP_STD_HZ = 1.85, 0.15
 """Steps per second of adults who walk at 1.0-1.5 m/s (Murakami and Otaka 2017: 1.6-2.0)."""
@@ -23,7 +23,7 @@ OTHER_M = 0.012
 """What is neither step nor noise: reflecting points that wander, echoes that overlap."""
 
 
-@compiled
+@inlined
 def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -> Floats:
     """(K, K) covariance, m^2, of K readings about a straight trajectory.
 
@@ -47,7 +47,7 @@ def reading_covariance(time_s: Floats, noise_std_m: Floats, step_std_m: float) -
     return covariance
 
 
-@compiled
+@inlined
 def whitening(covariance: Floats) -> Floats:
     """(K, K) lower triangle W with W covariance W^T = 1: rows of covariance and identity are eliminated jointly."""
     count = len(covariance)
@@ -72,7 +72,7 @@ def whitening(covariance: Floats) -> Floats:
     return white
 
 
-@compiled
+@inlined
 def line_weights(time_s: Floats, white: Floats) -> tuple[Floats, Floats]:
     """(K,) weights whose sums over readings are a straight line's value at time 0, and its fall a second.
 

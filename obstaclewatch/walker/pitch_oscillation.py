@@ -21,7 +21,7 @@ from obstaclewatch.signal.carrier_phase import phase_at
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.support.arrays import Complexes, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.order_statistic import median
 from obstaclewatch.walker.sinusoid import common_sinusoid
 
@@ -193,7 +193,7 @@ def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tu
     return step_rad_s, PHASE_SCALE * phase * pitch_per_phase, height, fore_aft
 
 
-@compiled
+@inlined
 def _departures(read_m: Floats, phase_rad: Floats) -> Floats:
     """(2, K) of ranges from their median, and of phases from their mean on the circle, in units of their scales."""
     departures, middle = np.empty((2, len(read_m))), median(read_m)

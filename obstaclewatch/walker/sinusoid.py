@@ -9,7 +9,7 @@ import numpy as np
 
 from obstaclewatch.signal.echoes import TINY
 from obstaclewatch.support.arrays import Complexes, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 ROUNDS = 3
 """Of the fit, whose weights fall where something else crosses."""
@@ -17,7 +17,7 @@ LEAST_LEFT = 0.02
 """Share of the variance below which a better fit no longer counts for a frequency."""
 
 
-@compiled
+@inlined
 def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tuple[float, Complexes, Floats]:
     """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
 
@@ -31,7 +31,7 @@ def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tupl
     return rates_rad_s[best], phasor, share
 
 
-@compiled
+@inlined
 def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     """(K, F) cosines and sines at evenly spaced rates, each rotated on from the one before."""
     cosine, sine = np.empty((2, len(time_s), len(rates_rad_s)))
@@ -45,7 +45,7 @@ def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
     return cosine, sine
 
 
-@compiled
+@inlined
 def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Complexes, Floats]:
     """The best of F frequencies, (2,) phasors, and (2,) shares explained, from (K, F) cosines and sines."""
     best, phasor, share = 0, np.empty(2, dtype=np.complex128), np.empty(2)
@@ -63,7 +63,7 @@ def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Comp
     return best, phasor, share
 
 
-@compiled
+@inlined
 def _likeliest(first: Floats, second: Floats) -> int:
     """Which frequency leaves the least of both series, from the (F,) shares that it explains."""
     best, least = 0, np.inf
@@ -95,7 +95,7 @@ def weighted_fits(cosine: Floats, sine: Floats, values: Floats, weight: Floats) 
     return fit, share
 
 
-@compiled
+@inlined
 def _moments(values: Floats, weight: Floats) -> tuple[float, float, float]:
     """Sum of the weights, weighted mean of (K,) values, and weighted sum of their squared departures from it."""
     total = moment = scatter = 0.0
@@ -107,7 +107,7 @@ def _moments(values: Floats, weight: Floats) -> tuple[float, float, float]:
     return total, moment / total, max(scatter, TINY)
 
 
-@compiled
+@inlined
 def _products(cosine: Floats, sine: Floats, values: Floats, weight: Floats) -> Floats:
     """(6, F) weighted sums over beeps: cosine, sine, cosine squared, cosine times sine, and both times the values."""
     products = np.zeros((6, cosine.shape[1]))

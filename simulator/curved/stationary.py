@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.facet_bounds import may_mirror
 from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
@@ -174,7 +174,7 @@ def _add_turn(x, dx, end, inverse, dh):
         dh[k] += ((end[k] - x[k]) * product * inverse * inverse - dx[k]) * inverse
 
 
-@compiled
+@inlined
 def _facet_axes(corner, one, other):
     """Fill in two orthonormal vectors in the plane of a facet."""
     size = along = 0.0
@@ -229,7 +229,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     return eta, zeta, False
 
 
-@compiled
+@inlined
 def _first_guess(corner, straight, center, source, receiver):
     """Where on a facet to begin: its middle, or on a straight one that of the stretch where both segments rise alike.
 
@@ -290,7 +290,7 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
     return face, uv, count
 
 
-@compiled
+@inlined
 def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count, work, slope):
     """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
     eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1], work, slope)

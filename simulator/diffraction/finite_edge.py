@@ -29,7 +29,7 @@ import numpy as np
 from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.diffraction.edge_view import APEX, START, EdgeView
 
 NARROWEST_RAD = 2.0 * np.pi / 3.0  # of a face and its mirror image; the open angle of a sharp edge is pi or more
@@ -187,7 +187,7 @@ def _without_poles(x, nu, shortest, product, sine, half_sine2, delta, strength, 
             out[max(i - 1, 0)] -= strength[i] * np.sqrt(delta[i]) / (x + delta[i])
 
 
-@compiled
+@inlined
 def _whole_line(
     nu, shortest, product, sine, half_sine2, delta, strength, near, fade, wavenumber, center, nodes, weights, g, out
 ):
@@ -205,7 +205,7 @@ def _whole_line(
                 out[max(i - 1, 0), k] += strength[i] * np.pi * fade[i, k]
 
 
-@compiled
+@inlined
 def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, center, nodes, weights, g, out):
     """Integral of G e^{-jk (u^2 - U^2)} from U on: Gauss-Laguerre along the path of steepest descent."""
     for n in range(len(nodes)):
@@ -218,7 +218,7 @@ def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, cente
                 out[j, k] += weight * g[j]
 
 
-@compiled
+@inlined
 def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out):
     """Integral of G e^{-jk u^2} from 0 to U close to the apex: Gauss-Legendre, poles by an entire remainder."""
     for n in range(len(nodes)):

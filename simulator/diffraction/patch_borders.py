@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
@@ -125,7 +125,7 @@ def _into_rest(point, frame, local):
     local[0], local[1], local[2] = c * x + s * y, c * y - s * x, point[2] - frame[2]
 
 
-@compiled
+@inlined
 def _detour(a, b, start, end):
     """How much longer than the straight way from a to b is the shortest one over an edge."""
     square = along_a = along_b = off_a = off_b = 0.0

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.image_method import inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
@@ -57,7 +57,7 @@ def _covered(mirrors, own, pose, points, blind):
     return out
 
 
-@compiled
+@inlined
 def _lies_on(mirrors, n, p, own):
     """Whether a patch is another than those at a point, and parallel to one of them."""
     parallel = False
@@ -69,7 +69,7 @@ def _lies_on(mirrors, n, p, own):
     return parallel
 
 
-@compiled
+@inlined
 def _hides(mirrors, n, p, own, point, end, height):
     """Whether a patch at a small height under a point hides it from an end."""
     there = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]

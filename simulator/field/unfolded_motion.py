@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.scene.pose import Walk
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -112,7 +112,7 @@ def _follow(
     return length, before
 
 
-@compiled
+@inlined
 def _unfold(reflections, k, frame, images, planes, fixed):
     """Fill in the image after reflection k in its frame, its plane, and the path to the last given point."""
     mirror, normal, offset, point, _ = reflections
@@ -134,7 +134,7 @@ def _unfold(reflections, k, frame, images, planes, fixed):
         fixed[k + 1] = fixed[k] + _distance(images, k, k + 1)
 
 
-@compiled
+@inlined
 def _strike(mirror, images, planes, fixed, speed, struck):
     """Fill in how long after emission every reflector is struck, from the receiver back."""
     last = len(mirror) + 1
@@ -157,7 +157,7 @@ def _distance(images, a, b):
     return np.sqrt(x * x + y * y + z * z)
 
 
-@compiled
+@inlined
 def _place(obstacle, time, velocity, carried, start, pieces, frame):
     """Fill in shift and yaw of an obstacle at an instant, as `Frames.of` has them."""
     if carried[obstacle]:

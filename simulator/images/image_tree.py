@@ -247,7 +247,7 @@ def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mi
     return rows[:found], wedges[:found]
 
 
-@compiled
+@inlined
 def _through(mirrors, n, p, image, start, end, middle, half):
     """Whether some of an edge lies beyond a mirror as its image sees it."""
     normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
@@ -256,7 +256,7 @@ def _through(mirrors, n, p, image, start, end, middle, half):
     return rise > BORDER_M and not aside(image, middle, half, mirrors.center_m[n, p], mirrors.radius_m[p])
 
 
-@compiled
+@inlined
 def far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
     """Whether the next patch cannot be lit through the previous one within the path length allowed."""
     gap = max(distance(image, center) - radius, 0.0)

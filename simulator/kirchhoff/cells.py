@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
@@ -106,7 +106,7 @@ def _stand_ins(
     return facet, length
 
 
-@compiled
+@inlined
 def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
     """Fill in the paths over the facets that both ends see, and which these are; return their number."""
     count, here, there = 0, lit[view[a]], lit[view[b]]
@@ -123,7 +123,7 @@ def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
     return count
 
 
-@compiled
+@inlined
 def _centroids(middle, area, path, at, count, origin, width, cells):
     """(cells, 3) centroids of the facets that each cell overlaps with; 0 where there is none."""
     place, weight = np.zeros((cells, 3)), np.zeros(cells)
@@ -143,7 +143,7 @@ def _centroids(middle, area, path, at, count, origin, width, cells):
     return place
 
 
-@compiled
+@inlined
 def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length):
     """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
     best, row = np.empty(high - low), np.empty(slot[high - 1] + 2, np.int64)

@@ -83,7 +83,7 @@ def add_facets(
                     _onto_grid(pair, count, table, total[r])
 
 
-@compiled
+@inlined
 def _shown(lit, spot, size):
     """(V, B) whether a view shows any facet of a block."""
     shown = np.zeros((len(lit), len(size)), np.bool_)
@@ -96,14 +96,14 @@ def _shown(lit, spot, size):
     return shown
 
 
-@compiled
+@inlined
 def _light(lit, spot, count, light):
     """Fill in 1 for the facets that are lit, 0 for the others."""
     for p in range(count):
         light[p] = lit[spot[p]]
 
 
-@compiled
+@inlined
 def _segment(part, count, end, wavenumber, closed, segment):
     """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
 
@@ -192,7 +192,7 @@ def _either(value):
     return min(max(value * _STEEP, _NONE), _ONE)
 
 
-@compiled
+@inlined
 def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
     """Fill rows: what each facet adds, complex, its first moment on the grid, complex, its place there, the cosine."""
     per_turn = per_step / wavenumber
@@ -217,7 +217,7 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         pair[5 * WIDE + p] = np.sqrt(max(both, _NONE))
 
 
-@compiled
+@inlined
 def _onto_grid(pair, count, table, total):
     """Share what each facet adds between two points of the grid, so that sum and first moment over path are right."""
     steps = _F(table.shape[1] - 1)

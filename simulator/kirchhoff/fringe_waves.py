@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
@@ -105,7 +105,7 @@ def _about(end, middle, along, length, inwards, normal):
     return np.hypot(x, y), np.arctan2(y, x) % (2.0 * np.pi), z
 
 
-@compiled
+@inlined
 def _fringe(s, t, l, m, open_angle, first, second):
     """The bracket of the integral, for the faces that both ends see."""
     nu = np.pi / open_angle
@@ -131,7 +131,7 @@ def _share(angle, cosh):
     return np.sin(angle) / (cosh - np.cos(angle))
 
 
-@compiled
+@inlined
 def _step_of(s, t, l, m, open_angle, first, cosines):
     """Row of the reflection, and how far on to the next, of the face that both ends see, face 0 if that is both.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.field.motion import Motion
 from simulator.rendering.beep_table import SKIRT_S, BeepTable
 from simulator.waves.band import REFERENCE_HZ
@@ -116,7 +116,7 @@ def _polynomial(power, x, value):
             value[i] = value[i] * x[i] + constant
 
 
-@compiled
+@inlined
 def _arrival(travel, first, end, start, rate, duration):
     """First sample at which the beep or its skirt arrives, and the first past it."""
     begin, past = first, end
@@ -127,7 +127,7 @@ def _arrival(travel, first, end, start, rate, duration):
     return begin, past
 
 
-@compiled
+@inlined
 def _places(travel, level, begin, rate, start, start_hz, half_slope, lead, steps, shift, part):
     """Node less the sample's number, way to the next node, phase in cycles, and level of every sample."""
     for i in range(len(travel)):
@@ -142,7 +142,7 @@ def _places(travel, level, begin, rate, start, start_hz, half_slope, lead, steps
         part[4, i] = np.float32(level[i] / travel[i])
 
 
-@compiled
+@inlined
 def _filter(splines, weight, beep):
     """One beep through one gain."""
     for i in range(beep.shape[1]):
@@ -155,7 +155,7 @@ def _filter(splines, weight, beep):
                 beep[1, i] += a * splines[k, 1, i] + b * splines[k, 0, i]
 
 
-@compiled
+@inlined
 def _read(beep, steps, shift, part):
     """Spline values in rows 1 and 2 from places in row 0, over runs of samples that meet one node after another.
 
@@ -170,7 +170,7 @@ def _read(beep, steps, shift, part):
         begin = end
 
 
-@compiled
+@inlined
 def _run_end(shift, begin):
     """Where a run of equal numbers ends, some of them compared at once."""
     end = begin + 1
@@ -186,7 +186,7 @@ def _run_end(shift, begin):
     return end
 
 
-@compiled
+@inlined
 def _spline(coefficient, steps, place, value):
     """(n,) values of a cubic spline; a loop over neighbouring coefficients is compiled to vector instructions."""
     if steps == 1:
@@ -214,7 +214,7 @@ _COSINE = np.array([(-1) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in ran
 """Taylor series of the sine and cosine of half an angle in cycles: below 1e-9 from -1/2 to 1/2."""
 
 
-@compiled
+@inlined
 def _rotate(total, part):
     """Add values, rotated by their phases and scaled; the rotation is that by half the phase, twice."""
     for i in range(len(total)):

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
-from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled import inlined
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight
@@ -154,7 +154,7 @@ def _shared(straight: Floats, start: Ints) -> Floats:
     return every[:, None] * total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
 
 
-@compiled
+@inlined
 def may_mirror(cells, c, closed, source, receiver):
     """Whether some normal of a piece may halve the angle between the lines to both points, on the side of both.
 

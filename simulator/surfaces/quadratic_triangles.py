@@ -58,7 +58,7 @@ def surface_at(corner, normal, bulge, eta, zeta, x, n):
         n[k] *= scale
 
 
-@compiled
+@inlined
 def surface_around(corner, normal, bulge, eta, zeta, x, n, dx, dn):
     """Position and unit normal as `surface_at`, and their derivatives by eta and zeta, (2, 3) each."""
     surface_at(corner, normal, bulge, eta, zeta, x, n)
@@ -106,7 +106,7 @@ def with_curvature(corner, normal, bulge, corner_curvature, face, uv):
     return point, unit, curvature
 
 
-@compiled
+@inlined
 def _turning(a, b, turn):
     """Rotation that takes unit vector a to b the shortest way: a tensor carried so keeps its principal curvatures."""
     share = 1.0 / (1.0 + dot(a, b))
@@ -116,7 +116,7 @@ def _turning(a, b, turn):
         turn[i, i] += 1.0
 
 
-@compiled
+@inlined
 def _multiplied(a, b, product):
     """a b."""
     for i in range(3):
@@ -124,7 +124,7 @@ def _multiplied(a, b, product):
             product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@compiled
+@inlined
 def _add_product(weight, a, b, total):
     """Add weight a b^T."""
     for i in range(3):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
@@ -100,7 +100,7 @@ def _product(a, b, out):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@compiled
+@inlined
 def _reflect(front, ray, normal, curvature, work):
     """Make a wavefront's curvature that just after the mirror (Deschamps 1972, Eq. 31, in tensor form)."""
     mirror, half = work[0], work[1]
@@ -128,7 +128,7 @@ def _reflect(front, ray, normal, curvature, work):
                 front[i, j] += 2.0 * cosine * mirror[k, i] * half[k, j]
 
 
-@compiled
+@inlined
 def _advance(front, length, work):
     """|det(1 + s Q)| of a segment and the foci in it; the curvature becomes that at its end, Q / (1 + s Q)."""
     square = 0.0
@@ -142,7 +142,7 @@ def _advance(front, length, work):
     return max(abs(one), _TINY) * max(abs(other), _TINY), (one <= -_TINY) + (other <= -_TINY)
 
 
-@compiled
+@inlined
 def _onwards(front, length, adjoint, matrix):
     """Replace Q by Q / (1 + s Q), through the adjoint of 1 + s Q."""
     for i in range(3):

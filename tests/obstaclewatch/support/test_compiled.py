@@ -1,10 +1,12 @@
 """What is compiled at first use is little: each function once, for one kind of arrays, with the same options."""
 
+import ast
 import gc
 import json
 import os
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numba
@@ -16,6 +18,7 @@ from hypothesis.extra.numpy import arrays
 from numba.core import event
 
 import obstaclewatch
+from obstaclewatch.support.compile_cache import PACKAGES
 from obstaclewatch.support.compiled import GARBAGE
 from obstaclewatch.support.order_statistic import median, order_statistic
 
@@ -60,14 +63,14 @@ def test_detectors_hand_over_one_kind_of_arrays_and_share_their_options():
     found = _compiled()
     met = {name: kinds for name, (kinds, _) in found.items() if kinds > 1}
     assert met.items() <= OF_DOUBLES.items()
-    assert len({json.dumps(options, sort_keys=True) for _, options in found.values()}) == 1
+    assert len({json.dumps(options | {"inline": None}, sort_keys=True) for _, options in found.values()}) == 1
 
 
 @pytest.mark.slow
 def test_what_is_compiled_at_first_use_is_counted(tmp_path):
-    """114 kinds of arguments before, and 218 functions of numba's own, of which np.partition took 11 of 46 s."""
+    """105 kinds of arguments before helpers were compiled within their callers."""
     found = _compiled(NUMBA_CACHE_DIR=str(tmp_path))
-    assert sum(kinds for kinds, _ in found.values()) <= 105
+    assert sum(kinds for kinds, _ in found.values()) <= 58
 
 
 def test_garbage_is_collected_rarely_while_functions_compile_and_as_before_afterwards():
@@ -79,6 +82,32 @@ def test_garbage_is_collected_rarely_while_functions_compile_and_as_before_after
         assert numba.njit(lambda x: x + 1)(1) == 2
     assert met == [GARBAGE]
     assert gc.get_threshold() == usual
+
+
+def _statements(function):
+    return sum(isinstance(node, ast.stmt) for node in ast.walk(function)) - 1
+
+
+def test_what_is_inlined_is_short_or_called_at_one_place():
+    """Else callers would compile it over and over."""
+    functions = [
+        (path, node, {getattr(mark, "id", None) for mark in node.decorator_list})
+        for package in PACKAGES
+        for path in sorted((ROOT / package).rglob("*.py"))
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef)
+    ]
+    called = Counter(
+        (path, getattr(call.func, "id", getattr(call.func, "attr", None)))
+        for path, node, marks in functions
+        if marks & {"compiled", "inlined"}
+        for call in ast.walk(node)
+        if isinstance(call, ast.Call)
+    )
+    inlined = [(path, node) for path, node, marks in functions if "inlined" in marks]
+    assert len(inlined) > 50
+    long = [(path, node.name) for path, node in inlined if _statements(node) > 10]
+    assert [place for place in long if called[place] > 1] == []
 
 
 @settings(deadline=None)
