@@ -9,6 +9,7 @@ from time import perf_counter
 import numpy as np
 from numba.core.event import install_timer
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
@@ -127,7 +128,8 @@ def rendering_cost(
 ) -> Cost:
     """Measured on the walk's first beeps, whatever is compiled for them apart; `step` is called after `TIMED_STEPS`.
 
-    Meshes that this process has read before cost nothing again.
+    Meshes that this process has read before cost nothing again. Linear algebra keeps to the one processor: small
+    matrices take up to half as long again where several threads wait for each other.
 
     Raises:
         ValueError: the walk is shorter than one beep.
@@ -142,7 +144,7 @@ def rendering_cost(
     def seconds(work: Callable[[], object]) -> float:
         compiling: list[float] = []
         begin = perf_counter()
-        with install_timer("numba:compile", compiling.append):
+        with install_timer("numba:compile", compiling.append), threadpool_limits(1, "blas"):
             work()
         step()
         return perf_counter() - begin - sum(compiling)
