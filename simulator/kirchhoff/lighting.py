@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
@@ -19,6 +18,7 @@ from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Sights
+from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
@@ -26,8 +26,6 @@ from simulator.world.world import Tracing
 
 AT_ONCE = 2**18  # rays: what is kept in memory of them, however many images there are
 SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
-BESIDE = 1.6  # spots whose facets are asked that far apart, re their size, are neighbours
-NORMAL_STEPS = 2  # for a normal's component from 0 to 1: each range is some 30 degrees wide
 
 
 @dataclass(frozen=True)
@@ -46,49 +44,6 @@ class Light:
     held_along_borders: float
 
 
-@dataclass(frozen=True)
-class Spots:
-    """Spots of a body's skin.
-
-    Attributes:
-        of_facet: (F,) spot of each facet.
-        facet: (S,) the facet that speaks for each.
-        beside: (B, 2) pairs of neighbours.
-    """
-
-    of_facet: Ints
-    facet: Ints
-    beside: Ints
-
-
-def spots_of(facets: Facets, spot_m: float) -> Spots:
-    """Facets by voxel and direction of their normal; each facet by itself where the voxels are no larger."""
-    if spot_m**2 <= float(facets.area_m2.mean()):
-        every = np.arange(len(facets))
-        return Spots(every, every, np.zeros((0, 2), dtype=np.int64))
-    rows, start = _grouped(facets.middle_m, facets.normal, spot_m)
-    spot = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(rows))))
-    middle = np.add.reduceat(facets.middle_m[rows], start) / np.diff(np.append(start, len(rows)))[:, None]
-    miss = np.linalg.norm(facets.middle_m[rows] - middle[spot], axis=1)
-    first = np.lexsort((miss, spot))
-    of_facet = np.empty(len(facets), dtype=np.int64)
-    of_facet[rows] = spot
-    facet = rows[first[start]]
-    near = cKDTree(facets.middle_m[facet]).query_pairs(BESIDE * spot_m, output_type="ndarray")
-    alike = np.einsum("bx,bx->b", *(facets.normal[facet[side]] for side in near.T)) > 0.0
-    return Spots(of_facet, facet, near[alike])
-
-
-def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
-    """(F,) rows by voxel and direction of the normal, and (S,) where each group begins among them."""
-    voxel = np.floor((point_m - point_m.min(axis=0)) / voxel_m).astype(np.int64)
-    direction = np.rint(NORMAL_STEPS * normal).astype(np.int64) + NORMAL_STEPS
-    sizes = (*(voxel.max(axis=0) + 1), *[2 * NORMAL_STEPS + 1] * 3)
-    number = np.ravel_multi_index((*voxel.T, *direction.T), sizes)
-    rows = np.argsort(number, kind="stable")
-    return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))
-
-
 def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Flags, Ints]:
     """Which facets can be seen: those that face an image, with nothing between on any segment.
 
@@ -102,11 +57,11 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     spots = spots_of(facets, light.spot_m)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     sampled = np.arange(len(spots.facet)) % every == 0
-    sample = _reached_among(tracing, facets, spots.facet[sampled], coarse)
+    sample = _reached_by_all(tracing, facets, coarse, spots.facet[sampled])
     seeing = np.flatnonzero(sample.any(axis=1))  # most images of second order see nothing of the body
     lit = np.empty((len(seeing), len(sampled)), dtype=bool)
     lit[:, sampled] = sample[seeing]
-    lit[:, ~sampled] = _reached_among(tracing, facets, spots.facet[~sampled], coarse[seeing])
+    lit[:, ~sampled] = _reached_by_all(tracing, facets, coarse[seeing], spots.facet[~sampled])
     kept = np.flatnonzero(np.isin(of_view, seeing))
     renumbered = np.full(len(views), -1)
     renumbered[kept] = np.arange(len(kept))
@@ -143,27 +98,44 @@ def _held_views(
 def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
     """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
     if len(spots.facet) == len(facets):
-        return lit[:, spots.of_facet]
-    faces = np.ones((len(views), len(facets)), dtype=bool)
-    if facets.closed:
-        image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
-        faces = image @ facets.normal.T > np.einsum("fx,fx->f", facets.middle_m, facets.normal)
-    border = _borders(lit, faces[:, spots.facet], spots.beside)
-    known, asked = lit[:, spots.of_facet], np.take(border, spots.of_facet, axis=1)  # by rows, as compiled loops read
-    # Where a round body turns away no spot speaks for its facets, and facing needs no ray.
-    known &= faces
-    asked |= faces & ~faces[:, spots.facet[spots.of_facet]]
-    return np.where(asked, _reached_among(tracing, facets, np.arange(len(facets)), views, asked), known)
+        return lit
+    every = np.empty((len(views), len(facets)), dtype=bool)
+    image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
+    skin = facets.normal, np.einsum("fx,fx->f", facets.middle_m, facets.normal), facets.closed
+    for some in _in_parts(len(views), len(facets)):
+        view, facet = _spread(image[some], *skin, *spots, lit[some], every[some])  # type: ignore[call-arg]
+        every[some.start + view, facet] = _reached(tracing, facets, views, some.start + view, facet)
+    return every
 
 
-def _borders(lit: Flags, faces: Flags, beside: Ints) -> Flags:
-    """(V, S) spots next to one that is lit if they are dark, or the other way round; what faces away is no shadow."""
-    one, other = beside.T
-    differ = (lit[:, one] != lit[:, other]) & np.where(lit[:, one], faces[:, other], faces[:, one])
-    border = np.zeros_like(lit)
-    view, pair = np.nonzero(differ)
-    border[view, one[pair]] = border[view, other[pair]] = True
-    return border
+@compiled
+def _spread(image, normal, height, closed, of_facet, speaker, beside, lit, every):
+    """Fill in for all facets (V, F) what is known of their spots (V, S); where a round body turns away none speaks.
+
+    Facing an image needs no ray: it must be above the facet's plane, `height` (F,) over the origin. Returns (R,) views
+    and (R,) facets to be asked: by spots that are lit beside one that is dark, or the other way round, where the dark
+    one does not merely face away.
+    """
+    views, spots = lit.shape
+    view, facet = np.empty(every.size, np.int64), np.empty(every.size, np.int64)
+    faces, border = np.empty(spots, np.bool_), np.empty(spots, np.bool_)
+    count = 0
+    for v in range(views):
+        for s in range(spots):
+            f = speaker[s]
+            faces[s], border[s] = not closed or dot(image[v], normal[f]) > height[f], False
+        for b in range(len(beside)):
+            one, other = beside[b]
+            if lit[v, one] != lit[v, other] and faces[other if lit[v, one] else one]:
+                border[one] = border[other] = True
+        for f in range(len(of_facet)):
+            s = of_facet[f]
+            facing = not closed or dot(image[v], normal[f]) > height[f]
+            every[v, f] = facing and lit[v, s]
+            if facing and (border[s] or not faces[s]):
+                view[count], facet[count] = v, f
+                count += 1
+    return view[:count], facet[:count]
 
 
 @dataclass(frozen=True)
@@ -198,60 +170,69 @@ class _Views(Rows):
         return cls(start_m, image_in(tracing.mirrors, start_m, pose, order, sequence), pose, order, sequence)
 
 
-def _reached_among(tracing: Tracing, facets: Facets, facet: Ints, views: _Views, asked: Flags | None = None) -> Flags:
-    """(V, S) which of some facets face each image, and sound from its origin comes to, of all or of those asked."""
-    lit = np.zeros((len(views), len(facet)), dtype=bool)
-    most = max(1, AT_ONCE // max(len(facet), 1))
-    skin = facets.middle_m[facet], facets.normal[facet], facets.standoff_m[facet], facets.closed
-    gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
-    for first in range(0, len(views), most):
-        some = views[first : first + most]
-        view, place, stops = _paths_to(
-            tracing.mirrors, some.pose, some.order, some.sequence, some.start_m,
-            tracing.placed[some.pose, facets.obstacle], *skin, gap,
-            np.ones((len(some), len(facet)), dtype=bool) if asked is None else asked[first : first + most],
-        )  # type: ignore[call-arg]  # fmt: skip
-        free = _free(tracing, stops, some.pose[view], some.order[view])
-        lit[first + view[free], place[free]] = True
+def _reached_by_all(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Flags:
+    """(V, S) which of some facets face each image, and sound from its origin comes to."""
+    lit = np.empty((len(views), len(facet)), dtype=bool)
+    for some in _in_parts(len(views), len(facet)):
+        view = np.arange(some.start, some.stop)
+        rows = np.repeat(view, len(facet)), np.tile(facet, len(view))
+        lit[some] = _reached(tracing, facets, views, *rows).reshape(len(view), -1)
     return lit
 
 
-@compiled
-def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, asked):
-    """Views and facets that face each other through the mirrors of the view, of those asked (V, F).
+def _in_parts(views: int, facets: int) -> list[slice]:
+    """Views some at a time: what is kept in memory of their rays stays small."""
+    most = max(1, AT_ONCE // max(facets, 1))
+    return [slice(first, min(first + most, views)) for first in range(0, views, most)]
 
-    Returns (R,) view and (R,) facet, and (R, K + 2, 3) where sound starts, its crossings of the mirrors lifted off them
-    by `gap`, and the middle of the facet lifted by its clearance.
+
+def _reached(tracing: Tracing, facets: Facets, views: _Views, view: Ints, facet: Ints) -> Flags:
+    """(R,) whether facets (R,) face the images of views (R,), in turn, and sound from their origins comes there."""
+    skin = facets.middle_m, facets.normal, facets.standoff_m, facets.closed
+    gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
+    row, stops = _paths_to(
+        tracing.mirrors, views.pose, views.order, views.sequence, views.start_m,
+        tracing.placed[views.pose, facets.obstacle], *skin, gap, view, facet,
+    )  # type: ignore[call-arg]  # fmt: skip
+    reached = np.zeros(len(view), dtype=bool)
+    reached[row] = _free(tracing, stops, views.pose[view[row]], views.order[view[row]])
+    return reached
+
+
+@compiled
+def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, view, facet):
+    """Which of some views (R,) and facets (R,) face each other through the mirrors of the view.
+
+    Returns (P,) rows, and (P, K + 2, 3) where sound starts, its crossings of the mirrors lifted off them by `gap`, and
+    the middle of the facet lifted by its clearance.
     """
-    views, width = sequence.shape
-    most = np.sum(asked)
-    view, facet, stops = np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, width + 2, 3))
+    width = sequence.shape[1]
+    row, stops = np.empty(len(view), np.int64), np.empty((len(view), width + 2, 3))
     images, hits, point, across = np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3), np.empty(3)
-    count = 0
-    for v in range(views):
+    count, c, s = 0, 1.0, 0.0
+    for r in range(len(view)):
+        v, f = view[r], facet[r]
         n, last = pose[v], order[v]
-        fill_images(mirrors, n, start[v], sequence[v], last, images)
-        c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
-        for f in range(len(middle)):
-            if not asked[v, f]:
-                continue
-            point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
-            point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
-            point[2] = middle[f, 2] + frame[v, 2]
-            across[0], across[1] = c * normal[f, 0] - s * normal[f, 1], s * normal[f, 0] + c * normal[f, 1]
-            across[2] = normal[f, 2]
-            rise = _rise(images[last], point, across)
-            if (closed and rise <= 0.0) or backtrack(mirrors, n, images, sequence[v], last, point, hits) != REACHED:
-                continue
-            _lift(stops[count, 0], start[v], across, 0.0)
-            for k in range(last):
-                plane = mirrors.normal[n, sequence[v, k]]
-                before = start[v] if k == 0 else hits[k - 1]
-                _lift(stops[count, k + 1], hits[k], plane, gap if _rise(before, hits[k], plane) >= 0.0 else -gap)
-            _lift(stops[count, last + 1], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
-            view[count], facet[count] = v, f
-            count += 1
-    return view[:count], facet[:count], stops[:count]
+        if r == 0 or view[r - 1] != v:
+            fill_images(mirrors, n, start[v], sequence[v], last, images)
+            c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
+        point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
+        point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
+        point[2] = middle[f, 2] + frame[v, 2]
+        across[0], across[1] = c * normal[f, 0] - s * normal[f, 1], s * normal[f, 0] + c * normal[f, 1]
+        across[2] = normal[f, 2]
+        rise = _rise(images[last], point, across)
+        if (closed and rise <= 0.0) or backtrack(mirrors, n, images, sequence[v], last, point, hits) != REACHED:
+            continue
+        _lift(stops[count, 0], start[v], across, 0.0)
+        for k in range(last):
+            plane = mirrors.normal[n, sequence[v, k]]
+            before = start[v] if k == 0 else hits[k - 1]
+            _lift(stops[count, k + 1], hits[k], plane, gap if _rise(before, hits[k], plane) >= 0.0 else -gap)
+        _lift(stops[count, last + 1], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
+        row[count] = r
+        count += 1
+    return row[:count], stops[:count]
 
 
 @inlined
@@ -271,10 +252,10 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
     """(R,) whether nothing stands between the stops (R, K + 2, 3) of each path; the first `order` + 2 count."""
     free = np.ones(len(pose), dtype=bool)
     for k in range(stops.shape[1] - 1):
+        rows = np.flatnonzero(free & (order >= k))
+        start, end, at = stops[rows, k], stops[rows, k + 1], pose[rows]
         for shadow in tracing.world.blockers:
-            rows = np.flatnonzero(free & (order >= k))
-            placed = tracing.placed[:, shadow.obstacle]
-            free[rows] &= ~shadow.blocks_from(stops[rows, k], stops[rows, k + 1], placed, pose[rows])
+            free[rows] &= ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], at)
     return free
 
 

@@ -15,7 +15,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled import compiled, inlined
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 COINCIDENT_M = 1e-7  # two reflections in one corner: nothing fits between them
@@ -29,13 +29,18 @@ class Blocker:
         scene: their Embree scene, about `origin_m`.
         obstacle: index of the obstacle whose frame they rest in.
         origin_m: (3,) of that frame, subtracted before rounding to float32.
-        extent_m: largest coordinate about the origin.
+        half_m: (3,) halves of the sides of the box about the origin that holds them.
     """
 
     scene: EmbreeScene
     obstacle: int
     origin_m: Floats
-    extent_m: float
+    half_m: Floats
+
+    @property
+    def extent_m(self) -> float:
+        """Largest coordinate about the origin."""
+        return float(self.half_m.max())
 
     def blocks(self, start_m: Floats, end_m: Floats) -> Flags:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""
@@ -45,7 +50,7 @@ class Blocker:
         """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of."""
         open_leg, start, direction, length = _aimed(
             np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose,
-            self.origin_m, self.extent_m,
+            self.origin_m, self.half_m,
         )  # type: ignore[call-arg]  # fmt: skip
         blocked = np.zeros(len(pose), dtype=bool)
         if len(open_leg):
@@ -54,43 +59,60 @@ class Blocker:
 
 
 @compiled
-def _aimed(start, end, frame, pose, origin, extent):
+def _aimed(start, end, frame, pose, origin, half):
     """Rays between world points about a blocker's origin, as Embree takes them.
 
-    Returns (O,) rows whose ends are apart, and in float32 their (O, 3) starts, (O, 3) directions and (O,) lengths,
-    cleared at both ends by `OFFSET` of the largest coordinate about the origin: what float32 rounding scales with.
+    Returns (O,) rows whose ends are apart and that meet the blocker's box, and in float32 their (O, 3) starts, (O, 3)
+    directions and (O,) lengths, cleared at both ends by `OFFSET` of the largest coordinate about the origin: what
+    float32 rounding scales with.
     """
-    rows = len(pose)
-    local = np.empty((rows, 2, 3))
-    largest = extent
+    rows, count, extent = len(pose), 0, half.max()
+    row, length = np.empty(rows, np.int64), np.empty(rows, np.float32)
+    first, direction = np.empty((rows, 3), np.float32), np.empty((rows, 3), np.float32)
+    here, step = np.empty(3), np.empty(3)
+    c, s = 1.0, 0.0
     for r in range(rows):
         x, y, z, yaw = frame[pose[r]]
-        c, s = np.cos(-yaw), np.sin(-yaw)
-        for i in range(2):
-            point = start[r] if i == 0 else end[r]
-            east, north = point[0] - x, point[1] - y
-            local[r, i, 0] = c * east - s * north - origin[0]
-            local[r, i, 1] = s * east + c * north - origin[1]
-            local[r, i, 2] = point[2] - z - origin[2]
-            for k in range(3):
-                largest = max(largest, abs(local[r, i, k]))
-    row, count = np.empty(rows, np.int64), 0
-    first, direction = np.empty((rows, 3), np.float32), np.empty((rows, 3), np.float32)
-    length = np.empty(rows, np.float32)
-    for r in range(rows):
-        square = 0.0
+        if r == 0 or pose[r] != pose[r - 1]:
+            c, s = np.cos(yaw), np.sin(yaw)
+        _turn_back(start[r, 0] - x, start[r, 1] - y, start[r, 2] - z, c, s, here)
+        _turn_back(end[r, 0] - start[r, 0], end[r, 1] - start[r, 1], end[r, 2] - start[r, 2], c, s, step)
+        largest, square = extent, 0.0
         for k in range(3):
-            square += (local[r, 1, k] - local[r, 0, k]) ** 2
+            here[k] -= origin[k]
+            largest = max(largest, abs(here[k]), abs(here[k] + step[k]))
+            square += step[k] ** 2
         size = np.sqrt(square)
-        if not size > COINCIDENT_M:
+        if not size > COINCIDENT_M or _misses(here, step, half, OFFSET * largest):
             continue
         gap = min(OFFSET * largest, 0.25 * size)
         for k in range(3):
-            way = (local[r, 1, k] - local[r, 0, k]) / size
-            first[count, k], direction[count, k] = local[r, 0, k] + gap * way, way
+            direction[count, k] = step[k] / size
+            first[count, k] = here[k] + gap * step[k] / size
         row[count], length[count] = r, size - 2.0 * gap
         count += 1
     return row[:count], first[:count], direction[:count], length[:count]
+
+
+@inlined
+def _turn_back(east, north, up, c, s, turned):
+    """Fill in a vector of the world as a frame sees it that is turned by an angle with this cosine and sine."""
+    turned[0], turned[1], turned[2] = c * east + s * north, c * north - s * east, up
+
+
+@inlined
+def _misses(here, step, half, margin):
+    """Whether the line from a point by a step stays outside a box about the origin, widened by a margin."""
+    enter, leave = 0.0, 1.0
+    for k in range(3):
+        reach = half[k] + margin
+        if step[k] == 0.0:
+            if abs(here[k]) > reach:
+                return True
+            continue
+        one, other = (-reach - here[k]) / step[k], (reach - here[k]) / step[k]
+        enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
+    return enter > leave
 
 
 def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
@@ -102,4 +124,4 @@ def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
     origin = 0.5 * (used.min(axis=0) + used.max(axis=0))
     scene = EmbreeScene(robust=True)
     TriangleMesh(scene, (vertices - origin).astype(np.float32), faces.astype(np.int32))
-    return Blocker(scene, obstacle, origin, float(np.abs(used - origin).max()))
+    return Blocker(scene, obstacle, origin, 0.5 * np.ptp(used, axis=0))

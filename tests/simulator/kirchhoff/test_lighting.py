@@ -33,9 +33,10 @@ def test_paths_to_facets_are_those_of_the_image_method():
     views = _Views.of(tracing, tracing.source_m[images.pose], images.pose, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
     frame = tracing.placed[views.pose, 2]
-    every = np.ones((len(views), len(facets)), dtype=bool)
-    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0, every
-    view, place, stops = _paths_to(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args)
+    view, place = (each.ravel() for each in np.indices((len(views), len(facets))))
+    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0, view, place
+    row, stops = _paths_to(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args)
+    view, place = view[row], place[row]
     in_view = np.zeros((len(views), len(facets)), dtype=bool)
     in_view[view, place] = True
     middle = out_of_rest(facets.middle_m, np.repeat(tracing.placed[:, 2], len(facets), axis=0))
