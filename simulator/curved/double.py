@@ -179,9 +179,9 @@ def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sightin
 
 def _combined(left: Sighting, right: Sighting, mirrors: int) -> tuple[Sighting, Sighting]:
     """Every sighting of one surface with every one of the other at the same pose, within the order."""
-    first, second = matches(left.images.pose, right.images.pose)
-    keep = left.images.order[first] + right.images.order[second] <= mirrors
-    return left[first[keep]], right[second[keep]]
+    one, other = left.images, right.images
+    first, second = matches(one.pose, one.order, other.pose, other.order, mirrors)
+    return left[first], right[second]
 
 
 def _amplitude(start: Sighting, end: Sighting) -> Floats:

@@ -80,11 +80,11 @@ def _edge_pairs(tracing: Tracing, max_order: int, limit_m: float) -> tuple[Pairs
     lit, parts, edge = images_of(tracing.source_m), [], []
     for mic in range(2):
         received = images_of(tracing.mics_m[:, mic])
-        left, right = matches(lit.pose * len(wedges) + lit.wedge, received.pose * len(wedges) + received.wedge)
-        keep = lit.order[left] + received.order[right] + 1 <= max_order
-        keep &= ~_beside(received, wedges.mirror[received.wedge])[right]
-        parts.append(Pairs(np.full(int(keep.sum()), mic), lit[left[keep]], received[right[keep]]))
-        edge.append(lit.wedge[left[keep]])
+        received = received[~_beside(received, wedges.mirror[received.wedge])]
+        key, other = (each.pose * len(wedges) + each.wedge for each in (lit, received))
+        left, right = matches(key, lit.order, other, received.order, max_order - 1)
+        parts.append(Pairs(np.full(len(left), mic), lit[left], received[right]))
+        edge.append(lit.wedge[left])
     return joined_pairs(parts), np.concatenate(edge)
 
 

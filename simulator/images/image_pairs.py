@@ -87,11 +87,11 @@ def images_of(search: Search, body: Body, point_m: Floats, max_order: int, exten
 def _matched(search: Search, body: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
     """Indices of images of speaker and microphone at the same pose that make a path over a body: within the order,
     not too long, and with large mirrors alone where there are several."""
-    left, right = matches(lit.pose, received.pose)
+    left, right = matches(lit.pose, lit.order, received.pose, received.order, max_order - 1)
     mirrors = lit.order[left] + received.order[right]
     small = np.append(~search.large_mirrors, False)  # for -1
     alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
-    keep = np.flatnonzero((mirrors < max_order) & ((mirrors < 2) | ~alone))
+    keep = np.flatnonzero((mirrors < 2) | ~alone)
     left, right = left[keep], right[keep]
     center = centers(search.tracing, body)[lit.pose[left]]
     way = sum(np.linalg.norm(point - center, axis=1) for point in (lit.point_m[left], received.point_m[right]))
@@ -105,9 +105,18 @@ def centers(tracing: Tracing, body: Body) -> Floats:
     return np.ascontiguousarray(out_of_rest(np.broadcast_to(body.center_m, (len(frame), 3)), frame))
 
 
-def matches(key: Ints, other: Ints) -> tuple[Ints, Ints]:
-    """Indices of every pair of equal elements, in order; `other` is sorted."""
-    first = np.searchsorted(other, key, "left")
-    count = np.searchsorted(other, key, "right") - first
-    left = np.repeat(np.arange(len(key)), count)
-    return left, first[left] + np.arange(len(left)) - np.repeat(np.cumsum(count) - count, count)
+def matches(key: Ints, order: Ints, other: Ints, other_order: Ints, most: int) -> tuple[Ints, Ints]:
+    """Indices of every pair of equal keys whose orders add up to `most` at most, in order; `other` is sorted.
+
+    Most images are of the highest order, and go with few: all pairs would be twenty times as many.
+    """
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for n in range(most + 1):
+        rows, others = np.flatnonzero(order == n), np.flatnonzero(other_order <= most - n)
+        first, end = (np.searchsorted(other[others], key[rows], side) for side in ("left", "right"))  # type: ignore[call-overload]
+        count = end - first
+        start = np.repeat(first - np.cumsum(count) + count, count)
+        found.append(np.stack([np.repeat(rows, count), others[start + np.arange(len(start))]]))
+    left, right = np.concatenate(found, axis=1)
+    turn = np.lexsort((right, left))
+    return left[turn], right[turn]
