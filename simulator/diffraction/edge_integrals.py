@@ -25,6 +25,7 @@ F the transform times the edge's factor. Orders four and five are within 2e-3 an
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,7 @@ class Face:
         wavenumber: (K,) rad/m.
         turn: (N, N, K) e^{-jk |xy|} / |xy|; 0 where the edges are not linked.
         slope: (N, N) e^{u / 2} of the second node as the edge at the first one sees it; 1 where not linked.
+        back: (N, N) the same of the first node as the edge at the second one sees it.
         step: (N, N, 2) cosine and sine of `STEP` u; 0 where not linked.
     """
 
@@ -58,6 +60,7 @@ class Face:
     wavenumber: Floats
     turn: SingleComplexes
     slope: Floats
+    back: Floats
     step: Floats
 
 
@@ -67,14 +70,15 @@ def face_of(nodes: EdgeNodes, linked: Flags, wavenumber: Floats) -> Face:
     turn = np.zeros((count, count, len(wavenumber)), dtype=np.complex64)
     slope, step = np.ones((count, count)), np.zeros((count, count, 2))
     _segments(nodes.point_m, nodes.along, nodes.inwards, nodes.first, linked, wavenumber, turn, slope, step)  # type: ignore[call-arg]
-    return Face(nodes, linked, wavenumber, turn, slope, step)
+    return Face(nodes, linked, wavenumber, turn, slope, np.ascontiguousarray(slope.T), step)
 
 
 def over_two(face: Face, source_m: Floats, receiver_m: Floats) -> Complexes:
     """(E, W, E, W, K) p_2 by the edges met and their windows, with its travel phase; points (3,)."""
     edges = len(face.linked)
     out = np.zeros((edges, WINDOWS, edges, WINDOWS, len(face.wavenumber)), dtype=np.complex128)
-    _two(*_arrays(face), face.slope, *_end(face, source_m), *_end(face, receiver_m), out)  # type: ignore[call-arg]
+    nodes, ends = face.nodes, (_end(face, point) for point in (source_m, receiver_m))
+    _two(nodes.weight_m, nodes.share, nodes.first, face.linked, face.turn, face.slope, face.back, *ends, out)  # type: ignore[call-arg]
     return out
 
 
@@ -89,7 +93,7 @@ def half_way(face: Face, points_m: Floats) -> list[SingleComplexes]:
         waves = _fourier(face.step[there, here])
         for end, half in zip(ends, out, strict=True):
             sent = np.empty((there.stop - there.start, 2 * len(face.wavenumber), here.stop - here.start), np.float32)
-            _send(here.start, there.start, face.nodes.weight_m, face.turn, face.slope, *end, sent)  # type: ignore[call-arg]
+            _send(here.start, there.start, face.nodes.weight_m, face.turn, face.back, end, sent)  # type: ignore[call-arg]
             for window, share in enumerate(face.nodes.share[here].T.astype(np.float32)):
                 some = slice(*(np.flatnonzero(share)[[0, -1]] + [0, 1]))
                 arrived = (sent[:, :, some] * share[some]) @ waves[:, :, some].transpose(0, 2, 1)
@@ -159,21 +163,32 @@ def _by_frequency(part: SingleComplexes) -> SingleComplexes:
     return part.transpose(2, 1, 0, 3).reshape(frequencies, labels, count * terms)
 
 
-def _arrays(face: Face) -> tuple:
-    return face.nodes.weight_m, face.nodes.share, face.nodes.first, face.linked, face.turn
+class _End(NamedTuple):
+    """How the nodes see a point; compiled functions take it whole.
+
+    Attributes:
+        slope: (N,) e^{u / 2}.
+        sine, cosine: (2, N) of half the angles.
+        wave: (N, K) e^{-jkm} / 8 pi m.
+    """
+
+    slope: Floats
+    sine: Floats
+    cosine: Floats
+    wave: Complexes
 
 
-def _end(face: Face, point_m: Floats) -> tuple[Floats, Floats, Floats, Complexes]:
-    """How the nodes see a point: e^{u / 2} (N,), sines and cosines of half the angles (N, 2), e^{-jkm} / 8 pi m."""
+def _end(face: Face, point_m: Floats) -> _End:
+    """How the nodes see a point (3,)."""
     nodes = face.nodes
     offset = point_m - nodes.point_m
     across, rise = np.sum(offset * nodes.inwards, axis=1), offset @ nodes.normal
     far = np.linalg.norm(offset, axis=1)[:, None]
-    angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)[:, None]
-    half = 0.5 * (np.pi + angle * np.array([1.0, -1.0]))
+    angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)
+    half = 0.5 * (np.pi + angle * np.array([[1.0], [-1.0]]))
     slant = np.arcsinh(np.sum(offset * nodes.along, axis=1) / np.hypot(across, rise))
-    sent = np.exp(-1j * far * face.wavenumber) / (8.0 * np.pi * far)
-    return np.exp(0.5 * slant), np.sin(half), np.cos(half), sent
+    wave = np.exp(-1j * far * face.wavenumber) / (8.0 * np.pi * far)
+    return _End(np.exp(0.5 * slant), np.sin(half), np.cos(half), wave)
 
 
 @compiled
@@ -205,16 +220,17 @@ def _segments(point, along, inwards, first, linked, wavenumber, turn, slope, ste
 
 
 @inlined
-def _beta(slope, sine, cosine):
-    """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone."""
-    cosh = 0.5 * (slope + 1.0 / slope)
-    first, second = cosh - cosine[0], cosh - cosine[1]
-    out = 0.0
-    if first > NO_WIDTH:
-        out += 2.0 * sine[0] / first
-    if second > NO_WIDTH:
-        out += 2.0 * sine[1] / second
-    return out
+def _beta(end, node, slope):
+    """The four terms for an open angle of 2 pi with one end on the face; 0 on the border of a zone.
+
+    Without branches, and nodes in rows: loops over nodes take several at a time.
+    """
+    seen = end.slope[node] * slope
+    cosh = 0.5 * (seen + 1.0 / seen)
+    one, other = cosh - end.cosine[0, node], cosh - end.cosine[1, node]
+    first = 2.0 * end.sine[0, node] / one if one > NO_WIDTH else 0.0
+    second = 2.0 * end.sine[1, node] / other if other > NO_WIDTH else 0.0
+    return first + second
 
 
 @inlined
@@ -228,45 +244,44 @@ def _waves(step, wave):
 
 
 @compiled
-def _two(
-    weight, share, first, linked, turn, slope, slope_s, sin_s, cos_s, sent, slope_r, sin_r, cos_r, received, out
-):  # fmt: skip
-    windows, nodes = share.shape[1], turn.shape[2]
-    passed, arrived = np.empty((windows, nodes), np.complex128), np.empty(nodes, np.complex128)
+def _two(weight, share, first, linked, turn, slope, back, source, receiver, out):
+    """Add double integrals over each two edges that are linked, by windows."""
+    windows, frequencies = share.shape[1], turn.shape[2]
+    passed, arrived = np.empty((windows, frequencies), np.complex128), np.empty(frequencies, np.complex128)
+    scale = np.empty(len(weight))
     for a in range(len(linked)):
         for b in range(len(linked)):
             if not linked[a, b]:
                 continue
             for i in range(first[a], first[a + 1]):
-                for w in range(windows):
-                    for n in range(nodes):
-                        passed[w, n] = 0.0
                 for j in range(first[b], first[b + 1]):
-                    scale = _beta(slope_s[i] * slope[i, j], sin_s[i], cos_s[i]) * weight[j]
-                    scale *= _beta(slope_r[j] * slope[j, i], sin_r[j], cos_r[j])
-                    for n in range(nodes):
-                        arrived[n] = scale * (turn[i, j, n] * received[j, n])
+                    scale[j] = _beta(source, i, slope[i, j]) * _beta(receiver, j, back[i, j]) * weight[j]
+                passed[:] = 0.0
+                for j in range(first[b], first[b + 1]):
+                    for n in range(frequencies):
+                        arrived[n] = scale[j] * (turn[i, j, n] * receiver.wave[j, n])
                     for w in range(windows):
                         if share[j, w] != 0.0:
-                            for n in range(nodes):
+                            for n in range(frequencies):
                                 passed[w, n] += share[j, w] * arrived[n]
                 for v in range(windows):
                     part = weight[i] * share[i, v]
                     if part != 0.0:
                         for w in range(windows):
-                            for n in range(nodes):
-                                out[a, v, b, w, n] += part * sent[i, n] * passed[w, n]
+                            for n in range(frequencies):
+                                out[a, v, b, w, n] += part * source.wave[i, n] * passed[w, n]
 
 
 @compiled
-def _send(here, there, weight, turn, slope, slope_s, sin_s, cos_s, sent, out):
+def _send(here, there, weight, turn, back, source, out):
     """What a point sends over nodes from `here` on to nodes from `there` on, (J, 2 K, I): real and imaginary parts."""
+    scale = np.empty(out.shape[2])
     for j in range(out.shape[0]):
         for i in range(out.shape[2]):
-            x, y = here + i, there + j
-            scale = _beta(slope_s[x] * slope[x, y], sin_s[x], cos_s[x]) * weight[x]
+            scale[i] = _beta(source, here + i, back[there + j, here + i]) * weight[here + i]
+        for i in range(out.shape[2]):
             for n in range(turn.shape[2]):
-                value = scale * (sent[x, n] * turn[x, y, n])
+                value = scale[i] * (source.wave[here + i, n] * turn[there + j, here + i, n])
                 out[j, 2 * n, i], out[j, 2 * n + 1, i] = value.real, value.imag
 
 

@@ -45,7 +45,7 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
     audible = search.audible
-    pairs, wedge = _edge_pairs(search.tracing, search.scatter_order, audible.limit_m)
+    pairs, wedge = _edge_pairs(search)
     pair, part, point, bound = _contributions(search, pairs, wedge)
     pairs, wedge, strongest = pairs[pair], wedge[pair], loudest.copy()
     at = pairs.pose, pairs.mic
@@ -67,15 +67,20 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     return replace(found, edge=wedge[loud[ok]], part=part[loud[ok]])
 
 
-def _edge_pairs(tracing: Tracing, max_order: int, limit_m: float) -> tuple[Pairs, Ints]:
+def _edge_pairs(search: Search) -> tuple[Pairs, Ints]:
     """Images of the speaker with those of a microphone at the same pose and edge, within the order, and (R,) edges.
 
     What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
+    With two mirrors and more, these and a face of the edge are large, as in paths without edges: what a small patch
+    reflects and what its borders diffract nearly cancel, and one alone would be far too loud.
     """
-    wedges, edges = tracing.world.wedges, _placed_edges(tracing)
+    tracing, max_order = search.tracing, search.scatter_order
+    wedges, edges, large = tracing.world.wedges, _placed_edges(tracing), np.append(search.large_mirrors, True)
 
     def images_of(point_m: Floats) -> EdgeImages:
-        return images_lighting_edges(tracing.mirrors, wedges, *edges, point_m, max_order - 1, limit_m)
+        allowed = np.ones((max_order - 1, len(large) - 1), dtype=bool)
+        allowed[1:] &= search.large_mirrors
+        return images_lighting_edges(tracing.mirrors, wedges, *edges, allowed, point_m, search.audible.limit_m)
 
     lit, parts, edge = images_of(tracing.source_m), [], []
     for mic in range(2):
@@ -83,8 +88,11 @@ def _edge_pairs(tracing: Tracing, max_order: int, limit_m: float) -> tuple[Pairs
         received = received[~_beside(received, wedges.mirror[received.wedge])]
         key, other = (each.pose * len(wedges) + each.wedge for each in (lit, received))
         left, right = matches(key, lit.order, other, received.order, max_order - 1)
-        parts.append(Pairs(np.full(len(left), mic), lit[left], received[right]))
-        edge.append(lit.wedge[left])
+        met = np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)
+        few = lit.order[left] + received.order[right] < 2
+        keep = np.flatnonzero(few | (large[met].all(axis=1) & large[wedges.patch[lit.wedge[left]]].any(axis=1)))
+        parts.append(Pairs(np.full(len(keep), mic), lit[left[keep]], received[right[keep]]))
+        edge.append(lit.wedge[left[keep]])
     return joined_pairs(parts), np.concatenate(edge)
 
 

@@ -110,17 +110,17 @@ def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order
 
 
 def images_lighting_edges(
-    mirrors: Mirrors, wedges: Wedges, start_m: Floats, end_m: Floats, point_m: Floats, max_order: int, limit_m: float
+    mirrors: Mirrors, wedges: Wedges, start_m: Floats, end_m: Floats, allowed: Flags, point_m: Floats, limit_m: float
 ) -> EdgeImages:
     """Images of (N, 3) points, one a pose, that see some of an edge within the limit, through their last mirror.
 
     Args:
         start_m, end_m: (N, W, 3) ends of the wedges at each pose.
+        allowed: (max_order, P) as in `image_levels`.
     """
-    allowed = np.ones((max_order, len(mirrors.radius_m)), dtype=bool)
     goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
     parts = []
-    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, len(allowed), goal):
         row, wedge = _lit_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, start_m, end_m,
             wedges.patch, wedges.mirror, limit_m,
