@@ -82,6 +82,10 @@ def _edge_pairs(search: Search) -> tuple[Pairs, Ints]:
         allowed[1:] &= search.large_mirrors
         return images_lighting_edges(tracing.mirrors, wedges, *edges, allowed, point_m, search.audible.limit_m)
 
+    def least_m(images: EdgeImages) -> Floats:
+        start, end = (each[images.pose, images.wedge] for each in edges)
+        return np.linalg.norm(images.point_m - 0.5 * (start + end), axis=1) - 0.5 * wedges.length_m[images.wedge]
+
     lit, parts, edge = images_of(tracing.source_m), [], []
     for mic in range(2):
         received = images_of(tracing.mics_m[:, mic])
@@ -90,7 +94,8 @@ def _edge_pairs(search: Search) -> tuple[Pairs, Ints]:
         left, right = matches(key, lit.order, other, received.order, max_order - 1)
         met = np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)
         few = lit.order[left] + received.order[right] < 2
-        keep = np.flatnonzero(few | (large[met].all(axis=1) & large[wedges.patch[lit.wedge[left]]].any(axis=1)))
+        keep = few | (large[met].all(axis=1) & large[wedges.patch[lit.wedge[left]]].any(axis=1))
+        keep = np.flatnonzero(keep & (least_m(lit)[left] + least_m(received)[right] <= search.limit_m))
         parts.append(Pairs(np.full(len(keep), mic), lit[left[keep]], received[right[keep]]))
         edge.append(lit.wedge[left[keep]])
     return joined_pairs(parts), np.concatenate(edge)
