@@ -33,7 +33,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
     rays = [mirrors, *(each for each in singles if each is not None)]
     loudest, echoes = loudest_of(rays, len(tracing.pose)), concatenated(rays)
     taken = left_to_integral(search, doubts, echoes)
-    if search.scatter_order > 1 and len(tracing.world.surfaces) > 1:
+    if search.max_order > 1 and len(tracing.world.surfaces) > 1:
         rays += twice_curved(search, singles, loudest)
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))

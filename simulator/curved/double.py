@@ -135,7 +135,7 @@ def _between(
     tracing, (a, b) = search.tracing, pair
     left = _sighted(search, a, _spots(tracing, b, middles[a], poses), poses)
     right = _sighted(search, b, _spots(tracing, a, middles[b], poses), poses)
-    left, right = _combined(left, right, search.scatter_order - 2)
+    left, right = _combined(left, right, search.max_order - 2)
     audible = _amplitude(left, right) >= threshold[left.images.pose]
     loud, faint = np.flatnonzero(audible), np.flatnonzero(~audible)
     _reject_faint(search, left[faint], right[faint], (a, b))
@@ -165,7 +165,7 @@ def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sightin
     surface, middle = tracing.world.surfaces[index], _middle(tracing)
     ends = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     extent = float(np.linalg.norm(ends - middle[:, None], axis=2).max())
-    images = images_of(search, surface, middle, search.scatter_order - 2, extent)
+    images = images_of(search, surface, middle, search.max_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]
     hit = curved.find(surface, frame, images.point_m, target[images.pose])

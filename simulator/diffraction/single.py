@@ -71,14 +71,12 @@ def _edge_pairs(search: Search) -> tuple[Pairs, Ints]:
     """Images of the speaker with those of a microphone at the same pose and edge, within the order, and (R,) edges.
 
     What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
-    With two mirrors and more, these and a face of the edge are large, as in paths without edges: what a small patch
-    reflects and what its borders diffract nearly cancel, and one alone would be far too loud.
     """
-    tracing, max_order = search.tracing, search.scatter_order
-    wedges, edges, large = tracing.world.wedges, _placed_edges(tracing), np.append(search.large_mirrors, True)
+    tracing, max_order = search.tracing, search.max_order
+    wedges, edges = tracing.world.wedges, _placed_edges(tracing)
 
     def images_of(point_m: Floats) -> EdgeImages:
-        allowed = np.ones((max_order - 1, len(large) - 1), dtype=bool)
+        allowed = np.ones((max_order - 1, len(search.large_mirrors)), dtype=bool)
         allowed[1:] &= search.large_mirrors
         return images_lighting_edges(tracing.mirrors, wedges, *edges, allowed, point_m, search.audible.limit_m)
 
@@ -92,13 +90,25 @@ def _edge_pairs(search: Search) -> tuple[Pairs, Ints]:
         received = received[~_beside(received, wedges.mirror[received.wedge])]
         key, other = (each.pose * len(wedges) + each.wedge for each in (lit, received))
         left, right = matches(key, lit.order, other, received.order, max_order - 1)
-        met = np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)
-        few = lit.order[left] + received.order[right] < 2
-        keep = few | (large[met].all(axis=1) & large[wedges.patch[lit.wedge[left]]].any(axis=1))
-        keep = np.flatnonzero(keep & (least_m(lit)[left] + least_m(received)[right] <= search.limit_m))
-        parts.append(Pairs(np.full(len(keep), mic), lit[left[keep]], received[right[keep]]))
-        edge.append(lit.wedge[left[keep]])
+        near = np.flatnonzero(least_m(lit)[left] + least_m(received)[right] <= search.limit_m)
+        before, after = lit[left[near]], received[right[near]]
+        keep = np.flatnonzero(_by_large_patches(search, before, after))
+        parts.append(Pairs(np.full(len(keep), mic), before[keep], after[keep]))
+        edge.append(before.wedge[keep])
     return joined_pairs(parts), np.concatenate(edge)
+
+
+def _by_large_patches(search: Search, before: EdgeImages, after: EdgeImages) -> Flags:
+    """(R,) whether all mirrors and a face of the edge are large, or there is one mirror at most.
+
+    So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
+    of them alone is far too loud.
+    """
+    rows, large = np.flatnonzero(before.order + after.order > 1), np.append(search.large_mirrors, True)  # -1: curved
+    met = np.concatenate([before.sequence[rows], after.sequence[rows]], axis=1)
+    kept = np.ones(len(before), dtype=bool)
+    kept[rows] = large[met].all(axis=1) & large[search.tracing.world.wedges.patch[before.wedge[rows]]].any(axis=1)
+    return kept
 
 
 def _beside(images: Images, mirror: Ints) -> Flags:
@@ -168,7 +178,7 @@ def _contributions(search: Search, pairs: Pairs, wedge: Ints) -> tuple[Ints, Int
     rows_of, parts, points, bounds = [], [], [], []
     for part in (APEX, START, END):
         which = np.full(len(view), part)
-        there = _has(wedges, view, part) & _has_partner(wedges, pairs, part, search.scatter_order)
+        there = _has(wedges, view, part) & _has_partner(wedges, pairs, part, search.max_order)
         rows = np.flatnonzero(there & (view.path_m(which) <= search.limit_m))
         rows_of.append(facing[rows])
         parts.append(which[rows])

@@ -16,7 +16,7 @@ MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     "standard": {
-        "max_order": 3, "scatter_order": 2, "mirror_m2": 3.0, "mechanisms": MECHANISMS, "motion_degree": 3,
+        "max_order": 3, "mirror_m2": 0.1, "mechanisms": MECHANISMS, "motion_degree": 3,
         "band_points": 10, "tolerance_db": 1.0, "facet_m": 0.04,
     },
     "reference": {
@@ -38,18 +38,16 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "standard" (estimated errors of 1 dB, coarse facets, the third order only off large mirrors, smooth
-            surfaces and integrals), "reference" (all mechanisms, third order) or "auto" (the cheapest that keeps every
-            obstacle's echo within `tolerance_db` of the reference).
+        level: "standard" (estimated errors of 1 dB, coarse facets, third order), "reference" (all mechanisms, third
+            order off mirrors of any size) or "auto" (the cheapest that keeps every obstacle's echo within
+            `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
             thin panel may meet more edges: `edge_order`.
-        scatter_order: the same of paths over an edge or over two curved surfaces. A given `max_order` holds for these
-            as well, and for mirrors of any area, unless they are given too.
-        mirror_m2: least area of the mirrors in paths of three reflections and more. A Fresnel zone has 0.05 m2 at
-            1.5 m, 0.18 m2 at 7 m. With 3 m2, walls and ground, bins and cars err as with 0.1, over a quarter of the
-            pairs of images. A path over a bin and the walker is missed: one small mirror doubles the time.
+        mirror_m2: least area of the mirrors in paths of three reflections and more, and of a face of the edge in such
+            paths. A Fresnel zone has 0.05 m2 at 1.5 m, 0.18 m2 at 7 m. Above 0.1 m2, echoes between the small faces of
+            a wall with bays are lost, above 0.02 m2 those of some bins.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
@@ -82,7 +80,6 @@ class Fidelity:
     level: str = "standard"
     tolerance_db: float = _FROM_LEVEL
     max_order: int = _FROM_LEVEL
-    scatter_order: int = _FROM_LEVEL
     mirror_m2: float = _FROM_LEVEL
     max_range_m: float = 7.0
     mechanisms: tuple[str, ...] = _FROM_LEVEL
@@ -103,7 +100,7 @@ class Fidelity:
             raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
         implied = _settings(self.level, self.tolerance_db)
         if self.max_order is not None:
-            implied |= {"scatter_order": 8, "mirror_m2": 0.0}  # whatever has so many reflections
+            implied |= {"mirror_m2": 0.0}  # whatever has so many reflections
         for name, value in implied.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
@@ -117,10 +114,7 @@ class Fidelity:
         unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
         if unknown:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
-        whole = {
-            "max_order": (0, 8), "scatter_order": (1, 8), "motion_degree": (0, 8), "band_points": (1, 64),
-            "edge_order": (1, 5),
-        }  # fmt: skip
+        whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}
         for name, (low, high) in whole.items():
             object.__setattr__(self, name, _whole(name, getattr(self, name), low, high))
         if not 0.0 < self.max_range_m < np.inf:
@@ -138,7 +132,7 @@ def _settings(level: str, tolerance_db: float | None) -> dict[str, Any]:
     """Every setting that a level implies."""
     common: dict[str, Any] = {
         "edge_floor_db": -60.0, "edge_share_db": -50.0, "edge_order": 1, "facet_m": 0.015,
-        "scatter_order": 8, "mirror_m2": 0.0,
+        "mirror_m2": 0.0,
     }  # fmt: skip
     chosen = common | dict(LEVELS[level])
     if level == "auto":
@@ -156,6 +150,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_share_db": max(20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - BELOW_STRONGEST_DB, -60.0),
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
+        "mirror_m2": 0.0 if fine else 0.02 if tolerance_db < 1.0 else 0.1,
         "facet_m": 0.012 if fine else 0.025 if tolerance_db < 1.0 else 0.03,  # 40 mm: 2.1 dB behind a post
     }
 

@@ -42,11 +42,6 @@ class Search:
         """Greatest number of reflections of a path."""
         return self.fidelity.max_order
 
-    @property
-    def scatter_order(self) -> int:
-        """The same of paths over an edge, a sum over a body, or two curved surfaces."""
-        return min(self.fidelity.scatter_order, self.max_order)
-
     @cached_property
     def large_mirrors(self) -> Flags:
         """(P,) patches that may be met in paths of three reflections and more."""

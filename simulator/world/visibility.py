@@ -95,9 +95,9 @@ def _aimed(start, end, frame, pose, origin, half):
 
 
 @inlined
-def _turn_back(east, north, up, c, s, turned):
-    """Fill in a vector of the world as a frame sees it that is turned by an angle with this cosine and sine."""
-    turned[0], turned[1], turned[2] = c * east + s * north, c * north - s * east, up
+def _turn_back(east, north, up, c, s, at_rest):
+    """Fill in a vector of the world as a frame sees it whose yaw has this cosine and sine."""
+    at_rest[0], at_rest[1], at_rest[2] = c * east + s * north, c * north - s * east, up
 
 
 @inlined
