@@ -124,12 +124,17 @@ def _spreads(errors: Callable[[Point], Floats], points: dict[str, Point]) -> dic
     return {name: spread(errors(point), point, UPPER) for name, point in points.items()}
 
 
+def _as_it_is(value: float, key: str) -> list[Guide]:
+    """A guide at what the first point has; none where it has no such walk."""
+    return [Guide("x", value, "", key)] if np.isfinite(value) else []
+
+
 def _rate_panel(label: str, count: Count, measured: dict[str, dict[str, Point]]) -> Panel:
     lines, guides = [], []
     for k, (detector, points) in enumerate(measured.items()):
         effects = _effects(count, points)
         aside = 0.2 * (k - 0.5 * (len(measured) - 1))
-        guides.append(Guide("x", next(iter(effects.values())).value, "", detector))
+        guides += _as_it_is(next(iter(effects.values())).value, detector)
         if count is in_time:
             late = np.array([each.value for each in _effects(before_contact, points).values()])
             lines.append(Line(LATE, detector, late, np.arange(len(late)) + aside, "ring"))
@@ -149,7 +154,7 @@ def _error_panel(label: str, errors: Callable[[Point], Floats], measured: dict[s
         )
         ends = (np.where(np.isfinite(end), end, median) for end in (low, high))
         lines += [Line(detector, detector, median, place, "points", *ends), Line(HIGH, "muted", upper, place, "ring")]
-        guides.append(Guide("x", float(median[0]), "", detector))
+        guides += _as_it_is(float(median[0]), detector)
         most = max([most, *upper[np.isfinite(upper)], *high[np.isfinite(high)]])
     return Panel(
         "", label, "", tuple(lines), tuple(guides), ticks=_ticks(measured), flat=True,
@@ -161,7 +166,7 @@ def _group_panel(title: str, effects_of: dict[str, dict[str, Effect]]) -> Panel:
     lines, guides, sizes = [], [], []
     for k, (label, effects) in enumerate(effects_of.items()):
         lines.append(_effect_line(label, str(2 * k), effects, 0.24 * (k - 0.5)))
-        guides.append(Guide("x", next(iter(effects.values())).value, "", str(2 * k)))
+        guides += _as_it_is(next(iter(effects.values())).value, str(2 * k))
         sizes.append(str(next(iter(effects.values())).n))
     return Panel(
         title, f"% of {' and '.join(sizes)} walks", "", tuple(lines), tuple(guides),

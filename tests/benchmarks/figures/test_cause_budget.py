@@ -12,9 +12,11 @@ import pytest
 from benchmarks.cells.compute import simulated_part
 from benchmarks.cells.spec import Cell
 from benchmarks.figures import FIGURES, draw_figures, picture
+from benchmarks.figures.draw.interactive import interactive
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.plan.sweep import at_point
+from scenes.preview.plotly_page import in_script
 from tests.benchmarks.synthetic_run import made_up_run, walk
 
 NAMES = ("cause_budget", "cause_strata", "cause_table")
@@ -161,3 +163,10 @@ def test_figures_draw_and_a_run_without_a_sweep_has_none(tmp_path):
     assert {path.name for path in drawn} == {f"{name}.{kind}" for name in NAMES[::2] for kind in ("png", "svg", "csv")}
     plain = made_up_run(tmp_path)
     assert all(FIGURES[name](plain).empty for name in NAMES)
+
+
+def test_a_kind_without_a_collision_can_be_explored(tmp_path):
+    """Its rate as it is was NaN, and with it a line of the chart: the run ended without a report."""
+    charts = {name: interactive(FIGURES[name](budget_run(tmp_path))) for name in NAMES}
+    assert charts["cause_strata"] is not None
+    in_script(charts)
