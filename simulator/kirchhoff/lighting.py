@@ -98,7 +98,7 @@ def _held_views(
 def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
     """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
     if len(spots.facet) == len(facets):
-        return lit
+        return lit[:, spots.of_facet]
     every = np.empty((len(views), len(facets)), dtype=bool)
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, np.einsum("fx,fx->f", facets.middle_m, facets.normal), facets.closed

@@ -10,7 +10,8 @@ from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, hel
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.illuminating_images import Sights
-from simulator.kirchhoff.lighting import Light, _paths_to, _Views, lit_facets
+from simulator.kirchhoff.lighting import Light, _facet_by_facet, _paths_to, _Views, lit_facets
+from simulator.kirchhoff.spots import Spots
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
@@ -72,3 +73,17 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
     weight = np.maximum(cosine, 0.0) ** 2 * facets.area_m2  # as in the sum: facets at grazing incidence hardly count
     for lit in (by_spots, shared):
         assert ((lit != exact) * weight).sum(axis=1).max() < 0.002 * (exact * weight).sum(axis=1).min()
+
+
+def test_spots_of_one_facet_each_are_in_an_order_of_their_own():
+    """Grouped by voxel, spot 0 need not be that of facet 0 even where there are as many of both."""
+    body = trimesh.creation.icosphere(subdivisions=1, radius=0.3).apply_translation([2.0, 0.0, 1.2])
+    scene = Scene([Obstacle(body, Material.rigid(), "body")], Air.lossless(343.0))
+    pose, fidelity = Pose([[0.0, 0.0, 1.3]], held_rotation(np.zeros(1))), Fidelity(level="reference")
+    tracing = still_tracing(scene, Phone.named("ideal"), pose, np.zeros(1), fidelity)
+    facets, rng = facets_of(*tracing.world.skins[0], 0, 0.1), np.random.default_rng(2)
+    of_facet = rng.permutation(len(facets))
+    spots = Spots(of_facet, np.argsort(of_facet), np.zeros((0, 2), dtype=np.int64))
+    none, lit = np.zeros(1, dtype=np.int64), rng.random((1, len(facets))) < 0.5
+    views = _Views.of(tracing, tracing.source_m, none, none, np.full((1, 0), -1))
+    np.testing.assert_array_equal(_facet_by_facet(tracing, facets, spots, views, lit), lit[:, of_facet])
