@@ -5,6 +5,27 @@ settings when numpy is first imported, which is after this file.
 """
 
 import os
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+KEPT_WALKS = 16
+
+
+@pytest.fixture(scope="session")
+def kept_walks() -> Callable[[str], Any]:
+    """What simulates a walk, and keeps the last ones instead of the very last."""
+    from benchmarks.cells import compute
+
+    return lru_cache(maxsize=KEPT_WALKS)(compute._simulated.__wrapped__)
+
+
+@pytest.fixture
+def walks_once(kept_walks: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """For pages that run the same walks of the paper's suite, and their reports, which play them once more."""
+    monkeypatch.setattr("benchmarks.cells.compute._simulated", kept_walks)

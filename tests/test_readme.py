@@ -11,10 +11,15 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
+from tests.benchmarks.simulated_file import assert_detected
 
+pytestmark = pytest.mark.usefixtures("walks_once")
 README = Path(__file__).resolve().parents[1] / "README.md"
 
-CUT = {"run": ("--limit", "1", "-k", "wall", "--walks", "1"), "export": ("--walks", "1", "--set", "groups=[]")}
+CUT = {
+    "run": ("--limit", "1", "-k", "wall", "--walks", "1", "-j", "1"),
+    "export": ("--walks", "1", "--set", "groups=[]"),
+}
 
 
 def _blocks(language: str) -> list[str]:
@@ -49,6 +54,7 @@ def test_the_five_minutes_run(tmp_path, monkeypatch):
         _run(line, *CUT.get(line.split()[1], ()))
     assert {"street.html", "walk.flac", "paths.json", "echogram.png", "walks", "results"} <= set(os.listdir())
     assert '<section id="walks">' in (tmp_path / "results/paper/latest/report.html").read_text(encoding="utf-8")
+    assert_detected(tmp_path / "walk.flac", tmp_path / "paths.json")
 
 
 @pytest.mark.slow

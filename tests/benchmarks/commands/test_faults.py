@@ -109,26 +109,20 @@ def test_any_write_of_a_run_may_fail(
     assert contents(tmp_path) == expected
 
 
-def test_a_home_that_cannot_be_written_is_no_hindrance(tmp_path: Path, calm: Path) -> None:
-    """Compiled functions lie beside the source, Matplotlib and joblib keep theirs in the folder for temporary files."""
-    home = tmp_path / "home"
+def test_no_home_and_a_locale_without_unicode_are_no_hindrance(tmp_path: Path, calm: Path) -> None:
+    """Compiled functions lie beside the source, Matplotlib and joblib keep theirs in the folder for temporary files.
+
+    Cause of the other: the manifest holds the words of the call, which are no UTF-8 in such a locale; the folders had
+    been made by then.
+    """
+    home, out = tmp_path / "home", tmp_path / "\u0142\u00fc"
     home.write_text("a file, so that nothing can be made in it, by root neither")
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "MPL", "NUMBA_"))}
+    left_out = ("XDG_", "MPL", "NUMBA_", "LC_", "LANG", "PYTHONUTF8")
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(left_out)}
+    plain = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.cli", *RUN, str(tmp_path / "out"), "-j", "2"],
-        cwd=ROOT, env=kept | {"HOME": str(home), "PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert contents(tmp_path / "out") == contents(calm)
-
-
-def test_a_locale_without_unicode_runs_into_a_folder_with_any_name(tmp_path: Path, calm: Path) -> None:
-    """Cause: the manifest holds the words of the call, which are no UTF-8 there; the folders had been made by then."""
-    out = tmp_path / "\u0142\u00fc"
-    plain = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG", "PYTHONUTF8"))}
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.cli", *RUN, str(out)], cwd=ROOT, capture_output=True,
-        env=plain | {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "PYTHONPATH": str(ROOT)},
+        [sys.executable, "-m", "benchmarks.cli", *RUN, str(out), "-j", "2"],
+        cwd=ROOT, env=kept | plain | {"HOME": str(home), "PYTHONPATH": str(ROOT)}, capture_output=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert contents(out) == contents(calm)

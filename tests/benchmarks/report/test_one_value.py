@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.bench import tabulated
-from benchmarks.figures import draw_figures
+from benchmarks.figures import figures_of, write_figures
 from benchmarks.figures.paper.paper_claims import claim_rows, claims_markdown
 from benchmarks.report.report import write_report
 from benchmarks.report.verdict_lines import verdict_lines
@@ -45,8 +45,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run, found = tabulated(kept)
     (kept / "terminal.txt").write_text("\n".join(verdict_lines(found)))
     (kept / "claims.md").write_text(claims_markdown(claim_rows([run], DETECTOR), DETECTOR))
-    draw_figures(run)
-    write_report(run)
+    figures = figures_of(run)
+    write_figures(kept, [drawn for drawn in figures if not drawn.figure.empty])
+    write_report(run, (), figures)
     return kept
 
 

@@ -63,7 +63,7 @@ def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
             stored = walk(index=k, alert_distance_m=distance)
             variant = {"variant": {"name": name}}
             cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
-    run = made_up_run(tmp_path, cells)
+    run = made_up_run(tmp_path, cells, figures=["fig16"])
     text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert "PaperDetector: TP 100.0 % (39.8–100.0 %, 4 of 4) before contact" in text
     assert "Of the sweep, the point &#39;as it is&#39; alone." in text
@@ -82,7 +82,7 @@ def test_a_run_of_standing_phones_is_judged_by_its_standing_errors_alone(tmp_pat
 def test_a_title_is_text_in_the_markdown_report_too(tmp_path):
     """Cause: report.md carried titles as they were: links, HTML and new headings of whoever wrote the suite."""
     title = "<img src=x onerror=alert(1)> [a](http://b) `c`\n# d"
-    write_report(made_up_run(tmp_path, title=title, argv=["run", "a`b\n# e"]))
+    write_report(made_up_run(tmp_path, title=title, argv=["run", "a`b\n# e"], figures=["fig16"]))
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
     assert text.startswith("# \\<img src=x onerror=alert(1)\\> \\[a\\](http://b) \\`c\\` # d\n\n")
     assert text.rstrip().endswith("Repeat: `` obstaclewatch run 'a`b # e' ``")
@@ -123,7 +123,7 @@ def test_every_figure_has_its_numbers_and_its_chart(written):
 
 
 def test_failures_and_gaps_are_said_and_escaped(tmp_path):
-    html = write_report(made_up_run(tmp_path, plan=["x"] * 20)).read_text(encoding="utf-8")
+    html = write_report(made_up_run(tmp_path, plan=["x"] * 20, figures=["fig16"])).read_text(encoding="utf-8")
     assert "of 20 cells, 2 failed and 6 missing" in html
     assert "ValueError: no &lt;mesh&gt;" in html
     assert "Made up &amp; counted" in html
