@@ -8,7 +8,7 @@ from typing import Any
 project = "ObstacleWatch bench"
 html_title = "ObstacleWatch bench"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
-nb_execution_mode = "off"  # notebooks hold their outputs; tests/test_notebook.py executes them
+nb_execution_mode = "off"  # notebooks hold their outputs; tests/docs/test_notebook.py executes them
 exclude_patterns = ["_build"]
 
 highlight_language = "text"  # blocks without a language are commands

@@ -7,6 +7,7 @@ settings when numpy is first imported, which is after this file.
 import os
 from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,3 +30,16 @@ def kept_walks() -> Callable[[str], Any]:
 def walks_once(kept_walks: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """For pages that run the same walks of the paper's suite, and their reports, which play them once more."""
     monkeypatch.setattr("benchmarks.cells.compute._simulated", kept_walks)
+
+
+FIRST = ("benchmarks", "fuzz", "obstaclewatch", "scenes", "docs")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Folders in this order, the rest after them.
+
+    Two workers begin at the first and in the middle, and share what is left near either's end. Single tests of pages
+    take half a minute: they come after others have compiled what they need, and before many that are short.
+    """
+    place = {Path(__file__).parent / name: number for number, name in enumerate(FIRST)}
+    items.sort(key=lambda item: min((place[up] for up in item.path.parents if up in place), default=len(place)))

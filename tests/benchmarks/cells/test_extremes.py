@@ -214,6 +214,7 @@ SABOTAGE: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
     "threshold 3 dB lower": (_threshold(-3.0), "extremes_snr"),
 }  # fmt: skip
 """What is done to the simulator or the detector, and the gate that must turn red by it."""
+SLOW = ("beep-length", "last-beep")
 
 
 @pytest.mark.parametrize("mistake", SABOTAGE)
@@ -221,6 +222,8 @@ def test_sabotage_turns_the_gate_red_by_name(mistake: str, monkeypatch: pytest.M
     """Cause: with delays 1e-3 off or in float32, truth shifted or microphones swapped, no check could fail."""
     spoil, gate = SABOTAGE[mistake]
     spoil(monkeypatch)
+    cases = extremes._few_cells  # a gate is red by any of them, so without those that take seconds, too
+    monkeypatch.setattr(extremes, "_few_cells", lambda group: [c for c in cases(group) if c.category not in SLOW])
     found = judge_physics({gate: 1e-4 if gate == "truth" else 1.0})[0]
     assert found.state is State.FAILED
     assert found.name == gate

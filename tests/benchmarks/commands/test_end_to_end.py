@@ -73,7 +73,7 @@ def test_an_unknown_phone_is_a_failed_cell(tmp_path):
 
 
 def test_simulate_then_detect(tmp_path):
-    """To a WAV file; to a FLAC file as the README's commands do, `tests/test_readme.py`."""
+    """To a WAV file; to a FLAC file as the README's commands do, `tests/docs/test_readme.py`."""
     audio, paths = tmp_path / "walk.wav", tmp_path / "paths.json"
     arguments = ["simulate", "supermarket", "--category", "wall", "--phone", "galaxy-s8-plus", "-o", str(audio)]
     done = CliRunner().invoke(cli, [*arguments, "--paths", str(paths)], catch_exceptions=False)

@@ -14,10 +14,10 @@ from benchmarks.cli import cli
 from tests.benchmarks.simulated_file import assert_detected
 
 pytestmark = pytest.mark.usefixtures("walks_once")
-README = Path(__file__).resolve().parents[1] / "README.md"
+README = Path(__file__).resolve().parents[2] / "README.md"
 
 CUT = {
-    "run": ("--limit", "1", "-k", "wall", "--walks", "1", "-j", "1"),
+    "run": ("--limit", "1", "-k", "wall", "--walks", "1", "-j", "1", "--set", "figures=[fig16]"),
     "export": ("--walks", "1", "--set", "groups=[]"),
 }
 

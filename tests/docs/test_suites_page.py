@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from benchmarks.plan.suite import Suite, list_suites
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 pytestmark = pytest.mark.usefixtures("walks_once")
 
 

@@ -14,7 +14,7 @@ import yaml
 from .tutorial import run_tutorial
 
 pytestmark = pytest.mark.usefixtures("walks_once")
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def test_the_tutorial_on_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
