@@ -1,5 +1,6 @@
-"""One thread of linear algebra a process: tests run beside each other, and threads that wait for each other burn CPU.
+"""What all tests share: threads, kept walks, and the order of the folders.
 
+A process has one thread of linear algebra: tests run beside each other, and threads that wait for each other burn CPU.
 On two busy cores products of small matrices on two threads cost six times the CPU of one. The libraries read these
 settings when numpy is first imported, which is after this file.
 """
