@@ -93,8 +93,8 @@ def trace_rejected(
 ) -> Rejections:  # fmt: skip
     """What `trace_paths` with the same arguments rejects, by the masks of that very run.
 
-    Sequences of mirrors that the search never builds, because a patch cannot be lit through the one before it or lies
-    beyond the range, are no contributions and not listed.
+    Sequences of mirrors that the search never builds, because a patch or a body cannot be lit through the ones before
+    it or lies beyond the range, are no contributions and not listed.
 
     Args:
         scene, phone, pose, fidelity, time_s: as for `trace_paths`.

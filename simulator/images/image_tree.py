@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
-from simulator.images.given_planes import mirrored
+from obstaclewatch.support.vectors import distance, dot
+from simulator.images.beams import aside, bound
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import BORDER_M, Mirrors
 
+ROUNDING_M = 1e-5  # crossings this far outside a mirror's rectangle are tried: those on its border count
+PENUMBRA_M = 0.4  # and those of paths to edges, which reach into shadows: 8 cm of detour where both ends are 2 m away
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
 
 
@@ -60,18 +63,21 @@ class Level:
         pose: (I,).
         sequence: (I, N) patches from the point on, -1 padded.
         images_m: (I, N + 1, 3) the point, then its images in one mirror after the other; 0 padded.
+        beam: (I, N, 4, 3) normals, inwards, of the planes through the last image that bound what is seen of it through
+            each mirror, as the later ones show it; 0 where there is no bound.
     """
 
     order: int
     pose: Ints
     sequence: Ints
     images_m: Floats
+    beam: Floats
 
     def __len__(self) -> int:
         return len(self.pose)
 
     def __getitem__(self, index: NDArray | slice) -> Level:
-        return Level(self.order, self.pose[index], self.sequence[index], self.images_m[index])
+        return Level(self.order, self.pose[index], self.sequence[index], self.images_m[index], self.beam[index])
 
     def lit(self, index: Ints) -> tuple[Ints, Ints, Ints, Floats]:
         """Chosen rows as the columns of `Images`."""
@@ -86,11 +92,13 @@ class Goal:
     Attributes:
         center_m, radius_m: (N, 3) and one ball a pose, somewhere in which sound is to arrive.
         limit_m: longest way, the part within the ball apart.
+        beside_m: how far outside a mirror's rectangle a path may cross its plane.
     """
 
     center_m: Floats
     radius_m: float
     limit_m: float
+    beside_m: float = ROUNDING_M
 
 
 def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Images:
@@ -102,8 +110,9 @@ def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order
     parts = []
     for level in image_levels(mirrors, allowed, point_m, max_order, goal):
         lit = _lit_balls(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, goal.center_m, goal.radius_m, goal.limit_m
-        )  # type: ignore[call-arg]
+            mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam,
+            goal.center_m, goal.radius_m, goal.limit_m,
+        )  # type: ignore[call-arg]  # fmt: skip
         parts.append(Images(*level.lit(np.flatnonzero(lit))))
     found = Images.joined(parts)
     return found[in_turn(found.pose, found.sequence)]
@@ -118,11 +127,11 @@ def images_lighting_edges(
         start_m, end_m: (N, W, 3) ends of the wedges at each pose.
         allowed: (max_order, P) as in `image_levels`.
     """
-    goal = Goal(point_m, limit_m, limit_m)  # what is nearer than the limit may have an edge
+    goal = Goal(point_m, limit_m, limit_m, PENUMBRA_M)  # what is nearer than the limit may have an edge
     parts = []
     for level in image_levels(mirrors, allowed, point_m, len(allowed), goal):
         row, wedge = _lit_edges(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, start_m, end_m,
+            mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam, start_m, end_m,
             wedges.patch, wedges.mirror, limit_m,
         )  # type: ignore[call-arg]  # fmt: skip
         parts.append(EdgeImages(*level.lit(row), wedge))
@@ -140,7 +149,8 @@ def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: i
     """
     images = np.zeros((len(point_m), max_order + 1, 3))
     images[:, 0] = point_m
-    level = Level(0, np.arange(len(point_m)), np.full((len(point_m), max_order), -1), images)
+    sequence, beam = np.full((len(point_m), max_order), -1), np.zeros((len(point_m), max_order, 4, 3))
+    level = Level(0, np.arange(len(point_m)), sequence, images, beam)
     at_once = max(1, TRIED_AT_ONCE // max(allowed.shape[1], 1))
     yield level
     waiting = [level]
@@ -158,14 +168,13 @@ def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> L
     """Images of a level in one more mirror each."""
     level = level[np.flatnonzero(allowed[level.sequence[:, : level.order]].all(axis=1))]
     row, patch = _onwards(
-        mirrors, allowed, level.order, level.pose, level.sequence, level.images_m,
+        mirrors, allowed, level.order, level.pose, level.sequence, level.images_m, level.beam,
         np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,
     )  # type: ignore[call-arg]  # fmt: skip
-    pose, sequence, images = level.pose[row], level.sequence[row], level.images_m[row]
+    pose, sequence, images, beam = level.pose[row], level.sequence[row], level.images_m[row], level.beam[row]
     sequence[:, level.order] = patch
-    planes = mirrors.normal[pose, patch], mirrors.offset_m[pose, patch]
-    images[:, level.order + 1] = mirrored(images[:, level.order], *planes)
-    return Level(level.order + 1, pose, sequence, images)
+    _mirror(mirrors, level.order, pose, patch, images, beam, goal.beside_m)  # type: ignore[call-arg]
+    return Level(level.order + 1, pose, sequence, images, beam)
 
 
 def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
@@ -174,7 +183,24 @@ def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
 
 
 @compiled
-def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius, limit):
+def _mirror(mirrors, depth, pose, patch, images, beam, beside):
+    """Fill in the images behind given patches, and their beams."""
+    for r in range(len(pose)):
+        n, p = pose[r], patch[r]
+        normal = mirrors.normal[n, p]
+        height = dot(images[r, depth], normal) - mirrors.offset_m[n, p]
+        for x in range(3):
+            images[r, depth + 1, x] = images[r, depth, x] - 2.0 * height * normal[x]
+        for k in range(depth):
+            for side in range(4):
+                along = dot(beam[r, k, side], normal)
+                for x in range(3):
+                    beam[r, k, side, x] -= 2.0 * along * normal[x]
+        bound(images[r, depth + 1], mirrors.corner_m[n, p], beside, beam[r, depth])
+
+
+@compiled
+def _onwards(mirrors, allowed, depth, pose, sequence, images, beam, goal, goal_radius, limit):
     """(R,) image of a level after `depth` mirrors and (R,) patch of all that it is mirrored in."""
     rows, patches = np.empty(256, np.int64), np.empty(256, np.int64)
     found = 0
@@ -184,14 +210,13 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius,
         for p in range(len(allowed)):
             if not allowed[p] or (depth > 0 and not mirrors.follows[last, p]):
                 continue
-            center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
             height = dot(before, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
             if height == 0.0 or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
                 continue
-            window, window_radius = center, 0.0
-            if depth > 0:
-                window, window_radius = mirrors.center_m[n, last], mirrors.radius_m[last]
-            if far_or_aside(before, center, radius, window, window_radius, goal[n], goal_radius, limit):
+            center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
+            gap = max(distance(before, center) - radius, 0.0)
+            onwards = max(distance(goal[n], center) - radius - goal_radius, 0.0)
+            if gap + onwards > limit or aside(before, beam[r, :depth], mirrors.corner_m[n, p], 0.0):
                 continue
             if found == len(rows):
                 rows, patches = grown(rows), grown(patches)
@@ -201,8 +226,8 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, goal, goal_radius,
 
 
 @compiled
-def _lit_balls(mirrors, order, pose, sequence, images, center, radius, limit):
-    """(I,) whether an image sees the ball, within the limit and, if it is one, through its last mirror."""
+def _lit_balls(mirrors, order, pose, sequence, images, beam, center, radius, limit):
+    """(I,) whether an image sees the ball, within the limit and, if it is one, through its mirrors."""
     out = np.zeros(len(pose), np.bool_)
     for r in range(len(pose)):
         n, image = pose[r], images[r, order]
@@ -213,12 +238,12 @@ def _lit_balls(mirrors, order, pose, sequence, images, center, radius, limit):
             p = sequence[r, order - 1]
             rise = dot(center[n], mirrors.normal[n, p]) - mirrors.offset_m[n, p]
             behind = mirrors.one_sided[p] and rise < -radius
-            out[r] = not behind and not aside(image, center[n], radius, mirrors.center_m[n, p], mirrors.radius_m[p])
+            out[r] = not behind and not aside(image, beam[r, :order], center[n : n + 1], radius)
     return out
 
 
 @compiled
-def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mirror, limit):
+def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, own_mirror, limit):
     """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
     middle, half = np.empty(start.shape), np.empty((start.shape[0], start.shape[1]))
@@ -227,6 +252,7 @@ def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mi
             half[n, w] = 0.5 * distance(end[n, w], start[n, w])
             for x in range(3):
                 middle[n, w, x] = 0.5 * (start[n, w, x] + end[n, w, x])
+    ends = np.empty((2, 3))
     found = 0
     for r in range(len(pose)):
         n, image = pose[r], images[r, order]
@@ -237,7 +263,8 @@ def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mi
                 p = sequence[r, order - 1]
                 if p == patch[w, 0] or p == patch[w, 1]:
                     continue
-                through = _through(mirrors, n, p, image, start[n, w], end[n, w], middle[n, w], half[n, w])
+                ends[0], ends[1] = start[n, w], end[n, w]
+                through = _beyond(mirrors, n, p, image, ends) and not aside(image, beam[r, :order], ends, 0.0)
                 if p != own_mirror[w] and not through:
                     continue
             if found == len(rows):
@@ -248,46 +275,11 @@ def _lit_edges(mirrors, order, pose, sequence, images, start, end, patch, own_mi
 
 
 @inlined
-def _through(mirrors, n, p, image, start, end, middle, half):
+def _beyond(mirrors, n, p, image, ends):
     """Whether some of an edge lies beyond a mirror as its image sees it."""
     normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
     side = -1.0 if dot(image, normal) - offset > 0.0 else 1.0
-    rise = max(side * (dot(start, normal) - offset), side * (dot(end, normal) - offset))
-    return rise > BORDER_M and not aside(image, middle, half, mirrors.center_m[n, p], mirrors.radius_m[p])
-
-
-@inlined
-def far_or_aside(image, center, radius, previous_center, previous_radius, goal, goal_radius, limit):
-    """Whether the next patch cannot be lit through the previous one within the path length allowed."""
-    gap = max(distance(image, center) - radius, 0.0)
-    onwards = max(distance(goal, center) - radius - goal_radius, 0.0)
-    if gap + onwards > limit:
-        return True
-    return previous_radius > 0.0 and aside(image, center, radius, previous_center, previous_radius)
-
-
-@compiled
-def aside(image, center, radius, window, window_radius):
-    """Whether a sphere lies outside the cone from an image through another sphere."""
-    a, b = distance(center, image), distance(window, image)
-    if a <= radius or b <= window_radius:
-        return False
-    product = 0.0
-    for x in range(3):
-        product += (center[x] - image[x]) * (window[x] - image[x])
-    angle = np.arccos(min(1.0, max(-1.0, product / (a * b))))
-    return angle > np.arcsin(radius / a) + np.arcsin(window_radius / b)
-
-
-@inlined
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def distance(a, b):
-    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    return np.sqrt(x * x + y * y + z * z)
+    return max(side * (dot(ends[0], normal) - offset), side * (dot(ends[1], normal) - offset)) > BORDER_M
 
 
 @compiled

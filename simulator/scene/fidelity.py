@@ -16,7 +16,7 @@ MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     "standard": {
-        "max_order": 3, "mirror_m2": 0.1, "mechanisms": MECHANISMS, "motion_degree": 3,
+        "max_order": 3, "mirror_m2": 0.03, "mechanisms": MECHANISMS, "motion_degree": 3,
         "band_points": 10, "tolerance_db": 1.0, "facet_m": 0.04,
     },
     "reference": {
@@ -150,7 +150,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_share_db": max(20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - BELOW_STRONGEST_DB, -60.0),
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
-        "mirror_m2": 0.0 if fine else 0.02 if tolerance_db < 1.0 else 0.1,
+        "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.03,
         "facet_m": 0.012 if fine else 0.025 if tolerance_db < 1.0 else 0.03,  # 40 mm: 2.1 dB behind a post
     }
 

@@ -8,6 +8,7 @@ its vertex normals (Nagata 2005, quadratic triangles); a facet of such a surface
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import trimesh
@@ -58,6 +59,23 @@ class PlanarPatches:
 
     def __len__(self) -> int:
         return len(self.offset_m)
+
+    @cached_property
+    def corner_m(self) -> Floats:
+        """(P, 4, 3) corners, one after the other, of a rectangle round each patch along its longest border."""
+        start = self.edge_start[:-1]
+        along = self.edge_m[:, 1] - self.edge_m[:, 0]
+        length = np.linalg.norm(along, axis=1)
+        longest = np.lexsort((-length, np.repeat(np.arange(len(self)), np.diff(self.edge_start))))[start]
+        one = along[longest] / length[longest, None]
+        other = np.cross(self.normal, one)
+        ends = []
+        for axis in (one, other):
+            place = np.einsum("eix,ex->ei", self.edge_m, np.repeat(axis, np.diff(self.edge_start), axis=0))
+            ends.append((np.minimum.reduceat(place.min(axis=1), start), np.maximum.reduceat(place.max(axis=1), start)))
+        foot = self.offset_m[:, None] * self.normal
+        turns = ((0, 0), (1, 0), (1, 1), (0, 1))
+        return np.stack([foot + ends[0][i][:, None] * one + ends[1][j][:, None] * other for i, j in turns], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

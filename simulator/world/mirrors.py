@@ -18,6 +18,7 @@ class Mirrors(NamedTuple):
 
     Attributes:
         normal, offset_m, center_m: (N, P, 3), (N, P) and (N, P, 3) planes and centres in the world.
+        corner_m: (N, P, 4, 3) rectangles round the patches, in the world.
         radius_m, one_sided, obstacle: (P,) as in `PlanarPatches`.
         follows: (P, P) from `facing`.
         frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
@@ -28,6 +29,7 @@ class Mirrors(NamedTuple):
     normal: Floats
     offset_m: Floats
     center_m: Floats
+    corner_m: Floats
     radius_m: Floats
     one_sided: Flags
     obstacle: Ints
@@ -47,9 +49,11 @@ def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mi
     for x in (1, 2):
         offset = offset + normal[..., x] * frame[..., x]
     center = out_of_rest(np.broadcast_to(patches.center_m, shape), frame)
+    corner = out_of_rest(np.broadcast_to(patches.corner_m, (*shape[:2], 4, 3)), frame[:, :, None])
+    whole = np.ascontiguousarray
     return Mirrors(
-        np.ascontiguousarray(normal), np.ascontiguousarray(offset), np.ascontiguousarray(center), patches.radius_m,
-        patches.one_sided, patches.obstacle, follows, frames, patches.normal, patches.edge_m, patches.edge_start,
+        whole(normal), whole(offset), whole(center), whole(corner), patches.radius_m, patches.one_sided,
+        patches.obstacle, follows, frames, patches.normal, patches.edge_m, patches.edge_start,
     )  # fmt: skip
 
 

@@ -77,7 +77,7 @@ def test_missed_mirror_of_a_curved_path_keeps_the_level_between_the_images(box, 
     # the ground ends before the post: every path by way of it misses, and would be as loud as with ground there
     post = cylinder(0.25, 3.0, (2.25, 0.0, 1.5), 48)
     pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0, 0.6))
-    short = Scene([post, box((0.6, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")], Air.lossless(C))
+    short = Scene([post, box((1.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")], Air.lossless(C))
     full = Scene([post, box((20.0, 20.0, 0.2), (0.0, 0.0, -0.1), "ground")], Air.lossless(C))
     fidelity = Fidelity(mechanisms=("specular", "curved"))
     rejected = trace_rejected(short, phone, pose, fidelity)
