@@ -13,7 +13,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.finite_edge import strength_bound
-from simulator.diffraction.single import seen
+from simulator.diffraction.wedge_coordinates import seen
 from simulator.surfaces.wedges import Wedges
 
 INSET_M = 0.02  # corners are taken a wavelength inside their edges: on the line of an edge nothing is seen of it

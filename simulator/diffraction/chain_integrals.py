@@ -32,8 +32,9 @@ from simulator.diffraction.edge_integrals import Face, face_of, half_way, over_t
 from simulator.diffraction.edge_nodes import nodes_of
 from simulator.diffraction.edge_view import APEX, END, START
 from simulator.diffraction.longer_chains import LONGEST, NEGLIGIBLE, Kept, Order, longer_chains
-from simulator.diffraction.single import at_poses, diffracted_once, outside, seen
+from simulator.diffraction.single import diffracted_once
 from simulator.diffraction.thin_panels import linked_edges
+from simulator.diffraction.wedge_coordinates import at_poses, outside, seen
 from simulator.waves import band
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
@@ -159,7 +160,7 @@ def _reached(search: Search, panel: Ints) -> Flags:
         view = seen(edge, source, receiver)
         for part in (APEX, START, END):
             near = view.path_m(np.full(len(view), part)) <= search.limit_m
-            reached |= outside(edge, view) & view.has(part) & near
+            reached |= outside(view, edge.sheet_m) & view.has(part) & near
     return reached.reshape(-1, 2)
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
-from simulator.diffraction.single import at_poses, clear_of_faces, seen
+from simulator.diffraction.single import clear_of_faces
+from simulator.diffraction.wedge_coordinates import at_poses, seen
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
-from simulator.diffraction.edge_view import APEX, END, START
-from simulator.diffraction.single import edge_points, placed, point_slot, seen
+from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.single import point_slot
+from simulator.diffraction.wedge_coordinates import edge_points, placed, seen
 from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
@@ -236,11 +237,7 @@ def _follow_edges(
     frame = tracing.frames.of(tracing.world.wedges.obstacle[edge], found.pose[rows], struck_s[rows, at])
     wedges = placed(tracing, edge, frame)
     view = seen(wedges, lit[rows], received[rows])
-    point = np.zeros((len(rows), 3))
-    for part in (APEX, START, END):
-        chosen = found.part[rows] == part
-        point[chosen] = edge_points(wedges[chosen], view[chosen], part)
-    moment.points_m[rows, at + 1] = point
+    moment.points_m[rows, at + 1] = edge_points(wedges, view, found.part[rows])
 
 
 def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:
