@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.vectors import distance, dot
 from simulator.images.image_pairs import Pairs
 from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
@@ -119,22 +121,39 @@ def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> 
     obstacle = surface.obstacle
     frame = tracing.placed[pairs.pose, obstacle]
     source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
-    to_source, to_receiver = (end[:, None] - border.point_m for end in (source, receiver))
-    l, m = np.linalg.norm(to_source, axis=2), np.linalg.norm(to_receiver, axis=2)
-    both = to_source / l[:, :, None] + to_receiver / m[:, :, None]
-    facing = np.einsum("rbx,bx->rb", both, border.normal)
-    lit = (facing > 0.0) | (not surface.closed)  # both sides of an open surface reflect
-    path = np.where(lit & ~_touching(tracing, obstacle, border, pairs.pose), l + m, np.inf)
-    first = path.argmin(axis=1)
-    each = np.arange(len(pairs))
-    l, m, shortest = l[each, first], m[each, first], path[each, first]
-    slope = np.abs(np.einsum("rx,rx->r", both[each, first], border.across[first]))
-    bend = border.bend_1_m[first] * np.where(facing[each, first] < 0.0, -1.0, 1.0)
+    touching, row = _touching(tracing, obstacle, border, pairs.pose)
+    first = _shortest(source, receiver, border.point_m, border.normal, surface.closed, touching, row)
+    to_source, to_receiver = (end - border.point_m[first] for end in (source, receiver))
+    l, m = np.linalg.norm(to_source, axis=1), np.linalg.norm(to_receiver, axis=1)
+    both = to_source / l[:, None] + to_receiver / m[:, None]
+    slope = np.abs(np.einsum("rx,rx->r", both, border.across[first]))
+    facing = np.einsum("rx,rx->r", both, border.normal[first])
+    bend = border.bend_1_m[first] * np.where(facing < 0.0, -1.0, 1.0)
     bent = 1.0 + 2.0 * np.maximum(bend, 0.0) * l * m / (l + m)
     share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
     share *= _step(border, first, share, l * m / (l + m))
     amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
-    return np.where(np.isfinite(shortest), amplitude, 0.0), np.where(np.isfinite(shortest), shortest, 0.0)
+    return np.where(first >= 0, amplitude, 0.0), np.where(first >= 0, l + m, 0.0)
+
+
+@compiled
+def _shortest(source, receiver, point, normal, closed, touching, row):
+    """(R,) which border point (B, 3) makes the shortest way between source and receiver (R, 3); -1 without one.
+
+    Points that touch, by `touching` (U, B) in row `row` (R,), make none, nor does the back of a closed surface; both
+    sides of an open one reflect.
+    """
+    first = np.full(len(source), -1)
+    for r in range(len(source)):
+        shortest = np.inf
+        for b in range(len(point)):
+            l, m = distance(source[r], point[b]), distance(receiver[r], point[b])
+            if l + m < shortest and not touching[row[r], b]:
+                height = dot(point[b], normal[b])
+                facing = (dot(source[r], normal[b]) - height) / l + (dot(receiver[r], normal[b]) - height) / m
+                if facing > 0.0 or not closed:
+                    first[r], shortest = b, l + m
+    return first
 
 
 def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
@@ -143,10 +162,11 @@ def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
     return np.where(border.tangent[at], np.minimum(2.0 * np.pi * share**2 * jump, 1.0), 1.0)
 
 
-def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Flags:
-    """(R, B) points of the border that stand upright on another obstacle: its image continues the surface there.
+def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tuple[Flags, Ints]:
+    """Points of the border that stand upright on another obstacle: its image continues the surface there.
 
-    A tapered bin and its image meet at an angle: both end there.
+    A tapered bin and its image meet at an angle: both end there. Returns (U, B) whether they stand so at each pose that
+    occurs, and (R,) which of these rows is each pose's.
     """
     mirrors = tracing.mirrors
     others = np.flatnonzero(mirrors.obstacle != obstacle)
@@ -159,4 +179,4 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> Fl
         upright = np.abs(rotated(border.normal, frame[3]) @ normal.T) < UPRIGHT
         near = np.linalg.norm(point[:, None] - mirrors.center_m[n, others], axis=2) <= mirrors.radius_m[others]
         touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
-    return touching[which.ravel()]
+    return touching, which.ravel()
