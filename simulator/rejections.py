@@ -94,7 +94,8 @@ def trace_rejected(
     """What `trace_paths` with the same arguments rejects, by the masks of that very run.
 
     Sequences of mirrors that the search never builds, because a patch or a body cannot be lit through the ones before
-    it or lies beyond the range, are no contributions and not listed.
+    it or lies beyond the range, are no contributions and not listed. A smooth surface has no mirror point where its
+    own lies more than 0.3 m beside a mirror.
 
     Args:
         scene, phone, pose, fidelity, time_s: as for `trace_paths`.

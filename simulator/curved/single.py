@@ -13,6 +13,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.images.image_pairs import Pairs, pairs_over
+from simulator.images.shown import shown
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.waves.spreading import spreading
@@ -22,13 +23,17 @@ from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 
+NEAR_MISS_M = 0.3  # what misses its mirrors by less is looked for all the same, so that it can be listed as rejected
+
 
 def mixed(search: Search, index: int) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it."""
     surface = search.tracing.world.surfaces[index]
     pairs = pairs_over(search, surface, search.max_order)
     frame = search.tracing.placed[pairs.pose, surface.obstacle]
-    hit = curved.find(surface, frame, pairs.before.point_m, pairs.after.point_m)
+    ends = pairs.before, pairs.after
+    within = np.concatenate([shown(search.tracing, images, surface.obstacle, NEAR_MISS_M) for images in ends], axis=1)
+    hit = curved.find(surface, frame, pairs.before.point_m, pairs.after.point_m, within)
     number = search.tracing.world.numbering.number(Interaction.CURVED, index)
     _book_missing(search, surface, number, pairs[np.setdiff1d(np.arange(len(pairs)), hit.query)])
     return _reflected(search, surface, number, pairs[hit.query], hit)

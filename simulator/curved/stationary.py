@@ -17,7 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot
-from simulator.surfaces.facet_bounds import may_mirror
+from simulator.surfaces.facet_bounds import beyond, may_mirror
 from simulator.surfaces.quadratic_triangles import surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
@@ -68,19 +68,23 @@ class StationaryPoints(Rows):
         return replace(self, **columns)
 
 
-def find(surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats) -> StationaryPoints:
+def find(
+    surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats, shown: Floats | None = None
+) -> StationaryPoints:
     """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points.
 
     Args:
         frame: (Q, 4) where the surface stands for each pair.
         source_m, receiver_m: (Q, 3) in the world.
+        shown: (Q, K, 4) half-spaces outside of which none is wanted, at rest: normals inwards and offsets.
 
     Raises:
         ValueError: more of them than a smooth surface has.
     """
     pieces, ends = surface.clusters, _ends_at_rest(frame, source_m, receiver_m)
+    shown = np.zeros((len(frame), 0, 4)) if shown is None else shown
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, *ends
+        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, *ends, shown
     )  # type: ignore[call-arg]  # fmt: skip
     if (count > MAX_HITS).any():
         raise ValueError(
@@ -263,7 +267,7 @@ def _first_guess(corner, straight, center, source, receiver):
 
 
 @compiled
-def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver):
+def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver, shown):
     """Facet and position of every stationary point, piece by piece of the surface, each point kept once."""
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
@@ -273,7 +277,9 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
     for q in range(queries):
         piece = 0
         while piece < len(facet):
-            if not may_mirror(cells, piece, closed, source[q], receiver[q]):
+            if beyond(shown[q], cells.center_m[piece], cells.ball_m[piece]) or not may_mirror(
+                cells, piece, closed, source[q], receiver[q]
+            ):
                 piece = after[piece]
                 continue
             t = facet[piece]

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.compiled import inlined
+from obstaclewatch.support.vectors import dot
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight
@@ -27,7 +28,8 @@ class Cells(NamedTuple):
 
     Attributes:
         center_m: (C, 3).
-        radius_m: (C,) of the ball round each piece or, of a straight one, of the cylinder round it.
+        ball_m: (C,) radius of the ball round each piece.
+        radius_m: (C,) the same or, of a straight piece, that of the cylinder round it.
         axis: (C, 3) middle of its normals.
         spread_cos, spread_sin: (C,) of the greatest angle of a normal from the axis.
         straight: (C, 3) unit direction along which it is straight, 0 without one.
@@ -35,6 +37,7 @@ class Cells(NamedTuple):
     """
 
     center_m: Floats
+    ball_m: Floats
     radius_m: Floats
     axis: Floats
     spread_cos: Floats
@@ -118,7 +121,8 @@ def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: 
     straight = along.any(axis=1) & (lean <= STRAIGHT) & (radius > LONG * width)
     along = straight[:, None] * along
     axis, cosine, sine = _cones(_across(normal, along[piece]), start, piece)
-    return Cells(center, np.where(straight, width, radius), axis, cosine, sine, along, np.where(straight, lean, 0.0))
+    width = np.where(straight, width, radius)
+    return Cells(center, radius, width, axis, cosine, sine, along, np.where(straight, lean, 0.0))
 
 
 def _across(vector: Floats, along: Floats) -> Floats:
@@ -152,6 +156,15 @@ def _shared(straight: Floats, start: Ints) -> Floats:
     total = np.add.reduceat(sign[:, None] * straight, start[:-1])
     every = np.logical_and.reduceat(straight.any(axis=1), start[:-1])
     return every[:, None] * total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+
+
+@inlined
+def beyond(half_space, center, radius):
+    """Whether a ball lies outside some of (K, 4) half-spaces."""
+    outside = False
+    for k in range(len(half_space)):
+        outside = outside or dot(half_space[k], center) - half_space[k, 3] < -radius
+    return outside
 
 
 @inlined
