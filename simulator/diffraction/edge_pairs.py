@@ -137,7 +137,7 @@ def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
     wedges = search.tracing.world.wedges
     least = [_least_m(search.tracing, sights.images) for sights in (pairs.before, pairs.after)]
     pairs = pairs[np.flatnonzero(least[0][pairs.left] + least[1][pairs.right] <= search.limit_m)]
-    pairs = pairs[np.flatnonzero((pairs.order < 2) | _by_large_patches(search, pairs))]
+    pairs = pairs[_by_large_patches(search, pairs)]
     return pairs[np.flatnonzero(outside(pairs.view(wedges), wedges.sheet_m[pairs.wedge]))]
 
 
@@ -148,17 +148,21 @@ def _least_m(tracing: Tracing, images: EdgeImages) -> Floats:
     return np.linalg.norm(images.point_m - 0.5 * (start + end), axis=1) - 0.5 * length
 
 
-def _by_large_patches(search: Search, pairs: EdgePairs) -> Flags:
-    """(R,) whether all mirrors and a face of the edge are large.
+def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
+    """Rows all of whose mirrors and a face of whose edge are large, or that have one mirror at most.
 
     So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
     of them alone is far too loud.
     """
-    large, every = np.append(search.large_mirrors, True), np.logical_and.reduce  # -1: curved, or no mirror
-    before = every(large[pairs.before.images.sequence], axis=1)
-    after = every(large[pairs.after.images.sequence], axis=1)
-    face = np.logical_or.reduce(large[search.tracing.world.wedges.patch], axis=1)
-    return before[pairs.left] & after[pairs.right] & face[pairs.wedge]
+    large, wedges = np.append(search.large_mirrors, True), search.tracing.world.wedges  # -1: curved, or no mirror
+    several = pairs.order > 1
+    rows = np.flatnonzero(several)
+    some = pairs[rows]
+    kept = large[wedges.patch[some.wedge]].any(axis=1)
+    for sights, row in ((some.before, some.left), (some.after, some.right)):
+        kept &= np.logical_and.reduce(large[sights.images.sequence], axis=1)[row]
+    several[rows] = ~kept
+    return np.flatnonzero(~several)
 
 
 def _placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
