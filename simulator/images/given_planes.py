@@ -41,12 +41,17 @@ def image_in(mirrors: Mirrors, point_m: Floats, pose: Ints, order: Ints, sequenc
 
 
 def crossings_in_turn(start_m: Floats, images: Floats, normal: Floats, offset_m: Floats, steps: Steps) -> Floats:
-    """(R, N, 3) where paths back from (R, 3) to the images (N, R, 3) cross each plane; 0 where a path has none."""
+    """(R, N, 3) where paths back from (R, 3) to the images (N, R, 3) cross each plane; 0 where a path has none.
+
+    Where both lie on one side, as a path in a mirror's shadow may within a beep, the nearer end stands for a crossing
+    that would run off to infinity.
+    """
     crossings, target = np.zeros(normal.shape), start_m.copy()
     for k, active in steps:
         here = np.sum(target * normal[:, k], axis=1) - offset_m[:, k]
         there = np.sum(images[k] * normal[:, k], axis=1) - offset_m[:, k]
         gap = np.where(active & (here != there), here - there, 1.0)
-        crossing = target + (here / gap)[:, None] * (images[k] - target)
+        share = np.clip(here / gap, 0.0, 1.0)
+        crossing = target + share[:, None] * (images[k] - target)
         target[active] = crossings[active, k] = crossing[active]
     return crossings

@@ -99,7 +99,9 @@ def _add(
         _polynomial(strength[p], x[:count], level)
         begin, past = _arrival(travel, first[p], end[p], start[p], rate, duration)
         kept = slice(begin - first[p], past - first[p])
-        _places(travel[kept], level[kept], begin, rate, start[p], start_hz, half_slope, lead, steps, shift, part)
+        _places(
+            travel[kept], level[kept], begin, rate, start[p], duration, start_hz, half_slope, lead, steps, shift, part
+        )
         _filter(splines, weight[p], beep)
         _read(beep, steps, shift[: past - begin], part)
         _rotate(total[mic[p], begin:past], part)
@@ -128,11 +130,14 @@ def _arrival(travel, first, end, start, rate, duration):
 
 
 @inlined
-def _places(travel, level, begin, rate, start, start_hz, half_slope, lead, steps, shift, part):
-    """Node less the sample's number, way to the next node, phase in cycles, and level of every sample."""
+def _places(travel, level, begin, rate, start, duration, start_hz, half_slope, lead, steps, shift, part):
+    """Node less the sample's number, way to the next node, phase in cycles, and level of every sample.
+
+    What was emitted outside the beep and its skirts is taken at their ends: the table has no more.
+    """
     for i in range(len(travel)):
         time = (begin + i) / rate
-        emitted = time - travel[i] - start
+        emitted = min(max(time - travel[i] - start, -SKIRT_S), duration + SKIRT_S)
         place = emitted * (steps * rate) + lead
         cycles = (start_hz + half_slope * emitted) * emitted - REFERENCE_HZ * time
         node = np.floor(place)

@@ -7,6 +7,7 @@ import pytest
 
 from obstaclewatch.beep import BeepDesign
 from simulator import Air, Fidelity, Scene, StraightWalk, held_rotation, render_walk
+from simulator.images.given_planes import crossings_in_turn
 from simulator.render import sum_envelopes, to_rate, trace_walk
 
 C = 343.0
@@ -119,3 +120,11 @@ def test_wall_as_fast_as_a_car(box, phone, speed, start):
         beep = BEEP.waveform(emitted % BEEP.period_s) * (emitted >= 0.0)
         exact = beep / (C * (time - emitted))
         assert np.linalg.norm(heard[mic] - exact) < 1e-6 * np.linalg.norm(exact)
+
+
+def test_a_crossing_does_not_run_off_where_image_and_receiver_are_on_one_side():
+    """A microphone that passes the plane of a bin's face within a beep made a path of 47 m."""
+    start, image = np.array([[0.0, 0.0, 0.0100], [0.0, 0.0, 0.01]]), np.array([[[2.0, 0.0, 0.0099], [2.0, 0.0, -0.03]]])
+    up = np.tile([0.0, 0.0, 1.0], (2, 1, 1))
+    crossing = crossings_in_turn(start, image, up, np.zeros((2, 1)), [(0, np.array([True, True]))])
+    np.testing.assert_allclose(crossing[:, 0], [[2.0, 0.0, 0.0099], [0.5, 0.0, 0.0]], atol=1e-12)

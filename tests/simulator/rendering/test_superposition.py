@@ -122,3 +122,13 @@ def test_a_table_is_kept_by_the_content_of_the_speaker():
     np.testing.assert_allclose(found.splines, 10.0**0.3 * kept.splines, rtol=1e-5, atol=1e-6)
     with pytest.raises(ValueError, match="read-only"):
         kept.splines[0] = 0.0
+
+
+def test_a_travel_time_that_runs_off_reads_nothing_outside_the_beep():
+    """What left before the beep was read from memory beyond the table: a microphone of NaN, or 1e37."""
+    beep, phone = BeepDesign(), Phone.named("ideal")
+    calm = _sounds(beep, np.random.default_rng(8), 0.005)
+    delay = calm.motion.delay_s + np.array([0.034, 0.053, 0.024, 0.004])
+    wild = replace(calm, motion=replace(calm.motion, delay_s=delay))
+    expected = _reference(beep, phone, wild)
+    np.testing.assert_allclose(_summed(beep, phone, wild), expected, atol=1e-5 * np.abs(expected).max())
