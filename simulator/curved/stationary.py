@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
-from obstaclewatch.support.vectors import dot
 from simulator.surfaces.facet_bounds import beyond, may_mirror
-from simulator.surfaces.quadratic_triangles import surface_around, with_curvature
+from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 

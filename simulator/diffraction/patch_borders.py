@@ -22,10 +22,10 @@ from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.vectors import distance
 from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
+from simulator.images.image_tree import distance
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction

@@ -9,29 +9,113 @@ samples (192 kHz) where the echo is above -20 dB re wall, 0.4 dB and 2.1 samples
 below (30-60 degrees off the normal). Within some 10 degrees of edge-on a thin plate falls silent in truth, as nothing
 moves against it, while its far edge alone keeps -35 dB: the waves from edge to edge that cancel it are in
 `chain_integrals`.
+
+Millions of pairs of images are listed and thousands are kept. A pair is two row numbers until it is wanted, and where
+an image stands about its edge is worked out once, however many pairs it is part of.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
-from simulator.diffraction.edge_pairs import EdgePairs, edge_pairs
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.finite_edge import edge_terms, strength_bound
 from simulator.diffraction.patch_borders import border_share, own_detour_m
-from simulator.diffraction.wedge_coordinates import at_poses, edge_points, outside, seen
+from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, seen
 from simulator.images.given_planes import last_image
+from simulator.images.image_pairs import Pairs, matches
+from simulator.images.image_tree import EdgeImages, images_lighting_edges
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
+from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
+from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
+
+
+@dataclass(frozen=True)
+class EdgeSights:
+    """I images and the edges that they see.
+
+    Attributes:
+        images: by pose, then wedge.
+        place: (I, 3) distance from the edge's line, angle from face 0, height above the edge's start.
+    """
+
+    images: EdgeImages
+    place: Floats
+
+    def __getitem__(self, rows: Ints) -> EdgeSights:
+        return EdgeSights(self.images[rows], self.place[rows])
+
+    @property
+    def last(self) -> Ints:
+        """(I,) mirror met next to the edge, -1 for none."""
+        images = self.images
+        if images.sequence.shape[1] == 0:
+            return np.full(len(images), -1)
+        last = images.sequence[np.arange(len(images)), images.order - 1]
+        return np.where(images.order > 0, last, -1)
+
+
+@dataclass(frozen=True)
+class EdgePairs:
+    """R pairs of images over an edge.
+
+    Attributes:
+        before, after: images of the speaker and of both microphones that see an edge.
+        left, right: (R,) rows of these.
+        mic: (R,) microphone at which each pair ends.
+    """
+
+    before: EdgeSights
+    after: EdgeSights
+    left: Ints
+    right: Ints
+    mic: Ints
+
+    def __len__(self) -> int:
+        return len(self.left)
+
+    def __getitem__(self, rows: Ints) -> EdgePairs:
+        return EdgePairs(self.before, self.after, self.left[rows], self.right[rows], self.mic[rows])
+
+    @property
+    def wedge(self) -> Ints:
+        """(R,) edge."""
+        return self.before.images.wedge[self.left]
+
+    @property
+    def pose(self) -> Ints:
+        """(R,)."""
+        return self.before.images.pose[self.left]
+
+    @property
+    def order(self) -> Ints:
+        """(R,) number of mirrors."""
+        return self.before.images.order[self.left] + self.after.images.order[self.right]
+
+    def images(self) -> Pairs:
+        """The images themselves."""
+        return Pairs(self.mic, self.before.images[self.left], self.after.images[self.right])
+
+    def view(self, wedges: Wedges) -> EdgeView:
+        """How the images of each pair see their edge, of all wedges in the scene."""
+        source, receiver, wedge = self.before.place[self.left].T, self.after.place[self.right].T, self.wedge
+        length, turn = wedges.length_m[wedge], wedges.open_angle_rad[wedge]
+        return EdgeView(source[0], source[1], source[2], receiver[0], receiver[1], receiver[2], length, turn)
+
+    def beside(self, mirror: Ints) -> Flags:
+        """(R,) whether either image is one in a given mirror of each pair, next to the edge; never for -1."""
+        met = (self.before.last[self.left] == mirror) | (self.after.last[self.right] == mirror)
+        return (mirror >= 0) & met
 
 
 def diffracted(search: Search, loudest: Floats) -> Candidates:
@@ -41,7 +125,7 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
     audible = search.audible
-    pairs, part, bound = _contributions(search, edge_pairs(search))
+    pairs, part, bound = _contributions(search, _edge_pairs(search))
     wedge, at, strongest = pairs.wedge, (pairs.pose, pairs.mic), loudest.copy()
     np.maximum.at(strongest, at, bound)
     kept = audible(bound, strongest[at])
@@ -105,6 +189,83 @@ def _turns(search: Search, pairs: EdgePairs, part: Ints) -> Turns:
     return Turns(pairs.images(), point[:, None], number[:, None])
 
 
+def _edge_pairs(search: Search) -> EdgePairs:
+    """Images of the speaker with those of a microphone at the same pose and edge, within order and range.
+
+    What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
+    """
+    wedges, mirrors = search.tracing.world.wedges, search.max_order - 1
+    lit = _sights(search, search.tracing.source_m)
+    parts = []
+    for mic in range(2):
+        received = _sights(search, search.tracing.mics_m[:, mic])
+        mirror = wedges.mirror[received.images.wedge]
+        received = received[np.flatnonzero((mirror < 0) | (received.last != mirror))]
+        key, other = (each.images.pose * len(wedges) + each.images.wedge for each in (lit, received))
+        left, right = matches(key, lit.images.order, other, received.images.order, mirrors)
+        parts.append(_kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic))))
+    after = EdgeSights(
+        EdgeImages.joined([part.after.images for part in parts]), np.concatenate([part.after.place for part in parts])
+    )
+    left, right, mics = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic"))
+    return EdgePairs(lit, after, left, right + mics * len(parts[0].after.place), mics)
+
+
+def _sights(search: Search, point_m: Floats) -> EdgeSights:
+    """Images of (N, 3) points, one a pose, and the edges that they see from outside."""
+    tracing = search.tracing
+    wedges, (start, end) = tracing.world.wedges, _placed_edges(tracing)
+    allowed = np.ones((search.max_order - 1, len(search.large_mirrors)), dtype=bool)
+    allowed[1:] &= search.large_mirrors
+    images = images_lighting_edges(tracing.mirrors, wedges, start, end, allowed, point_m, search.limit_m)
+    place = np.stack(cylindrical(at_poses(tracing, images.wedge, images.pose), images.point_m), axis=1)
+    return EdgeSights(images, place)[np.flatnonzero(place[:, 1] <= wedges.open_angle_rad[images.wedge])]
+
+
+def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
+    """Those within the range that may be met, whose edge faces both, and whose mirrors are large or one at most."""
+    wedges = search.tracing.world.wedges
+    least = [_least_m(search.tracing, sights.images) for sights in (pairs.before, pairs.after)]
+    pairs = pairs[np.flatnonzero(least[0][pairs.left] + least[1][pairs.right] <= search.limit_m)]
+    pairs = pairs[_by_large_patches(search, pairs)]
+    return pairs[np.flatnonzero(outside(pairs.view(wedges), wedges.sheet_m[pairs.wedge]))]
+
+
+def _least_m(tracing: Tracing, images: EdgeImages) -> Floats:
+    """(I,) what the way from an image to its edge is not shorter than."""
+    start, end = (each[images.pose, images.wedge] for each in _placed_edges(tracing))
+    length = tracing.world.wedges.length_m[images.wedge]
+    return np.linalg.norm(images.point_m - 0.5 * (start + end), axis=1) - 0.5 * length
+
+
+def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
+    """Rows all of whose mirrors and a face of whose edge are large, or that have one mirror at most.
+
+    So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
+    of them alone is far too loud.
+    """
+    large, wedges = np.append(search.large_mirrors, True), search.tracing.world.wedges  # -1: curved, or no mirror
+    several = pairs.order > 1
+    rows = np.flatnonzero(several)
+    some = pairs[rows]
+    kept = large[wedges.patch[some.wedge]].any(axis=1)
+    for sights, row in ((some.before, some.left), (some.after, some.right)):
+        kept &= np.logical_and.reduce(large[sights.images.sequence], axis=1)[row]
+    several[rows] = ~kept
+    return np.flatnonzero(~several)
+
+
+def _placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
+    """(N, W, 3) starts and ends of all edges at all poses."""
+    wedges, poses = tracing.world.wedges, len(tracing.pose)
+    frame = tracing.placed[:, wedges.obstacle]
+    shape = (poses, len(wedges), 3)
+    return (
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.start_m, shape), frame)),
+        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.end_m, shape), frame)),
+    )
+
+
 def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
     """(K,) what some rigid edges (E,) diffract alone at one pose, with its travel phase, whatever stands between."""
     every = np.full(len(wedge), pose)
@@ -118,6 +279,28 @@ def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumb
         phase = np.exp(-1j * some.path_m(which)[:, None] * wavenumber)
         total += (edge_terms(some, which, wavenumber).sum(axis=1) * phase).sum(axis=0)
     return total
+
+
+def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenumber: Floats) -> Complexes:
+    """(C, K) what mirrors that end leave of paths (C,) over edges seen so."""
+    return border_share(tracing, found, point_slot(found), own_detour_m(view, found.part), wavenumber)
+
+
+def outside(view: EdgeView, sheet_m: Floats) -> Flags:
+    """(R,) whether source and receiver see the edge: in its open angle, and on this side of a plate so thick."""
+    turn = view.open_angle_rad
+    rise = view.source_radius_m * np.sin(view.source_angle_rad)
+    rise = rise + view.receiver_radius_m * np.sin(view.receiver_angle_rad)
+    apart = np.minimum(view.source_radius_m, view.receiver_radius_m) > COINCIDENT_M
+    return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + sheet_m > 0.0) & apart
+
+
+def edge_points(wedges: Wedges, view: EdgeView, part: Ints) -> Floats:
+    """(R, 3) apex or end."""
+    share = view.apex_height_m / view.length_m
+    apex = wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
+    part = part[:, None]
+    return np.where(part == APEX, apex, np.where(part == START, wedges.start_m, wedges.end_m))
 
 
 def point_slot(found: Candidates) -> Ints:
@@ -135,11 +318,6 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     source = last_image(found.points_m[:, 0], *planes, early)
     receiver = last_image(found.points_m[:, -1], *planes, late)
     return wedges, seen(wedges, source, receiver)
-
-
-def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenumber: Floats) -> Complexes:
-    """(C, K) what mirrors that end leave of paths (C,) over edges seen so."""
-    return border_share(tracing, found, point_slot(found), own_detour_m(view, found.part), wavenumber)
 
 
 def off_faces(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""Sharp edges where they stand at poses, and what stands about them in their cylindrical coordinates."""
+"""Sharp edges where they stand at poses, and points about them in their cylindrical coordinates."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.diffraction.edge_view import APEX, START, EdgeView
+from obstaclewatch.support.arrays import Floats, Ints
+from simulator.diffraction.edge_view import EdgeView
 from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import out_of_rest, rotated
-from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
 
 ON_FACE_RAD = 1e-9  # a source this close to a face's plane by rounding stands on it
@@ -46,20 +45,3 @@ def cylindrical(wedges: Wedges, point_m: Floats) -> tuple[Floats, Floats, Floats
     beyond = angle - wedges.open_angle_rad
     angle = np.where((beyond > 0.0) & (beyond < ON_FACE_RAD), wedges.open_angle_rad, angle)
     return np.hypot(x, y), angle, np.sum(offset * along, axis=1)
-
-
-def outside(view: EdgeView, sheet_m: Floats) -> Flags:
-    """(R,) whether source and receiver see the edge: in its open angle, and on this side of a plate so thick."""
-    turn = view.open_angle_rad
-    rise = view.source_radius_m * np.sin(view.source_angle_rad)
-    rise = rise + view.receiver_radius_m * np.sin(view.receiver_angle_rad)
-    apart = np.minimum(view.source_radius_m, view.receiver_radius_m) > COINCIDENT_M
-    return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + sheet_m > 0.0) & apart
-
-
-def edge_points(wedges: Wedges, view: EdgeView, part: Ints) -> Floats:
-    """(R, 3) apex or end."""
-    share = view.apex_height_m / view.length_m
-    apex = wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
-    part = part[:, None]
-    return np.where(part == APEX, apex, np.where(part == START, wedges.start_m, wedges.end_m))

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX
-from simulator.diffraction.single import point_slot
-from simulator.diffraction.wedge_coordinates import edge_points, placed, seen
+from simulator.diffraction.single import edge_points, point_slot
+from simulator.diffraction.wedge_coordinates import placed, seen
 from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk

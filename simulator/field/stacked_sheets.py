@@ -11,8 +11,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.vectors import distance, dot
 from simulator.images.image_method import inside_patch
+from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.visibility import OFFSET

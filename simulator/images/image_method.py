@@ -13,8 +13,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.compiled import compiled
-from obstaclewatch.support.vectors import distance, dot
-from simulator.images.image_tree import Goal, image_levels, in_turn
+from simulator.images.image_tree import Goal, distance, dot, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.mirrors import BORDER_M
 from simulator.world.rejection_log import Reason, Rejected

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
-from obstaclewatch.support.vectors import distance, dot
-from simulator.images.beams import aside, bound
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import BORDER_M, Mirrors
 
 ROUNDING_M = 1e-5  # crossings this far outside a mirror's rectangle are tried: those on its border count
 PENUMBRA_M = 0.4  # and those of paths to edges, which reach into shadows: 8 cm of detour where both ends are 2 m away
+FLAT_M = 1e-9  # a rectangle seen at this height is a line and bounds nothing
 TRIED_AT_ONCE = 2**18  # images times patches: what is kept in memory of a level, however many sequences there are
 
 
@@ -280,6 +279,54 @@ def _beyond(mirrors, n, p, image, ends):
     normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
     side = -1.0 if dot(image, normal) - offset > 0.0 else 1.0
     return max(side * (dot(ends[0], normal) - offset), side * (dot(ends[1], normal) - offset)) > BORDER_M
+
+
+@inlined
+def bound(image, corner, beside, beam):
+    """Fill in (4, 3) normals, inwards, of the planes through an image and the sides of a rectangle, moved outwards."""
+    one, other, across, normal = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for side in range(4):
+        width = distance(corner[(side + 1) % 4], corner[(side + 2) % 4])
+        for x in range(3):
+            across[x] = corner[(side + 2) % 4, x] - corner[(side + 1) % 4, x]
+            out = -beside * across[x] / width
+            one[x] = corner[side, x] - image[x] + out
+            other[x] = corner[(side + 1) % 4, x] - image[x] + out
+        for x in range(3):
+            y, z = (x + 1) % 3, (x + 2) % 3
+            normal[x] = one[y] * other[z] - one[z] * other[y]
+        size, rise = np.sqrt(dot(normal, normal)), dot(normal, across)
+        flat = abs(rise) <= FLAT_M * size
+        for x in range(3):
+            beam[side, x] = 0.0 if flat else normal[x] / (size if rise > 0.0 else -size)
+
+
+@compiled
+def aside(image, beam, point, radius):
+    """Whether some plane of a beam leaves outside all points (Q, 3) and what is within a radius of them."""
+    for k in range(len(beam)):
+        for side in range(4):
+            normal = beam[k, side]
+            outside = normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0
+            for q in range(len(point)):
+                rise = 0.0
+                for x in range(3):
+                    rise += (point[q, x] - image[x]) * normal[x]
+                outside = outside and rise < -radius
+            if outside:
+                return True
+    return False
+
+
+@inlined
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def distance(a, b):
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return np.sqrt(x * x + y * y + z * z)
 
 
 @compiled

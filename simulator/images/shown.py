@@ -6,9 +6,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.vectors import dot
-from simulator.images.beams import bound
-from simulator.images.image_tree import Images
+from simulator.images.image_tree import Images, bound, dot
 from simulator.world.world import Tracing
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
-from obstaclewatch.support.vectors import dot
 from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, backtrack, fill_images
+from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Sights
 from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.surfaces.facets import Facets

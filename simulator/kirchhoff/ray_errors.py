@@ -18,8 +18,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
-from obstaclewatch.support.vectors import distance, dot
 from simulator.images.image_pairs import Pairs
+from simulator.images.image_tree import distance, dot
 from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
 from simulator.surfaces.surface_borders import Border

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.compiled import inlined
-from obstaclewatch.support.vectors import dot
+from simulator.surfaces.quadratic_triangles import dot
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight

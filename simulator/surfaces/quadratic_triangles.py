@@ -11,7 +11,6 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.vectors import dot
 
 PARALLEL_RAD = 3e-3
 SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it
@@ -36,6 +35,11 @@ def edge_bulge(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floa
     rise = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
     shift = -np.clip(at_a + at_b, -most, most) / (np.sum(apart**2, axis=1) + PARALLEL_RAD**2)
     return rise[:, None] * middle + shift[:, None] * apart
+
+
+@inlined
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @compiled

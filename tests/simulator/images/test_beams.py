@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulator.images.beams import aside, bound
+from simulator.images.image_tree import aside, bound
 
 AXES = np.array([[0.3, 0.0, 0.0], [0.0, 0.8, 0.6]])  # half the sides of the rectangle, and across it
 ACROSS = np.array([0.0, -0.6, 0.8])
