@@ -103,7 +103,7 @@ def fidelity_table(run: RunData) -> TableFigure:
     rows = tuple(
         (
             name if name != "reference" else REFERENCES[kind],
-            f"{1e3 * np.median(price.cpu_s):.3g}",
+            f"{1e3 * np.median(price.cpu_s):.0f}",
             *(_two_digits(price.error_db, q) for q in (0.5, 0.95)),
             f"{100 * price.within(0.5):.0f}" if len(price.error_db) else "-",
             _two_digits(price.delay_samples, 0.95),
