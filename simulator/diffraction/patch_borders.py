@@ -60,9 +60,8 @@ def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats,
 def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
     """(R, K) what the mirror met at place k leaves."""
     edges = _sharp_edges(tracing.world.wedges, len(tracing.world.patches))
-    code, detour = _crossed(
-        tracing.mirrors, found.pose, found.sequence[:, k : k + 1], *_unfolded(found, slot, k), *edges
-    )  # type: ignore[call-arg]
+    mirror = np.ascontiguousarray(found.sequence[:, k : k + 1])
+    code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *edges)  # type: ignore[call-arg]
     detour = np.minimum(detour, 1.0)
     fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
     turn = detour[:, None] * wavenumber
@@ -107,8 +106,8 @@ def _crossed(mirrors, pose, sequence, one, other, start, end, first):
     images, hits, a, b = np.empty((2, 3)), np.empty((1, 3)), np.empty(3), np.empty(3)
     for r in range(len(pose)):
         n, p = pose[r], sequence[r, 0]
-        fill_images(mirrors, n, one[r], sequence[r], 1, images)
-        code[r] = backtrack(mirrors, n, images, sequence[r], 1, other[r], hits)
+        fill_images(mirrors, n, one[r], sequence[r], len(sequence[r]), images)
+        code[r] = backtrack(mirrors, n, images, sequence[r], len(sequence[r]), other[r], hits)
         frame = mirrors.frames[n, mirrors.obstacle[p]]
         _into_rest(images[1], frame, a)
         _into_rest(other[r], frame, b)

@@ -262,7 +262,8 @@ def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, 
                 p = sequence[r, order - 1]
                 if p == patch[w, 0] or p == patch[w, 1]:
                     continue
-                ends[0], ends[1] = start[n, w], end[n, w]
+                for x in range(3):
+                    ends[0, x], ends[1, x] = start[n, w, x], end[n, w, x]
                 through = _beyond(mirrors, n, p, image, ends) and not aside(image, beam[r, :order], ends, 0.0)
                 if p != own_mirror[w] and not through:
                     continue

@@ -30,7 +30,9 @@ def _shown(mirrors, pose, order, sequence, image, frame, beside):
     for r in range(rows):
         n = pose[r]
         for k in range(order[r]):
-            corner[:] = mirrors.corner_m[n, sequence[r, k]]
+            for i in range(4):
+                for x in range(3):
+                    corner[i, x] = mirrors.corner_m[n, sequence[r, k], i, x]
             for later in range(k + 1, order[r]):
                 normal, offset = mirrors.normal[n, sequence[r, later]], mirrors.offset_m[n, sequence[r, later]]
                 for i in range(4):

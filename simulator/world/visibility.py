@@ -66,7 +66,7 @@ def _aimed(start, end, frame, pose, origin, half):
     directions and (O,) lengths, cleared at both ends by `OFFSET` of the largest coordinate about the origin: what
     float32 rounding scales with.
     """
-    rows, count, extent = len(pose), 0, half.max()
+    rows, count, extent = len(pose), 0, max(half[0], half[1], half[2])
     row, length = np.empty(rows, np.int64), np.empty(rows, np.float32)
     first, direction = np.empty((rows, 3), np.float32), np.empty((rows, 3), np.float32)
     here, step = np.empty(3), np.empty(3)

@@ -44,7 +44,7 @@ def gates_for(detector: str, folder: Path) -> str:
 
 @pytest.fixture(scope="module", params=[2018, 1, 2])
 def run(request, tmp_path_factory):
-    """The paper's smoke tier with the untouched detector, stored as baseline, and another run with all of them."""
+    """Four walks of each kind with the untouched detector, stored as baseline, and another run with all of them."""
     folder = tmp_path_factory.mktemp(f"seed{request.param}")
     common = [
         "run",
@@ -59,6 +59,8 @@ def run(request, tmp_path_factory):
         "not standing",
         "--walks",
         "0",
+        "--set",
+        "tiers={smoke: {fraction: 0.01, at_least: 4}}",
     ]
     first = call(*common, "--set", f"detectors=[{UNTOUCHED}]", "-o", str(folder / "first"))
     assert first.exit_code == 0, first.output
