@@ -59,6 +59,12 @@ class Pose:
     def __len__(self) -> int:
         return 1 if self.position_m.ndim == 1 else len(self.position_m)
 
+    def __getitem__(self, index: slice) -> Pose:
+        """Some of N poses; there must be at least one."""
+        rotation = self.rotation if self.rotation.single else self.rotation[index]
+        heading = None if self.heading_rad is None else self.heading_rad[index]
+        return Pose(np.atleast_2d(self.position_m)[index], rotation, heading)
+
     def to_world(self, point_m: ArrayLike) -> Floats:
         """(N, ..., 3) world positions of (..., 3) points of the phone frame."""
         points = np.asarray(point_m, dtype=np.float64)

@@ -211,10 +211,12 @@ def test_poses_in_one_call_equal_poses_one_by_one(box, phone):
     positions = np.array([[0.0, 0.0, 1.3], [0.4, 0.1, 1.25], [1.0, -0.2, 1.35]])
     rotation = held_rotation([0.0, 0.1, -0.1], 0.5)
     f = np.array([18_000.0, 21_000.0])
-    together = trace_paths(scene, phone, Pose(positions, rotation)).transfer_function(f)
+    every = Pose(positions, rotation)
+    together = trace_paths(scene, phone, every).transfer_function(f)
     for k in range(3):
-        alone = trace_paths(scene, phone, Pose(positions[k], rotation[k])).transfer_function(f)
-        np.testing.assert_allclose(together[k], alone, rtol=1e-9)
+        for pose in (Pose(positions[k], rotation[k]), every[k : k + 1]):
+            alone = trace_paths(scene, phone, pose).transfer_function(f)
+            np.testing.assert_allclose(together[k], alone, rtol=1e-9)
 
 
 def test_memory_for_the_search_does_not_decide_what_is_found(box, cylinder, phone, monkeypatch):

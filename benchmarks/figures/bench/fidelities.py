@@ -19,8 +19,6 @@ KINDS = ("fidelity", "tessellation", "motion")
 ORDER = [*POINTS, *(segments_named(n) for n in SEGMENTS), *(degree_named(n) for n in DEGREES), "reference"]
 REFERENCES = {"fidelity": "reference", "tessellation": "192 segments", "motion": "degree 6"}
 STANDARD_DB = 2.0  # what `standard` is to be right to
-LEAST_DB, MOST_DB = 1e-5, 100.0
-"""Errors beyond these are drawn there."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +41,32 @@ class Price:
         return float(np.mean(self.error_db <= tolerance_db)) if len(self.error_db) else float("nan")
 
 
+@dataclass(frozen=True)
+class Error:
+    """A measure of a `Price` as it is drawn.
+
+    Attributes:
+        name: the attribute.
+        words: of the axis.
+        least, most: ends of the axis, where errors beyond them are drawn.
+    """
+
+    name: str
+    words: str
+    least: float
+    most: float
+
+    def of(self, price: Price) -> float:
+        """95th percentile."""
+        return float(np.clip(np.quantile(np.abs(getattr(price, self.name)), 0.95), self.least, self.most))
+
+
+ERRORS = (
+    Error("error_db", "95 % level error, dB", 1e-3, 100.0),
+    Error("delay_samples", "95 % delay error, samples of 192 kHz", 1e-2, 1e3),
+)
+
+
 def prices(run: RunData, kind: str = "fidelity") -> dict[str, Price]:
     """Every level and setting that the run's cells of a kind measured, and "reference" for its cost."""
     pairs = zip(run.cells, run.costs, strict=True)
@@ -60,20 +84,29 @@ def _price(name: str, found: list[dict], costs: list[dict]) -> Price:
 
 
 def fidelity_pareto(run: RunData) -> PlotFigure:
-    """Error against cost of levels and settings, of segments round a body, and of following motion."""
+    """Error against cost of levels by category, and error of settings, of segments round a body, of motion's degree."""
     found = {kind: _measured(run, kind) for kind in KINDS}
     levels = {name: price for name, price in found["fidelity"].items() if name in LEVELS}
-    settings = {name: price for name, price in found["fidelity"].items() if name not in LEVELS}
-    titled = {"levels": levels, "reference but for one setting": settings}
-    titled |= {"segments round a body": found["tessellation"], "motion in a beep": found["motion"]}
+    settings = {name: _time_beside(run, "fidelity", name) for name in found["fidelity"] if name not in LEVELS}
+    by_category = {name: _measured(_of_category(run, name), "fidelity") for name in _categories(run)}
+    others = found["tessellation"] | found["motion"]
+    ticks = {name: _time_beside(run, kind, name) for kind in KINDS[1:] for name in found[kind]}
+    panels: list[Panel] = []
+    for error in ERRORS:
+        panels += [_curves(error, levels, by_category)] if levels else []
+        panels += [_rows_of(error, "reference but for one setting", settings, by_category)] if settings else []
+        panels += [_rows_of(error, "bodies and motion", ticks, {"all": others})] if others else []
     said = [f"{name}: {np.quantile(price.error_db, 0.95):.2g} dB" for name, price in levels.items()]
     return PlotFigure(
         "pareto",
         "Error of the target's echo against processor time",
-        tuple(_priced(title, points) for title, points in titled.items() if points),
+        tuple(panels),
         f"95 % of the echoes are within, {'; '.join(said)}." if said else "No data.",
-        "Circles: 90th percentile over poses and microphones against the median cost; whiskers from the median to the "
-        "95th percentile. Errors below 1e-5 dB are drawn there, those above 100 dB, echoes that are missing, at 100.",
+        "95th percentile over poses and microphones against the level `reference`; bodies against those of 192 "
+        "segments, motion against polynomials of degree 6. Time is the median over approaches, in a prepared scene; in "
+        "brackets, a setting's over that of what it is held against. Errors beyond an axis are drawn at its end: those "
+        "of echoes that are missing, too.",
+        height_in=2.9,
     )
 
 
@@ -81,21 +114,42 @@ def _measured(run: RunData, kind: str) -> dict[str, Price]:
     return {name: price for name, price in prices(run, kind).items() if len(price.error_db) and len(price.cpu_s)}
 
 
-def _priced(title: str, points: dict[str, Price]) -> Panel:
-    lines = tuple(_spot(name, k, price) for k, (name, price) in enumerate(points.items()))
-    cost = np.array([line.x[0] for line in lines])
-    room = (float(cost.min()) / 1.3, float(cost.max()) * (cost.max() / cost.min()) ** 0.35 * 1.6)
-    highest = max(1.0, *(float(line.high[0]) for line in lines))
+def _curves(error: Error, levels: dict[str, Price], by_category: dict[str, dict[str, Price]]) -> Panel:
+    """A category's error over its cost from level to level, levels named at their cost over all."""
+    lines: list[Line] = []
+    for key, (category, measured) in enumerate(by_category.items()):
+        kept = [measured[name] for name in levels if name in measured]
+        x, y = np.array([_cost_ms(price) for price in kept]), np.array([error.of(price) for price in kept])
+        lines += [Line(category, str(key), x, y), Line(category, str(key), x, y, "points")]
+    guides = tuple(Guide("x", _cost_ms(price), name) for name, price in levels.items())
     return Panel(
-        title, "processor time a pose, ms", "error of the target's echo, dB", lines, (Guide("y", 0.5, "0.5 dB"),),
-        log="xy", x_range=room, y_range=(0.2 * LEAST_DB, 20.0 * highest), width_in=3.4,
+        "levels", "processor time a pose, ms", error.words, tuple(lines), guides, log="xy",
+        y_range=(0.8 * error.least, 1.2 * error.most), width_in=3.4,
     )  # fmt: skip
 
 
-def _spot(name: str, key: int, price: Price) -> Line:
-    ends = (np.array([np.clip(np.quantile(price.error_db, q), LEAST_DB, MOST_DB)]) for q in (0.5, 0.9, 0.95))
-    low, middle, high = ends
-    return Line(name, str(key), np.array([1e3 * np.median(price.cpu_s)]), middle, "named", low, high)
+def _rows_of(error: Error, title: str, settings: dict[str, str], by_series: dict[str, dict[str, Price]]) -> Panel:
+    """A row a setting, with its name on the axis; a point a series."""
+    lines = []
+    for key, (series, measured) in enumerate(by_series.items()):
+        at = {k: measured[name] for k, name in enumerate(settings) if name in measured}
+        x = np.array([error.of(price) for price in at.values()])
+        aside = 0.12 * (key - 0.5 * (len(by_series) - 1))
+        lines.append(Line(series, "muted" if series == "all" else str(key), x, np.array(list(at)) + aside, "points"))
+    return Panel(
+        title, error.words, "", tuple(lines), log="x", x_range=(0.8 * error.least, 1.2 * error.most),
+        ticks=tuple(settings.values()), flat=True, width_in=2.4,
+    )  # fmt: skip
+
+
+def _time_beside(run: RunData, kind: str, name: str) -> str:
+    """A setting's name and its time over that of what it is held against."""
+    measured = prices(run, kind)
+    return f"{name} ({_cost_ms(measured[name]) / _cost_ms(measured['reference']):.2g})"
+
+
+def _cost_ms(price: Price) -> float:
+    return 1e3 * float(np.median(price.cpu_s))
 
 
 def fidelity_table(run: RunData) -> TableFigure:
@@ -138,8 +192,7 @@ def _two_digits(values: Floats, share: float) -> str:
 
 def tolerance_table(run: RunData) -> TableFigure:
     """Level by level, all pairs of scene and pose and then by category: errors, and how many pairs were kept."""
-    categories = list(dict.fromkeys(r["cell"]["category"] for r in run.cells if r["cell"]["kind"] == "fidelity"))
-    parts = {"all": run} | {name: _of_category(run, name) for name in categories}
+    parts = {"all": run} | {name: _of_category(run, name) for name in _categories(run)}
     rows = tuple(
         _kept(name, category, price, _worst(parts[category], name))
         for name in prices(run)
@@ -161,6 +214,10 @@ def tolerance_table(run: RunData) -> TableFigure:
         f"tolerance of the level `reference`, {STANDARD_DB:g} dB at `standard`. Pairs whose echo is below -60 dB re "
         "1 m do not count.",
     )  # fmt: skip
+
+
+def _categories(run: RunData) -> list[str]:
+    return list(dict.fromkeys(r["cell"]["category"] for r in run.cells if r["cell"]["kind"] == "fidelity"))
 
 
 def _of_category(run: RunData, category: str) -> RunData:

@@ -36,7 +36,8 @@ def draw_plots(figure: PlotFigure) -> Canvas:
     shared = all(not panel.y_label for panel in panels[1:])
     gap = 0.07 if shared else 0.24
     left = max(_tick_room(panel) for panel in panels)
-    canvas, axes = panel_axes([panel.width_in for panel in panels], gap * 3.4 / wide, figure.height_in, left)
+    between = gap * 3.4 + (0.0 if shared else left)
+    canvas, axes = panel_axes([panel.width_in for panel in panels], between / wide, figure.height_in, left)
     handles: dict[str, Artist] = {}
     for ax, panel in zip(axes, panels, strict=True):
         _draw_panel(ax, panel)

@@ -155,11 +155,14 @@ def test_fidelity_draws_error_against_cost(tmp_path):
     }
     run = made_up_run(tmp_path, [stored])
     run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "standard": 0.2, "auto 0.5 dB": 0.4}},))
-    lines = FIGURES["pareto"](run).panels[0].lines
-    assert [(line.label, line.x[0], line.y[0]) for line in lines] == [
-        ("standard", pytest.approx(100.0), pytest.approx(3.0)),
-        ("auto 0.5 dB", pytest.approx(200.0), pytest.approx(0.1)),
+    level, delay = FIGURES["pareto"](run).panels
+    assert [(guide.text, guide.at) for guide in level.guides] == [
+        ("standard", pytest.approx(100.0)),
+        ("auto 0.5 dB", pytest.approx(200.0)),
     ]  # fmt: skip
+    curve = level.lines[0]
+    assert (curve.x, curve.y) == (pytest.approx([100.0, 200.0]), pytest.approx([3.0, 0.1]))
+    assert delay.lines[0].y == pytest.approx([0.01, 0.01])  # none, drawn where the axis begins
     assert len(FIGURES["fidelity"](run).cells) == 3
     kept = {row[0]: row[5] for row in FIGURES["tolerance"](run).cells if row[1] == "all"}
     assert kept["reference"] == "-"
