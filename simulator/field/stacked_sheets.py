@@ -77,14 +77,12 @@ def _hides(mirrors, n, p, own, point, end, height):
         return False
     if distance(point, mirrors.center_m[n, p]) > 1.01 * mirrors.radius_m[p]:
         return False
-    outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-    frame = mirrors.frames[n, mirrors.obstacle[p]]
     if abs(height) <= RESOLVED_M:
         reflects = there > 0.0 or not mirrors.one_sided[p]
-        return p < own and reflects and inside_patch(point, frame, mirrors.rest_normal[p], outline)
+        return p < own and reflects and inside_patch(mirrors, n, p, point[0], point[1], point[2])
     if height * there >= 0.0:
         return False
     crossing, share = np.empty(3), height / (height - there)
     for x in range(3):
         crossing[x] = point[x] + share * (end[x] - point[x])
-    return inside_patch(crossing, frame, mirrors.rest_normal[p], outline)
+    return inside_patch(mirrors, n, p, crossing[0], crossing[1], crossing[2])

@@ -151,11 +151,13 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         images: (depth + 1, 3) the source, then its images.
         hits: (depth, 3) filled in.
     """
-    end = target
+    # numbers, not parts of arrays: to count references to these took five times as long as all else
+    x, y, z = target[0], target[1], target[2]
     for k in range(depth - 1, -1, -1):
-        p, image = sequence[k], images[k + 1]
-        normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
-        here, there = dot(end, normal) - offset, dot(image, normal) - offset
+        p = sequence[k]
+        a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
+        u, v, w, offset = images[k + 1, 0], images[k + 1, 1], images[k + 1, 2], mirrors.offset_m[n, p]
+        here, there = x * a + y * b + z * c - offset, u * a + v * b + w * c - offset
         if there > 0.0:
             here, there = -here, -there
             if mirrors.one_sided[p]:
@@ -163,31 +165,30 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         if there == 0.0 or here < -BORDER_M:
             return BEHIND
         here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
-        for x in range(3):
-            hits[k, x] = end[x] + (image[x] - end[x]) * (here / (here - there))
-        outline = mirrors.edge_m[mirrors.edge_start[p] : mirrors.edge_start[p + 1]]
-        if not inside_patch(hits[k], mirrors.frames[n, mirrors.obstacle[p]], mirrors.rest_normal[p], outline):
+        share = here / (here - there)
+        x, y, z = x + (u - x) * share, y + (v - y) * share, z + (w - z) * share
+        hits[k, 0], hits[k, 1], hits[k, 2] = x, y, z
+        if not inside_patch(mirrors, n, p, x, y, z):
             return OUTSIDE
-        end = hits[k]
     return REACHED
 
 
 @compiled
-def inside_patch(point, frame, normal, edges):
-    """Even-odd test of a world point on the plane of a patch, in the patch's rest frame; the border is inside."""
-    dx, dy = point[0] - frame[0], point[1] - frame[1]
-    if frame[3] != 0.0:
-        c, s = np.cos(frame[3]), np.sin(frame[3])
-        dx, dy = c * dx + s * dy, -s * dx + c * dy
-    local = (dx, dy, point[2] - frame[2])
-    drop = 0
-    for k in range(1, 3):
-        if abs(normal[k]) > abs(normal[drop]):
-            drop = k
-    i, j = (drop + 1) % 3, (drop + 2) % 3
-    u, v = local[i], local[j]
-    odd = False
-    for e in range(len(edges)):
+def inside_patch(mirrors, n, p, x, y, z):
+    """Even-odd test of a world point on the plane of patch p at pose n, in its rest frame; the border is inside."""
+    frames, o = mirrors.frames, mirrors.obstacle[p]
+    x, y, z, yaw = x - frames[n, o, 0], y - frames[n, o, 1], z - frames[n, o, 2], frames[n, o, 3]
+    if yaw != 0.0:
+        c, s = np.cos(yaw), np.sin(yaw)
+        x, y = c * x + s * y, -s * x + c * y
+    a, b, c = abs(mirrors.rest_normal[p, 0]), abs(mirrors.rest_normal[p, 1]), abs(mirrors.rest_normal[p, 2])
+    i, j, u, v = 1, 2, y, z
+    if c > max(a, b):
+        i, j, u, v = 0, 1, x, y
+    elif b > a:
+        i, j, u, v = 2, 0, z, x
+    edges, odd = mirrors.edge_m, False
+    for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
         ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
         if max(vi, vj) < v - BORDER_M or min(vi, vj) > v + BORDER_M or max(ui, uj) < u - BORDER_M:
             continue  # not on the edge, and the edge not to the right
