@@ -29,14 +29,15 @@ _PER_4_PI = _F(0.25 / np.pi)
 def blocks_of(facets: Facets, spot: Ints) -> tuple[NDArray[np.float32], Ints, Ints]:
     """What `add_facets` takes: (B, 13 * WIDE) columns and (B, WIDE) spots block by block, and (B,) their numbers."""
     size = np.diff(facets.start)
-    block = np.repeat(np.arange(len(size)), size)
-    column = np.arange(len(facets)) - facets.start[block]
-    corners = facets.corner_m[:, :2] - facets.corner_m.mean(axis=1, keepdims=True)
-    values = [facets.middle_m - facets.center_m, facets.normal, facets.area_m2[:, None], corners.reshape(-1, 6)]
+    used = np.arange(WIDE) < size[:, None]
+    one, other, third = facets.corner_m.transpose(1, 2, 0)
+    mean = (one + other + third) / 3.0
+    values = *(facets.middle_m - facets.center_m).T, *facets.normal.T, facets.area_m2, *(one - mean), *(other - mean)
     rows = np.zeros((len(size), 13, WIDE), dtype=np.float32)
-    rows[block, :, column] = np.concatenate(values, axis=1)
+    for column, value in enumerate(values):
+        rows[:, column][used] = value
     spots = np.zeros((len(size), WIDE), dtype=np.int64)
-    spots[block, column] = spot
+    spots[used] = spot
     return rows.reshape(len(size), -1), spots, size
 
 

@@ -24,7 +24,7 @@ from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
-AT_ONCE = 2**18  # rays: what is kept in memory of them, however many images there are
+AT_ONCE = 2**16  # rays: what is kept in memory of them, however many images there are
 SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
 
 
@@ -203,11 +203,11 @@ def _reached(tracing: Tracing, facets: Facets, views: _Views, view: Ints, facet:
 def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, view, facet):
     """Which of some views (R,) and facets (R,) face each other through the mirrors of the view.
 
-    Returns (P,) rows, and (P, K + 2, 3) where sound starts, its crossings of the mirrors lifted off them by `gap`, and
-    the middle of the facet lifted by its clearance.
+    Returns (P,) rows, and (K + 2, P, 3) where sound starts, its crossings of the mirrors lifted off them by `gap`, and
+    the middle of the facet lifted by its clearance: the last ones of K + 2 where the view has fewer mirrors.
     """
     width = sequence.shape[1]
-    row, stops = np.empty(len(view), np.int64), np.empty((len(view), width + 2, 3))
+    row, stops = np.empty(len(view), np.int64), np.empty((width + 2, len(view), 3))
     images, hits, point, across = np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3), np.empty(3)
     count, c, s = 0, 1.0, 0.0
     for r in range(len(view)):
@@ -224,15 +224,16 @@ def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clea
         rise = _rise(images[last], point, across)
         if (closed and rise <= 0.0) or backtrack(mirrors, n, images, sequence[v], last, point, hits) != REACHED:
             continue
-        _lift(stops[count, 0], start[v], across, 0.0)
+        _lift(stops[width - last, count], start[v], across, 0.0)
         for k in range(last):
             plane = mirrors.normal[n, sequence[v, k]]
             before = start[v] if k == 0 else hits[k - 1]
-            _lift(stops[count, k + 1], hits[k], plane, gap if _rise(before, hits[k], plane) >= 0.0 else -gap)
-        _lift(stops[count, last + 1], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
+            side = gap if _rise(before, hits[k], plane) >= 0.0 else -gap
+            _lift(stops[width - last + 1 + k, count], hits[k], plane, side)
+        _lift(stops[width + 1, count], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
         row[count] = r
         count += 1
-    return row[:count], stops[:count]
+    return row[:count], stops[:, :count]
 
 
 @inlined
@@ -249,13 +250,16 @@ def _lift(stop, point, normal, height):
 
 
 def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
-    """(R,) whether nothing stands between the stops (R, K + 2, 3) of each path; the first `order` + 2 count."""
+    """(R,) whether nothing stands between the stops (K + 2, R, 3) of each path; the last `order` + 2 count.
+
+    From the facet back: a body hides most of itself.
+    """
     free = np.ones(len(pose), dtype=bool)
-    for k in range(stops.shape[1] - 1):
-        rows = np.flatnonzero(free & (order >= k))
-        start, end, at = stops[rows, k], stops[rows, k + 1], pose[rows]
+    for back in range(len(stops) - 1):
         for shadow in tracing.world.blockers:
-            free[rows] &= ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], at)
+            rows = np.flatnonzero(free & (order >= back))
+            start, end = (stops[stop].take(rows, axis=0) for stop in (-2 - back, -1 - back))
+            free[rows] = ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], pose[rows])
     return free
 
 

@@ -34,23 +34,26 @@ def spots_of(facets: Facets, spot_m: float) -> Spots:
         every = np.arange(len(facets))
         return Spots(every, every, np.zeros((0, 2), dtype=np.int64))
     rows, start = _grouped(facets.middle_m, facets.normal, spot_m)
-    spot = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(rows))))
-    middle = np.add.reduceat(facets.middle_m[rows], start) / np.diff(np.append(start, len(rows)))[:, None]
-    miss = np.linalg.norm(facets.middle_m[rows] - middle[spot], axis=1)
-    first = np.lexsort((miss, spot))
+    count = np.diff(np.append(start, len(rows)))
+    spot, place = np.repeat(np.arange(len(start)), count), facets.middle_m.take(rows, axis=0)
+    middle = np.add.reduceat(place, start) / count[:, None]
+    x, y, z = (place - middle.take(spot, axis=0)).T
+    miss = np.sqrt(x * x + y * y + z * z)
+    nearest = np.flatnonzero(miss == np.minimum.reduceat(miss, start)[spot])
+    facet = rows[nearest[np.searchsorted(nearest, start)]]
     of_facet = np.empty(len(facets), dtype=np.int64)
     of_facet[rows] = spot
-    facet = rows[first[start]]
     near = cKDTree(facets.middle_m[facet]).query_pairs(BESIDE * spot_m, output_type="ndarray")
-    alike = np.einsum("bx,bx->b", *(facets.normal[facet[side]] for side in near.T)) > 0.0
-    return Spots(of_facet, facet, near[alike])
+    one, other = (facets.normal.take(facet[side], axis=0) for side in near.T)
+    return Spots(of_facet, facet, near[np.einsum("bx,bx->b", one, other) > 0.0])
 
 
 def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
     """(F,) rows by voxel and direction of the normal, and (S,) where each group begins among them."""
-    voxel = np.floor((point_m - point_m.min(axis=0)) / voxel_m).astype(np.int64)
-    direction = np.rint(NORMAL_STEPS * normal).astype(np.int64) + NORMAL_STEPS
-    sizes = (*(voxel.max(axis=0) + 1), *[2 * NORMAL_STEPS + 1] * 3)
-    number = np.ravel_multi_index((*voxel.T, *direction.T), sizes)
+    place = np.ascontiguousarray(point_m.T)
+    voxel = ((place - place.min(axis=1, keepdims=True)) / voxel_m).astype(np.int64)
+    direction = np.rint(NORMAL_STEPS * normal.T).astype(np.int64) + NORMAL_STEPS
+    sizes = (*(voxel.max(axis=1) + 1), *[2 * NORMAL_STEPS + 1] * 3)
+    number = np.ravel_multi_index((*voxel, *direction), sizes)
     rows = np.argsort(number, kind="stable")
     return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))
