@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Strings
+from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
@@ -188,10 +189,10 @@ def _unfolded_source(found: Candidates) -> Floats:
     every = np.arange(len(found))
     end, before = found.points_m[every, found.order + 1], found.points_m[every, found.order]
     for k in range(found.order.max(initial=0), 0, -1):  # the last two reflections of a corner path coincide
-        short = (np.linalg.norm(end - before, axis=1) < SAME_IMAGE_M) & (found.order >= k)
+        short = (norm(end - before) < SAME_IMAGE_M) & (found.order >= k)
         before = np.where(short[:, None], found.points_m[every, np.maximum(found.order - k, 0)], before)
     direction = before - end
-    direction /= np.maximum(np.linalg.norm(direction, axis=1), 1e-300)[:, None]
+    direction /= np.maximum(norm(direction), 1e-300)[:, None]
     return end + found.length_m[:, None] * direction
 
 

@@ -26,14 +26,26 @@ class Rows:
 
     def __getitem__(self, index: Any) -> Self:
         """The rows that a mask, an index array or a slice selects."""
-        return type(self)(*(column[index] for column in _columns(self)))
+        rows = np.flatnonzero(index) if isinstance(index, np.ndarray) and index.dtype == bool else index
+        return type(self)(*(_taken(column, rows) for column in _columns(self)))
 
     @classmethod
     def joined(cls, parts: Iterable[Self]) -> Self:
         """All parts, one after the other; at least one."""
-        return cls(*map(np.concatenate, zip(*map(_columns, parts), strict=True)))
+        return cls(*map(_joined, zip(*map(_columns, parts), strict=True)))
 
 
 def _columns(rows: Any) -> list[Any]:
     """The arrays in the order of the fields."""
     return [getattr(rows, name) for name in rows.__dataclass_fields__]
+
+
+def _joined(columns: Any) -> Any:
+    """Columns, or tables that are columns, one after the other."""
+    return type(columns[0]).joined(columns) if isinstance(columns[0], Rows) else np.concatenate(columns)
+
+
+def _taken(column: Any, rows: Any) -> Any:
+    """Some rows of a column, which may be a table itself; numbered ones by `take`, in a fourth of the time of `[]`."""
+    numbered = isinstance(rows, np.ndarray) and isinstance(column, np.ndarray)
+    return column.take(rows, axis=0) if numbered else column[rows]

@@ -8,6 +8,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import norm
 from simulator.diffraction.single import clear_of_faces
 from simulator.diffraction.wedge_coordinates import at_poses, seen
 from simulator.world.candidates import Candidates, candidates
@@ -42,7 +43,7 @@ class ChainPaths(Rows):
     @property
     def segments_m(self) -> Floats:
         """(R, N + 1) lengths between the points."""
-        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
+        return norm(np.diff(self.points_m, axis=1))
 
 
 def free_of_obstacles(tracing: Tracing, paths: ChainPaths) -> Flags:

@@ -8,6 +8,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.chain_paths import ChainPaths
 from simulator.diffraction.edge_nodes import WINDOWS
 from simulator.diffraction.edge_view import APEX, END, START
@@ -88,11 +89,8 @@ def paths_of(tracing: Tracing, panel: Ints, table: Windowed, pose: Ints, mic: In
 def _shortest(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> Floats:
     """(R, 3) point of each edge that makes the path between its neighbours shortest; ends on its line may meet it."""
     along, start = wedges.along, wedges.start_m
-    height = [np.sum((point - start) * along, axis=1) for point in (source_m, receiver_m)]
-    radius = [
-        np.linalg.norm(point - start - h[:, None] * along, axis=1)
-        for point, h in zip((source_m, receiver_m), height, strict=True)
-    ]
+    height = [dot(point - start, along) for point in (source_m, receiver_m)]
+    radius = [norm(point - start - h[:, None] * along) for point, h in zip((source_m, receiver_m), height, strict=True)]
     total = np.maximum(radius[0] + radius[1], 1e-300)
     apex = height[0] + (height[1] - height[0]) * radius[0] / total
     return start + np.clip(apex, 0.0, wedges.length_m)[:, None] * along

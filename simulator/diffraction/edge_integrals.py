@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplexes
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
 
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
@@ -182,11 +183,11 @@ def _end(face: Face, point_m: Floats) -> _End:
     """How the nodes see a point (3,)."""
     nodes = face.nodes
     offset = point_m - nodes.point_m
-    across, rise = np.sum(offset * nodes.inwards, axis=1), offset @ nodes.normal
-    far = np.linalg.norm(offset, axis=1)[:, None]
+    across, rise = dot(offset, nodes.inwards), offset @ nodes.normal
+    far = norm(offset)[:, None]
     angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)
     half = 0.5 * (np.pi + angle * np.array([[1.0], [-1.0]]))
-    slant = np.arcsinh(np.sum(offset * nodes.along, axis=1) / np.hypot(across, rise))
+    slant = np.arcsinh(dot(offset, nodes.along) / np.hypot(across, rise))
     wave = np.exp(-1j * far * face.wavenumber) / (8.0 * np.pi * far)
     return _End(np.exp(0.5 * slant), np.sin(half), np.cos(half), wave)
 

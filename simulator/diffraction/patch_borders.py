@@ -22,6 +22,7 @@ from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import dot
 from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
@@ -76,7 +77,7 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
     The edge may stand on the mirror, so that the way to it is looked for from the transducer.
     """
     each, early, width = np.arange(len(found)), slot > k, found.sequence.shape[1]
-    planes = found.normal, np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
+    planes = found.normal, dot(found.normal, found.points_m[:, 1:-1])
     first, last = np.where(early, 0, slot + 1), np.where(early, slot, found.order)
     before = [(i, i >= first) for i in range(k)]
     after = [(i, i < last) for i in reversed(range(k + 1, width))]

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from obstaclewatch.support.arrays import Flags, Floats
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Walk
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -70,7 +71,7 @@ def retarded(
     given = (found.interaction >= 0) & ~mirror
     placed = tracing.placed[np.broadcast_to(found.pose[:, None], given.shape)[given], obstacle[given]]
     point[given] = into_rest(point[given], placed)
-    segments = np.linalg.norm(np.diff(found.points_m, axis=1), axis=2)
+    segments = norm(np.diff(found.points_m, axis=1))
     moves = np.append(frames.moves, False)
     return _follow(
         reception_s, np.cumsum(segments, axis=1), found.order, found.mic, mirror, normal, offset, point, obstacle,

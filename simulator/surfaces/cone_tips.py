@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Flags, Ints
+from obstaclewatch.support.vectors import norm
 
 LEAST_FAN = 10  # facets; where fewer meet, on scanned bodies, a point is one of the scan
 LEAST_LEAN_RAD = np.deg2rad(10.0)
@@ -47,7 +48,7 @@ def tips(mesh: trimesh.Trimesh, crease_rad: float) -> Flags:
     smooth = angle < crease_rad
     mean = np.zeros((count, 3))
     np.add.at(mean, faces.ravel(), (mesh.face_angles[:, :, None] * mesh.face_normals[:, None]).reshape(-1, 3))
-    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    mean /= np.maximum(norm(mean)[..., None], 1e-300)
     lean = np.arccos(np.clip(np.einsum("tcx,tx->tc", mean[faces], mesh.face_normals), -1.0, 1.0))
     onward = np.zeros(faces.shape)
     for side in range(2):

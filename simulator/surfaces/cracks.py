@@ -14,6 +14,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import COPLANAR_RAD, PlanarPatches
 
 WIDEST_M = 2e-3  # an open crack of this width takes 0.3 dB off the echo of a wall at 1.5 m
@@ -49,12 +50,12 @@ def closed(patches: PlanarPatches, patch: Ints, strip_m: Floats) -> PlanarPatche
     An outline's segments count crossings, even or odd: where a strip runs along a border the two cancel.
     """
     normal = patches.normal[patch][:, None]
-    height = np.sum(strip_m * normal, axis=2) - patches.offset_m[patch, None]
+    height = dot(strip_m, normal) - patches.offset_m[patch, None]
     flat = strip_m - height[..., None] * normal
     owner = np.concatenate([np.repeat(np.arange(len(patches)), np.diff(patches.edge_start)), np.repeat(patch, 4)])
     edge = np.concatenate([patches.edge_m, np.stack([flat, np.roll(flat, -1, axis=1)], axis=2).reshape(-1, 2, 3)])
     radius = patches.radius_m.copy()
-    np.maximum.at(radius, patch, np.linalg.norm(flat - patches.center_m[patch][:, None], axis=2).max(axis=1))
+    np.maximum.at(radius, patch, norm(flat - patches.center_m[patch][:, None]).max(axis=1))
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(patches)))]).astype(np.int64)
     return replace(patches, edge_m=edge[np.argsort(owner, kind="stable")], edge_start=start, radius_m=radius)
 
@@ -67,7 +68,7 @@ def _near(patches: PlanarPatches, owner: Ints, moves: Flags) -> tuple[Ints, Ints
     one, other = one[one < other], other[one < other]
     first, second = owner[one], owner[other]
     body, beside = patches.obstacle[first], patches.obstacle[second]
-    cosine = np.sum(patches.normal[first] * patches.normal[second], axis=1)
+    cosine = dot(patches.normal[first], patches.normal[second])
     sheets = ~(patches.one_sided[first] | patches.one_sided[second])
     level = np.where(sheets, np.abs(cosine), cosine) > np.cos(COPLANAR_RAD)
     kept = level & ((body == beside) | ~(moves[body] | moves[beside]))
@@ -81,22 +82,20 @@ def _may_crack(patches: PlanarPatches) -> Flags:
     pair = cKDTree(either_way).query_pairs(COPLANAR_RAD, output_type="ndarray") % max(len(patches), 1)
     apart = patches.center_m[pair[:, 1]] - patches.center_m[pair[:, 0]]
     reach = patches.radius_m[pair].sum(axis=1) + WIDEST_M
-    height = np.abs(np.sum(apart * patches.normal[pair[:, 0]], axis=1))
-    beside = (height < WIDEST_M + COPLANAR_RAD * reach) & (np.linalg.norm(apart, axis=1) < reach)
+    height = np.abs(dot(apart, patches.normal[pair[:, 0]]))
+    beside = (height < WIDEST_M + COPLANAR_RAD * reach) & (norm(apart) < reach)
     found[pair[beside]] = True
     return found
 
 
 def _facing(one: Floats, other: Floats) -> tuple[Floats, Floats, Ints]:
     """Stretches of two borders (K, 2, 3) each that run beside one another, (R, 2, 3) each, and their rows (R,)."""
-    along, size = one[:, 1] - one[:, 0], np.linalg.norm(one[:, 1] - one[:, 0], axis=1)
+    along, size = one[:, 1] - one[:, 0], norm(one[:, 1] - one[:, 0])
     along = along / size[:, None]
     place = np.einsum("kex,kx->ke", other - one[:, :1], along)
     rise = place[:, 1] - place[:, 0]
     low, high = np.maximum(place.min(axis=1), 0.0), np.minimum(place.max(axis=1), size)
-    rows = np.flatnonzero(
-        (np.abs(rise) > ALIKE * np.linalg.norm(other[:, 1] - other[:, 0], axis=1)) & (high - low > LEAST_M)
-    )
+    rows = np.flatnonzero((np.abs(rise) > ALIKE * norm(other[:, 1] - other[:, 0])) & (high - low > LEAST_M))
     ends = np.stack([low, high], axis=1)[rows]
     share = (ends - place[rows, :1]) / rise[rows, None]
     here = one[rows, :1] + ends[..., None] * along[rows, None]
@@ -106,7 +105,7 @@ def _facing(one: Floats, other: Floats) -> tuple[Floats, Floats, Ints]:
 
 def _narrow(here: Floats, there: Floats, rows: Ints) -> tuple[Floats, Floats, Ints]:
     """The part of stretches (R, 2, 3) that face one another where they are less than `WIDEST_M` apart."""
-    apart = np.linalg.norm(there - here, axis=2)
+    apart = norm(there - here)
     least = apart.min(axis=1, keepdims=True)
     share = (WIDEST_M - least) / np.maximum(apart - least, 1e-300)  # of the way from the near end to the far one
     kept = (apart.max(axis=1) > LEAST_M) & (least[:, 0] < WIDEST_M)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.compiled import inlined
+from obstaclewatch.support.vectors import norm
 from simulator.surfaces.quadratic_triangles import dot
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
@@ -114,9 +115,7 @@ def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: 
     center = 0.5 * (low + high)
     away = corner_m - center[piece][:, None]
     across = away - np.einsum("tcx,tx->tc", away, along[piece])[:, :, None] * along[piece][:, None]
-    radius, width = (
-        np.maximum.reduceat(np.linalg.norm(vector, axis=2).max(axis=1) + sag_m, start[:-1]) for vector in (away, across)
-    )
+    radius, width = (np.maximum.reduceat(norm(vector).max(axis=1) + sag_m, start[:-1]) for vector in (away, across))
     lean = np.maximum.reduceat(np.abs(np.einsum("tcx,tx->tc", normal, along[piece])).max(axis=1), start[:-1])
     straight = along.any(axis=1) & (lean <= STRAIGHT) & (radius > LONG * width)
     along = straight[:, None] * along
@@ -128,13 +127,13 @@ def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: 
 def _across(vector: Floats, along: Floats) -> Floats:
     """(T, 3, 3) unit vectors without their parts along (T, 3) directions."""
     across = vector - np.einsum("tcx,tx->tc", vector, along)[:, :, None] * along[:, None]
-    return across / np.linalg.norm(across, axis=2, keepdims=True)
+    return across / norm(across)[..., None]
 
 
 def _cones(normal: Floats, start: Ints, piece: Ints) -> tuple[Floats, Floats, Floats]:
     """Mean normals, and cosines and sines of the angle of the one that leans away most; -1, 0 where they cancel."""
     total = np.add.reduceat(normal.sum(axis=1), start[:-1])
-    size = np.linalg.norm(total, axis=1)
+    size = norm(total)
     axis = total / np.maximum(size, 1e-300)[:, None]
     most = np.minimum.reduceat(np.einsum("tcx,tx->tc", normal, axis[piece]).min(axis=1), start[:-1])
     cosine = np.where(size > 1e-6, np.clip(most, -1.0, 1.0), -1.0)
@@ -144,7 +143,7 @@ def _cones(normal: Floats, start: Ints, piece: Ints) -> tuple[Floats, Floats, Fl
 def _straight_edges(corner_m: Floats, normal: Floats) -> Floats:
     """(T, 3) unit direction of the edge of each facet along which its normals lean least."""
     edge = corner_m[:, [1, 2, 0]] - corner_m
-    edge /= np.linalg.norm(edge, axis=2, keepdims=True)
+    edge /= norm(edge)[..., None]
     lean = np.abs(np.einsum("tex,tcx->tec", edge, normal)).max(axis=2)
     return edge[np.arange(len(edge)), np.argmin(lean, axis=1)]
 
@@ -155,7 +154,7 @@ def _shared(straight: Floats, start: Ints) -> Floats:
     sign = np.where(np.sum(straight * first, axis=1) < 0.0, -1.0, 1.0)
     total = np.add.reduceat(sign[:, None] * straight, start[:-1])
     every = np.logical_and.reduceat(straight.any(axis=1), start[:-1])
-    return every[:, None] * total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return every[:, None] * total / np.maximum(norm(total)[..., None], 1e-300)
 
 
 @inlined

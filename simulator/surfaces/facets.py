@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.creases import Creases, creases_of
 from simulator.surfaces.facet_bounds import leaves
@@ -104,10 +105,10 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
     center = 0.5 * (every.min(axis=0) + every.max(axis=0))
     return Facets(
         obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
-        area_m2=0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1),
-        standoff_m=2.0 * skin.sag_m[owner] + np.linalg.norm(rise, axis=1), start=start, closed=bool(reading.closed),
+        area_m2=0.5 * norm(np.cross(sides[:, 0], sides[:, 1])),
+        standoff_m=2.0 * skin.sag_m[owner] + norm(rise), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
-        center_m=center, radius_m=float(np.linalg.norm(every - center, axis=1).max()),
+        center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
 
 
@@ -156,7 +157,7 @@ def _share_outline(reading: MeshReading, surface: SmoothSurface, flat: Ints, bul
     shape = surface.bulge_m[position[facet], edge[0]]
     across = np.asarray(mesh.face_normals)[plane]
     row = np.searchsorted(flat, plane)
-    bulge_m[row, edge[1]] = shape - np.sum(shape * across, axis=1)[:, None] * across
+    bulge_m[row, edge[1]] = shape - dot(shape, across)[:, None] * across
 
 
 def _edge_between(corners: Ints, vertices: Ints) -> Ints:
@@ -173,6 +174,6 @@ def _cut(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
     every = np.arange(len(skin.corner_m))
     ends = [skin.at(every, np.repeat(_WHOLE[:, i], len(every), axis=0)) for i in range(3)]
     point, normal = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
-    length = np.linalg.norm(point - np.roll(point, -1, axis=1), axis=2)
-    turn = np.linalg.norm(normal - np.roll(normal, -1, axis=1), axis=2)
+    length = norm(point - np.roll(point, -1, axis=1))
+    turn = norm(normal - np.roll(normal, -1, axis=1))
     return cut_up(DIAGONAL * np.maximum(length, np.sqrt(BEND_M * length * turn)) / size_m)

@@ -17,6 +17,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.scene.scene import Obstacle, with_area
 from simulator.surfaces.cone_tips import tips_opened
 from simulator.surfaces.facet_bounds import Clusters, clusters
@@ -65,7 +66,7 @@ class PlanarPatches:
         """(P, 4, 3) corners, one after the other, of a rectangle round each patch along its longest border."""
         start = self.edge_start[:-1]
         along = self.edge_m[:, 1] - self.edge_m[:, 0]
-        length = np.linalg.norm(along, axis=1)
+        length = norm(along)
         longest = np.lexsort((-length, np.repeat(np.arange(len(self)), np.diff(self.edge_start))))[start]
         one = along[longest] / length[longest, None]
         other = np.cross(self.normal, one)
@@ -258,7 +259,7 @@ def _region_normals(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
     """(L, 3) area-weighted unit normal of every region; 0 of one that closes upon itself."""
     weighted = mesh.area_faces[:, None] * mesh.face_normals
     normal: Floats = np.stack([np.bincount(labels, weighted[:, k]) for k in range(3)], axis=1)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return normal / np.maximum(norm(normal)[..., None], 1e-300)
 
 
 def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
@@ -309,7 +310,7 @@ def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) 
     center: Floats = np.stack([np.bincount(labels[faces], corners[:, :, k].mean(axis=1)) for k in range(3)], axis=1)
     center /= np.bincount(labels[faces])[:, None]
     radius = np.zeros(count)
-    np.maximum.at(radius, labels[faces], np.linalg.norm(corners - center[labels[faces]][:, None], axis=2).max(axis=1))
+    np.maximum.at(radius, labels[faces], norm(corners - center[labels[faces]][:, None]).max(axis=1))
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))]).astype(np.int64)
     return PlanarPatches(
         normal, offset, np.full(count, closed), np.full(count, obstacle), center, radius,
@@ -337,11 +338,11 @@ def _smooth_surface(
     normal, curvature = _corner_geometry(mesh, curved, smooth_edges)
     bulge = bulges(corner, normal)
     center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
-    sag = 0.25 * np.linalg.norm(bulge, axis=2).sum(axis=1)
+    sag = 0.25 * norm(bulge).sum(axis=1)
     return SmoothSurface(
         obstacle=obstacle, corner_m=corner, normal=normal, curvature=curvature, bulge_m=bulge,
         neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=sag, closed=closed,
-        center_m=center, radius_m=float(np.linalg.norm(corner - center, axis=2).max()),
+        center_m=center, radius_m=float(norm(corner - center).max()),
         clusters=clusters(corner, normal, sag),
     )  # fmt: skip
 
@@ -367,7 +368,7 @@ def _mean_normals(mesh: trimesh.Trimesh, curved: Flags, group: Ints) -> tuple[Fl
     weight = np.where(curved[:, None], mesh.face_angles, 1e6 * mesh.face_angles)
     total = np.zeros((group.max() + 1, 3))
     np.add.at(total, group.ravel(), (weight[:, :, None] * mesh.face_normals[:, None, :]).reshape(-1, 3))
-    total /= np.linalg.norm(total, axis=1, keepdims=True)
+    total /= norm(total)[..., None]
     panel = np.zeros(len(total), dtype=bool)
     panel[group[~curved].ravel()] = True
     return total, panel

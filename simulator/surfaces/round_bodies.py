@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.vectors import norm
 
 MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the flat facets miss at 64 segments
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32
@@ -50,7 +51,7 @@ def _sphere(point: Floats, slack: float) -> tuple[Floats, Floats] | None:
         return None
     radius = float(np.sqrt(square))
     away = point - solution[:3]
-    distance = np.linalg.norm(away, axis=1)
+    distance = norm(away)
     if not _fits(distance - radius, radius, slack):
         return None
     normal = away / distance[:, None]
@@ -69,7 +70,7 @@ def _cone(point: Floats, facet_normal: Floats, slack: float) -> tuple[Floats, Fl
         if not np.abs(_misfit(guess, point, start, basis)).max() < 0.1:
             return None
     best = least_squares(_misfit, guess, args=(point, start, basis), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60)
-    radius = float(np.linalg.norm(_radial(best.x, point, start, basis)[1], axis=1).max())
+    radius = float(norm(_radial(best.x, point, start, basis)[1]).max())
     if radius > 50.0 or not _fits(best.fun, radius, slack):
         return None
     return _cone_geometry(best.x, point, start, basis)
@@ -87,7 +88,7 @@ def _tapered(point: Floats, start: Floats, basis: Floats) -> Floats:
     across, height = point @ basis, point @ start
     matrix = np.column_stack([2.0 * across, np.ones(len(point)), height, height**2])
     foot = np.linalg.lstsq(matrix, np.sum(across**2, axis=1), rcond=None)[0][:2]
-    radius = np.linalg.norm(across - foot, axis=1)
+    radius = norm(across - foot)
     straight = np.linalg.lstsq(matrix[:, 2:4], radius, rcond=None)[0]
     return np.concatenate([[0.0, 0.0], foot, straight])
 
@@ -103,13 +104,13 @@ def _radial(shape: Floats, point: Floats, start: Floats, basis: Floats) -> tuple
 
 def _misfit(shape: Floats, point: Floats, start: Floats, basis: Floats) -> Floats:
     _, away, height = _radial(shape, point, start, basis)
-    return np.linalg.norm(away, axis=1) - shape[4] - shape[5] * height
+    return norm(away) - shape[4] - shape[5] * height
 
 
 def _cone_geometry(shape: Floats, point: Floats, start: Floats, basis: Floats) -> tuple[Floats, Floats] | None:
     """Normals away from the axis, and curvature 1 / (r sqrt(1 + s^2)) round it; None with a vertex on the axis."""
     axis, away, _ = _radial(shape, point, start, basis)
-    radius = np.linalg.norm(away, axis=1)
+    radius = norm(away)
     if radius.min() < 1e-6 * radius.max():
         return None
     lean = np.sqrt(1.0 + shape[5] ** 2)

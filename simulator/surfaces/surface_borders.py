@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
 STEP_M = 0.05  # between points of a border
@@ -40,7 +41,7 @@ def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
     facet, side = np.nonzero(surface.neighbor == -1)
     here, there = side, (side + 1) % 3
     start, end = surface.corner_m[facet, here], surface.corner_m[facet, there]
-    count = np.maximum(np.ceil(np.linalg.norm(end - start, axis=1) / STEP_M), 1.0).astype(np.int64)
+    count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
     edge = np.repeat(np.arange(len(facet)), count)
     share = ((np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[edge])[:, None]
     ends = facet[edge], here[edge], there[edge]
@@ -74,4 +75,4 @@ def _rows_in(pairs: Ints, some: Ints, count: int) -> Flags:
 
 
 def _unit(vector: Floats) -> Floats:
-    return vector / np.maximum(np.linalg.norm(vector, axis=-1, keepdims=True), 1e-300)
+    return vector / np.maximum(norm(vector)[..., None], 1e-300)

@@ -11,6 +11,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 
 THIN_M = 343.0 / 20_000.0 / 4.0  # a quarter wavelength in the middle of the band: 4.3 mm
 PARALLEL = 4e-3  # largest difference between the normals of the two sides
@@ -50,7 +51,7 @@ def _parallel_planes(normal: Floats, offset_m: Floats) -> tuple[Ints, Ints, Floa
     near = here.sparse_distance_matrix(facing, 0.5 * THIN_M + PARALLEL, output_type="ndarray")
     a, b = near["i"].astype(np.int64), near["j"].astype(np.int64)
     gap = offset_m[a] + offset_m[b]
-    keep = (a < b) & (gap > _IN_SLAB_M) & (gap < THIN_M) & (np.linalg.norm(normal[a] + normal[b], axis=1) < PARALLEL)
+    keep = (a < b) & (gap > _IN_SLAB_M) & (gap < THIN_M) & (norm(normal[a] + normal[b]) < PARALLEL)
     return a[keep], b[keep], gap[keep]
 
 

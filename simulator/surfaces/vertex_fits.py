@@ -14,6 +14,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 
 # Ridge in columns of norm 1, for what the neighbours do not settle: on a strip between two rims the bend across it is
 # unknown, and the given normal decides before a bend is made up.
@@ -87,7 +88,7 @@ def _fit(gap: Floats, start: Ints, normal: Floats, held: Flags) -> tuple[Flags, 
     true = np.maximum.reduceat(off, start) <= NO_QUADRIC * np.maximum.reduceat(np.abs(height), start)
     a, b, c, d, e, g, h, i = (scaled / size).T
     gradient = np.stack([-a, -b, np.ones(len(a))], axis=1)
-    length = np.linalg.norm(gradient, axis=1)
+    length = norm(gradient)
     gradient /= length[:, None]
     hessian = -np.stack([c, d, g, d, e, h, g, h, i], axis=1).reshape(-1, 3, 3) / length[:, None, None]
     onto = np.eye(3) - gradient[:, :, None] * gradient[:, None, :]
@@ -102,7 +103,7 @@ def _frames(gap: Floats, start: Ints, row: Ints, normal: Floats) -> Floats:
     _, vector = np.linalg.eigh(np.add.reduceat(flat[:, :, None] * flat[:, None, :], start))
     axis = vector[:, :, 2] - np.einsum("vi,vi->v", vector[:, :, 2], normal)[:, None] * normal
     with np.errstate(invalid="ignore"):  # neighbours at the vertex itself have no direction: such a fit is refused
-        axis /= np.linalg.norm(axis, axis=1)[:, None]
+        axis /= norm(axis)[:, None]
     return np.stack([axis, np.cross(normal, axis), normal], axis=1)
 
 

@@ -11,6 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.round_bodies import recognised
 from simulator.surfaces.vertex_fits import fit_quadrics, rings
 
@@ -42,7 +43,7 @@ def vertex_geometry(
         rows = np.flatnonzero(piece == label)
         body = None if held[rows].any() else recognised(point_m[rows], facet_normal[piece[facet[:, 0]] == label])
         if body is not None:
-            side = np.sign(np.sum(body[0] * mean_normal[rows], axis=1))
+            side = np.sign(dot(body[0], mean_normal[rows]))
             normal[rows], curvature[rows] = side[:, None] * body[0], side[:, None, None] * body[1]
     return normal, curvature
 
@@ -66,14 +67,14 @@ def _across_long_edges(point_m: Floats, pairs: Ints, normal: Floats, mean_normal
     """
     both = np.concatenate([pairs, pairs[:, ::-1]])
     edge = point_m[both[:, 1]] - point_m[both[:, 0]]
-    length = np.linalg.norm(edge, axis=1)
+    length = norm(edge)
     order = np.lexsort((length, both[:, 0]))
     last = np.searchsorted(both[order, 0], np.arange(len(point_m)), "right") - 1
     first = np.searchsorted(both[order, 0], np.arange(len(point_m)), "left")
     longest, shortest = order[last], order[first]
     along = edge[longest] / length[longest, None]
-    rotated = mean_normal - np.sum(mean_normal * along, axis=1, keepdims=True) * along
-    rotated /= np.linalg.norm(rotated, axis=1, keepdims=True)
+    rotated = mean_normal - dot(mean_normal, along)[..., None] * along
+    rotated /= norm(rotated)[..., None]
     return np.where((length[longest] > LONG * length[shortest])[:, None], rotated, normal)
 
 

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
 
 BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane
@@ -58,7 +59,7 @@ class Wedges(Rows):
     @property
     def length_m(self) -> Floats:
         """(W,) of each edge."""
-        return np.linalg.norm(self.end_m - self.start_m, axis=1)
+        return norm(self.end_m - self.start_m)
 
     @property
     def along(self) -> Floats:
@@ -136,7 +137,7 @@ def _fan_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedg
     first, last = order[every, widest], order[every, (widest + 1) % size]
     inwards = inwards[every, first]
     normal = np.cross(along, inwards)
-    outside = np.sum(reading.mesh.face_normals[fan[every, first]] * normal, axis=1) > 0.0
+    outside = dot(reading.mesh.face_normals[fan[every, first]], normal) > 0.0
     sharp = (gap[every, widest] > np.pi + BLUNT_RAD) & (outside | (not reading.closed))
     patch = np.stack([reading.patch[fan[every, first]], reading.patch[fan[every, last]]], axis=1)
     return _wedges(
@@ -164,12 +165,12 @@ def _rim_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedg
 def _directions(mesh: trimesh.Trimesh, edge: Ints, fan: Ints) -> tuple[Floats, Floats]:
     """(F, 3) unit vectors along edges, (F, K, 3) unit vectors from them into each facet at right angles."""
     start, end = mesh.vertices[edge[:, 0]], mesh.vertices[edge[:, 1]]
-    along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+    along = (end - start) / norm(end - start)[..., None]
     corners = mesh.vertices[mesh.faces[fan]] - start[:, None, None]
     off = corners - np.einsum("fkcx,fx->fkc", corners, along)[..., None] * along[:, None, None]
-    opposite = np.argmax(np.linalg.norm(off, axis=3), axis=2)
+    opposite = np.argmax(norm(off), axis=2)
     inwards = np.take_along_axis(off, opposite[:, :, None, None], axis=2)[:, :, 0]
-    return along, inwards / np.linalg.norm(inwards, axis=2, keepdims=True)
+    return along, inwards / norm(inwards)[..., None]
 
 
 def _wedges(
@@ -194,15 +195,15 @@ def _in_line(pieces: Wedges) -> Wedges:
     first[group[::-1]] = np.arange(len(pieces))[::-1]
     origin = pieces.start_m[first]
     along = pieces.end_m[first] - origin
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along /= norm(along)[..., None]
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     astray = np.zeros(count)
     for point in (pieces.start_m, pieces.end_m):
         offset = point - origin[group]
-        place = np.sum(offset * along[group], axis=1)
+        place = dot(offset, along[group])
         np.minimum.at(low, group, place)
         np.maximum.at(high, group, place)
-        np.maximum.at(astray, group, np.linalg.norm(offset - place[:, None] * along[group], axis=1))
+        np.maximum.at(astray, group, norm(offset - place[:, None] * along[group]))
     bent = astray > PLANE_FIT_M
     straight = pieces[first[~bent]]
     whole = Wedges(
@@ -225,7 +226,7 @@ def _chains(pieces: Wedges) -> Ints:
     along = (pieces.end_m - pieces.start_m) / pieces.length_m[:, None]
     a, b = which[left], which[right]
     same = (vertex[left] == vertex[right]) & (pair[left] == pair[right]).all(axis=1)
-    same &= np.abs(np.sum(along[a] * along[b], axis=1)) > 1.0 - STRAIGHT
+    same &= np.abs(dot(along[a], along[b])) > 1.0 - STRAIGHT
     same &= np.abs(pieces.open_angle_rad[a] - pieces.open_angle_rad[b]) < BLUNT_RAD
     graph = coo_matrix((np.ones(int(same.sum())), (a[same], b[same])), shape=(count, count))
     return connected_components(graph, directed=False)[1].astype(np.int64)

@@ -8,6 +8,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints, Strings
 from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import norm
 from simulator.waves.spreading import spreading
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
@@ -56,7 +57,7 @@ class Candidates(Rows):
     @property
     def length_m(self) -> Floats:
         """(C,) of the path."""
-        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
+        return norm(np.diff(self.points_m, axis=1)).sum(axis=1)
 
     @property
     def amplitude(self) -> Floats:

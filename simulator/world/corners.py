@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
 
@@ -54,8 +55,8 @@ def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, carried
     touches &= np.abs(wedges.along[row] @ patches.normal.T) > STEEP
     touches &= (patches.obstacle != wedges.obstacle[row, None]) & ~carried[patches.obstacle]
     at, patch = np.nonzero(touches & ~carried[wedges.obstacle[row], None])
-    inside = np.linalg.norm(point[at] - patches.center_m[patch], axis=1) <= patches.radius_m[patch]
-    slant = np.linalg.norm(np.cross(wedges.along[row[at]], patches.normal[patch]), axis=1)
+    inside = norm(point[at] - patches.center_m[patch]) <= patches.radius_m[patch]
+    slant = norm(np.cross(wedges.along[row[at]], patches.normal[patch]))
     at, patch = at[inside & (slant > SQUARE)], patch[inside & (slant > SQUARE)]
     found[row[at], end[at]] = patch
     return found
@@ -71,8 +72,8 @@ def _meeting(patches: PlanarPatches, velocity_m_s: Floats, carried: Flags) -> tu
     face, mirror = np.nonzero(meets)
     moves = carried | velocity_m_s.any(axis=1)
     wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))
-    stays = np.sum(velocity_m_s[owner[face]] * normal[mirror], axis=1) == 0.0
-    apart = np.linalg.norm(patches.center_m[face] - patches.center_m[mirror], axis=1)
+    stays = dot(velocity_m_s[owner[face]], normal[mirror]) == 0.0
+    apart = norm(patches.center_m[face] - patches.center_m[mirror])
     keep = ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays
     keep &= ~carried[owner[face]] & (apart <= radius[face] + radius[mirror] + TOUCHING_M)
     return face[keep], mirror[keep]

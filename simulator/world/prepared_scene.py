@@ -15,6 +15,7 @@ import numpy as np
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
@@ -112,7 +113,7 @@ class PreparedScene:
 
         frames = Frames(velocities(world.obstacles), world.carried, about_origin)
         source, mics = pose.to_world(phone.geometry.speaker_m), pose.to_world(phone.geometry.mics_m)
-        if (np.linalg.norm(mics - source[:, None], axis=2) == 0.0).any():
+        if (norm(mics - source[:, None]) == 0.0).any():
             raise ValueError("speaker and microphone must be apart, got the same point for both")
         tracing = Tracing(world, frames, pose, time_s, source, mics, frames.at(np.arange(len(pose)), time_s))
         check_poses(tracing)
