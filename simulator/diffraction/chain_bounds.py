@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
-from simulator.diffraction.edge_view import APEX, END, START
-from simulator.diffraction.finite_edge import strength_bound
+from obstaclewatch.support.vectors import norm
+from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.finite_edge import strength_bounds
 from simulator.diffraction.wedge_coordinates import seen
 from simulator.surfaces.wedges import Wedges
 
@@ -42,7 +43,7 @@ def chain_bounds(wedges: Wedges, linked: Flags, source_m: Floats, receiver_m: Fl
     for a, b in np.argwhere(linked):
         sent = _strength(wedges, a, source_m, points[b], wavenumber)
         received = _strength(wedges, b, receiver_m, points[a], wavenumber)
-        apart = np.linalg.norm(points[a][:, None] - points[b][None], axis=2)
+        apart = norm(points[a][:, None] - points[b][None])
         product = sent.transpose(0, 2, 1) * apart * received  # by the points of a, then of b
         bound = np.maximum(bound, product.max(axis=(1, 2)))
     return MARGIN * bound
@@ -52,9 +53,8 @@ def _strength(wedges: Wedges, edge: int, far_m: Floats, near_m: Floats, wavenumb
     """(R, P, P) what an edge diffracts between far points (R, 3) and points (P, 3) of its face about its own points."""
     count, points = len(far_m), len(near_m)
     view = seen(wedges[np.full(count * points, edge)], np.repeat(far_m, points, axis=0), np.tile(near_m, (count, 1)))
-    apex, start, end = (
-        strength_bound(view, np.full(len(view), part), wavenumber)[:, None] for part in (APEX, START, END)
-    )
+    bounds = strength_bounds(view, np.ones((3, len(view)), dtype=bool), wavenumber)[2]
+    apex, start, end = bounds.reshape(3, -1, 1)
     share = np.linspace(0.0, 1.0, POINTS)
     about = view.has(APEX)[:, None] & (np.abs(view.apex_height_m[:, None] / view.length_m[:, None] - share) <= REACH)
     out = np.where(about, apex, 0.0)

@@ -52,8 +52,10 @@ class EdgeView(Rows):
             return np.ones(len(self), dtype=bool)
         return (self._eta(np.zeros(len(self))) < 0.0) & (self._eta(self.length_m) >= 0.0)
 
-    def excess(self, part: Ints) -> Floats:
-        """(R,) u = +-sqrt(L - L0) of a contribution, m^(1/2), negative below the apex; 0 at the apex."""
+    def excess(self, part: Ints | int) -> Floats:
+        """(R,) u = +-sqrt(L - L0) of contributions, or of one, m^(1/2), negative below the apex; 0 at the apex."""
+        if np.ndim(part) == 0 and part == APEX:
+            return np.zeros(len(self))
         eta = np.where(part == APEX, 0.0, self._eta(np.where(part == END, self.length_m, 0.0)))
         product = self.source_radius_m * self.receiver_radius_m
         rise2 = 4.0 * product * np.sinh(0.5 * eta) ** 2  # L^2 - L0^2

@@ -30,7 +30,7 @@ from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from simulator.diffraction.edge_view import APEX, START, EdgeView
+from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 
 NARROWEST_RAD = 2.0 * np.pi / 3.0  # of a face and its mirror image; the open angle of a sharp edge is pi or more
 INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
@@ -99,24 +99,51 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
     return out * (-sign / (4.0 * view.open_angle_rad))[:, None, None]
 
 
-def strength_bound(view: EdgeView, part: Ints, wavenumber: float) -> Floats:
-    """(R,) estimate from above of a contribution: the leading term for high frequencies.
+def strength_bounds(
+    view: EdgeView, exists: Flags, wavenumber: float, limit_m: float = np.inf
+) -> tuple[Ints, Ints, Floats]:
+    """Estimates from above of contributions: the leading term for high frequencies.
 
     Near a zone boundary it exceeds the true strength; beside the apex an end is taken as the whole line.
+
+    Args:
+        view: R edges.
+        exists: (3, R) which contributions are asked for, by APEX, START and END.
+        limit_m: longest path of those that are.
+
+    Returns:
+        (B,) edge, part and bound of each, part by part.
     """
-    poles = _poles(view, wavenumber)
-    excess = np.abs(view.excess(part))
+    angle = zone_angles(view)
+    nu = np.pi / view.open_angle_rad[:, None]
+    terms = np.abs(np.sin(nu * angle)), np.sin(0.5 * nu * angle) ** 2
+    least = np.minimum(np.minimum(*terms[1].T[:2]), np.minimum(*terms[1].T[2:]))
+    border, on_border = np.flatnonzero(least == 0.0), np.zeros(len(view))
+    strength = np.abs(_poles(view[border], wavenumber).strength).sum(axis=1)
+    on_border[border] = strength * np.pi / (4.0 * view.open_angle_rad[border])
+    found = []
+    for part in (APEX, START, END):
+        rows = np.flatnonzero(exists[part])
+        seen = view[rows]
+        excess = np.abs(seen.excess(part))
+        near = np.flatnonzero(seen.apex_path_m + excess**2 <= limit_m)
+        rows, seen, excess = rows[near], seen[near], excess[near]
+        with np.errstate(divide="ignore"):
+            width = np.minimum(np.sqrt(np.pi / wavenumber), 0.5 / (wavenumber * excess))  # all of it at the apex
+        bound = width * _density(seen, excess, *(each.take(rows, axis=0) for each in terms))
+        bound = np.maximum(bound / (4.0 * seen.open_angle_rad), on_border[rows])
+        found.append((rows, np.full(len(rows), part), np.minimum(bound, 2.0 / seen.apex_path_m)))
+    rows, parts, bounds = (np.concatenate(column) for column in zip(*found, strict=True))
+    return rows, parts, bounds
+
+
+def _density(view: EdgeView, excess: Floats, sine: Floats, half_sine2: Floats) -> Floats:
+    """(R,) magnitude of G at an excess, of the moduli (R, 4) of its terms' sines."""
     product, shortest = view.source_radius_m * view.receiver_radius_m, view.apex_path_m
     rise = excess**2 * (excess**2 + 2.0 * shortest) / (4.0 * product)
     sinh2 = np.sinh(np.pi / view.open_angle_rad * np.arcsinh(np.sqrt(rise))) ** 2
-    dip = np.maximum(sinh2[:, None] + poles.half_sine2, 1e-30)
-    density = np.abs(poles.sine / dip).sum(axis=1) / np.sqrt(product * (excess**2 + 2.0 * shortest) * (1.0 + rise))
-    width = np.where(part == APEX, np.sqrt(np.pi / wavenumber), 0.0)
-    with np.errstate(divide="ignore"):
-        end = np.minimum(np.sqrt(np.pi / wavenumber), 0.5 / (wavenumber * excess))
-    bound = np.where(part == APEX, width, end) * density / (4.0 * view.open_angle_rad)
-    on_border = np.abs(poles.strength).sum(axis=1) * np.pi / (4.0 * view.open_angle_rad)
-    return np.minimum(np.maximum(bound, np.where(poles.half_sine2.min(axis=1) == 0.0, on_border, 0.0)), 2.0 / shortest)
+    a, b, c, d = (sine / np.maximum(sinh2[:, None] + half_sine2, 1e-30)).T
+    return (a + b + c + d) / np.sqrt(product * (excess**2 + 2.0 * shortest) * (1.0 + rise))
 
 
 def zone_angles(view: EdgeView) -> Floats:

@@ -22,17 +22,18 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
-from simulator.diffraction.finite_edge import edge_terms, strength_bound
+from simulator.diffraction.finite_edge import edge_terms, strength_bounds
 from simulator.diffraction.patch_borders import border_share, own_detour_m
-from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, seen
+from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, row_of, seen
 from simulator.images.given_planes import last_image
 from simulator.images.image_pairs import Pairs, matches
 from simulator.images.image_tree import EdgeImages, images_lighting_edges
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
-from simulator.world.frames import out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -41,19 +42,24 @@ from simulator.world.world import Tracing
 
 
 @dataclass(frozen=True)
-class EdgeSights:
+class EdgeSights(Rows):
     """I images and the edges that they see.
 
     Attributes:
         images: by pose, then wedge.
-        place: (I, 3) distance from the edge's line, angle from face 0, height above the edge's start.
+        radius_m, angle_rad, height_m: (I,) distance from the edge's line, angle from face 0, height above its start.
+        least_m: (I,) what the way from an image to its edge is not shorter than.
     """
 
     images: EdgeImages
-    place: Floats
+    radius_m: Floats
+    angle_rad: Floats
+    height_m: Floats
+    least_m: Floats
 
-    def __getitem__(self, rows: Ints) -> EdgeSights:
-        return EdgeSights(self.images[rows], self.place[rows])
+    def place(self, rows: Ints) -> tuple[Floats, Floats, Floats]:
+        """Distances, angles and heights of some rows."""
+        return self.radius_m[rows], self.angle_rad[rows], self.height_m[rows]
 
     @property
     def last(self) -> Ints:
@@ -108,9 +114,8 @@ class EdgePairs:
 
     def view(self, wedges: Wedges) -> EdgeView:
         """How the images of each pair see their edge, of all wedges in the scene."""
-        source, receiver, wedge = self.before.place[self.left].T, self.after.place[self.right].T, self.wedge
-        length, turn = wedges.length_m[wedge], wedges.open_angle_rad[wedge]
-        return EdgeView(source[0], source[1], source[2], receiver[0], receiver[1], receiver[2], length, turn)
+        source, receiver, wedge = self.before.place(self.left), self.after.place(self.right), self.wedge
+        return EdgeView(*source, *receiver, wedges.length_m[wedge], wedges.open_angle_rad[wedge])
 
     def beside(self, mirror: Ints) -> Flags:
         """(R,) whether either image is one in a given mirror of each pair, next to the edge; never for -1."""
@@ -151,17 +156,11 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
 def _contributions(search: Search, pairs: EdgePairs) -> tuple[EdgePairs, Ints, Floats]:
     """What each pair of images receives of its edge, one row each: the pair, the part, and a bound of the gain."""
     wedges = search.tracing.world.wedges
-    rows_of, parts, bounds = [], [], []
-    view = pairs.view(wedges)
-    for part in (APEX, START, END):
-        rows = np.flatnonzero(_has_partner(wedges, pairs, part, search.max_order))
-        rows = rows[_has(wedges.radiates[pairs.wedge[rows]], view[rows], part)]
-        seen = view[rows]
-        near = np.flatnonzero(seen.path_m(np.full(len(seen), part)) <= search.limit_m)
-        rows_of.append(rows[near])
-        parts.append(np.full(len(near), part))
-        bounds.append(strength_bound(seen[near], parts[-1], search.wavenumber_1_m))
-    return pairs[np.concatenate(rows_of)], np.concatenate(parts), np.concatenate(bounds)
+    view, radiates = pairs.view(wedges), wedges.radiates.take(pairs.wedge, axis=0)
+    parts = APEX, START, END
+    exists = [_has(radiates, view, part) & _has_partner(wedges, pairs, part, search.max_order) for part in parts]
+    rows, part, bound = strength_bounds(view, np.array(exists), search.wavenumber_1_m, search.limit_m)
+    return pairs[rows], part, bound
 
 
 def _has(radiates: Flags, view: EdgeView, part: int) -> Flags:
@@ -183,8 +182,9 @@ def _has_partner(wedges: Wedges, pairs: EdgePairs, part: int, max_order: int) ->
 def _turns(search: Search, pairs: EdgePairs, part: Ints) -> Turns:
     """Paths over apexes and ends (R,)."""
     tracing = search.tracing
-    wedges = at_poses(tracing, pairs.wedge, pairs.pose)
-    point = edge_points(wedges, pairs.view(tracing.world.wedges), part)
+    row = row_of(tracing, pairs.wedge, pairs.pose)
+    start, end = (each.take(row, axis=0) for each in (tracing.wedges.start_m, tracing.wedges.end_m))
+    point = edge_points(start, end, pairs.view(tracing.world.wedges), part)
     number = tracing.world.numbering.number(Interaction.EDGE, pairs.wedge)
     return Turns(pairs.images(), point[:, None], number[:, None])
 
@@ -204,38 +204,33 @@ def _edge_pairs(search: Search) -> EdgePairs:
         key, other = (each.images.pose * len(wedges) + each.images.wedge for each in (lit, received))
         left, right = matches(key, lit.images.order, other, received.images.order, mirrors)
         parts.append(_kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic))))
-    after = EdgeSights(
-        EdgeImages.joined([part.after.images for part in parts]), np.concatenate([part.after.place for part in parts])
-    )
+    after = EdgeSights.joined([part.after for part in parts])
     left, right, mics = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic"))
-    return EdgePairs(lit, after, left, right + mics * len(parts[0].after.place), mics)
+    return EdgePairs(lit, after, left, right + mics * len(parts[0].after), mics)
 
 
 def _sights(search: Search, point_m: Floats) -> EdgeSights:
     """Images of (N, 3) points, one a pose, and the edges that they see from outside."""
     tracing = search.tracing
-    wedges, (start, end) = tracing.world.wedges, _placed_edges(tracing)
+    wedges, rest = tracing.wedges, tracing.world.wedges
+    start, end = (each.reshape(len(tracing.pose), len(rest), 3) for each in (wedges.start_m, wedges.end_m))
     allowed = np.ones((search.max_order - 1, len(search.large_mirrors)), dtype=bool)
     allowed[1:] &= search.large_mirrors
-    images = images_lighting_edges(tracing.mirrors, wedges, start, end, allowed, point_m, search.limit_m)
-    place = np.stack(cylindrical(at_poses(tracing, images.wedge, images.pose), images.point_m), axis=1)
-    return EdgeSights(images, place)[np.flatnonzero(place[:, 1] <= wedges.open_angle_rad[images.wedge])]
+    images = images_lighting_edges(tracing.mirrors, rest, start, end, allowed, point_m, search.limit_m)
+    row = row_of(tracing, images.wedge, images.pose)
+    radius, angle, height = cylindrical(wedges, row, images.point_m)
+    middle = (0.5 * (wedges.start_m + wedges.end_m)).take(row, axis=0)
+    least = norm(images.point_m - middle) - 0.5 * rest.length_m[images.wedge]
+    return EdgeSights(images, radius, angle, height, least)[angle <= rest.open_angle_rad[images.wedge]]
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
     """Those within the range that may be met, whose edge faces both, and whose mirrors are large or one at most."""
     wedges = search.tracing.world.wedges
-    least = [_least_m(search.tracing, sights.images) for sights in (pairs.before, pairs.after)]
-    pairs = pairs[np.flatnonzero(least[0][pairs.left] + least[1][pairs.right] <= search.limit_m)]
+    least = pairs.before.least_m[pairs.left] + pairs.after.least_m[pairs.right]
+    pairs = pairs[np.flatnonzero(least <= search.limit_m)]
     pairs = pairs[_by_large_patches(search, pairs)]
     return pairs[np.flatnonzero(outside(pairs.view(wedges), wedges.sheet_m[pairs.wedge]))]
-
-
-def _least_m(tracing: Tracing, images: EdgeImages) -> Floats:
-    """(I,) what the way from an image to its edge is not shorter than."""
-    start, end = (each[images.pose, images.wedge] for each in _placed_edges(tracing))
-    length = tracing.world.wedges.length_m[images.wedge]
-    return np.linalg.norm(images.point_m - 0.5 * (start + end), axis=1) - 0.5 * length
 
 
 def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
@@ -253,17 +248,6 @@ def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
         kept &= np.logical_and.reduce(large[sights.images.sequence], axis=1)[row]
     several[rows] = ~kept
     return np.flatnonzero(~several)
-
-
-def _placed_edges(tracing: Tracing) -> tuple[Floats, Floats]:
-    """(N, W, 3) starts and ends of all edges at all poses."""
-    wedges, poses = tracing.world.wedges, len(tracing.pose)
-    frame = tracing.placed[:, wedges.obstacle]
-    shape = (poses, len(wedges), 3)
-    return (
-        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.start_m, shape), frame)),
-        np.ascontiguousarray(out_of_rest(np.broadcast_to(wedges.end_m, shape), frame)),
-    )
 
 
 def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumber: Floats) -> Complexes:
@@ -295,12 +279,12 @@ def outside(view: EdgeView, sheet_m: Floats) -> Flags:
     return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + sheet_m > 0.0) & apart
 
 
-def edge_points(wedges: Wedges, view: EdgeView, part: Ints) -> Floats:
-    """(R, 3) apex or end."""
+def edge_points(start_m: Floats, end_m: Floats, view: EdgeView, part: Ints) -> Floats:
+    """(R, 3) apex or end of edges."""
     share = view.apex_height_m / view.length_m
-    apex = wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
+    apex = start_m + share[:, None] * (end_m - start_m)
     part = part[:, None]
-    return np.where(part == APEX, apex, np.where(part == START, wedges.start_m, wedges.end_m))
+    return np.where(part == APEX, apex, np.where(part == START, start_m, end_m))
 
 
 def point_slot(found: Candidates) -> Ints:
@@ -311,7 +295,7 @@ def point_slot(found: Candidates) -> Ints:
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
     at, wedges = point_slot(found), at_poses(tracing, found.edge, found.pose)
-    planes = found.normal, np.sum(found.normal * found.points_m[:, 1:-1], axis=2)
+    planes = found.normal, dot(found.normal, found.points_m[:, 1:-1])
     width = found.sequence.shape[1]
     early = [(k, k < at) for k in range(width)]
     late = [(k, (k > at) & (k < found.order)) for k in reversed(range(width))]

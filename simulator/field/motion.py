@@ -14,17 +14,18 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import dot, norm
 from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import edge_points, point_slot
-from simulator.diffraction.wedge_coordinates import placed, seen
+from simulator.diffraction.wedge_coordinates import seen
 from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
-from simulator.world.frames import rotated
+from simulator.world.frames import rotated, wedges_out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -65,12 +66,12 @@ class Moment:
 
     def struck_s(self, emission_s: Floats, speed_m_s: float) -> Floats:
         """(R, N) when each reflection point is struck."""
-        segments = np.linalg.norm(np.diff(self.points_m, axis=1), axis=2)
+        segments = norm(np.diff(self.points_m, axis=1))
         return emission_s[:, None] + np.cumsum(segments[:, :-1], axis=1) / speed_m_s
 
     def length_m(self) -> Floats:
         """(R,) length of each path."""
-        return np.linalg.norm(np.diff(self.points_m, axis=1), axis=2).sum(axis=1)
+        return norm(np.diff(self.points_m, axis=1)).sum(axis=1)
 
 
 def motion_within(
@@ -107,7 +108,7 @@ def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floa
     """Most at which phone and an obstacle may close in: the phone's fastest beep, and the fastest obstacle."""
     way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
     fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
-    return float(np.linalg.norm(way, axis=1).max()) / beep_s + fastest
+    return float(norm(way).max()) / beep_s + fastest
 
 
 def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:
@@ -160,7 +161,7 @@ def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Fl
     other, over = np.flatnonzero(~point), np.flatnonzero(point)
     amplitude[other] = np.abs(spreading(points_m[other], normal[other], curvature[other], found.order[other]))
     at = point_slot(found[over])
-    segments = np.linalg.norm(np.diff(points_m[over], axis=1), axis=2)
+    segments = norm(np.diff(points_m[over], axis=1))
     before = np.cumsum(segments, axis=1)[np.arange(len(over)), at]
     after = segments.sum(axis=1) - before
     amplitude[over] = _point_spreading(found.part[over], before, after)
@@ -235,9 +236,9 @@ def _follow_edges(
     rows = np.flatnonzero(found.edge >= 0)
     at, edge = place[rows], found.edge[rows]
     frame = tracing.frames.of(tracing.world.wedges.obstacle[edge], found.pose[rows], struck_s[rows, at])
-    wedges = placed(tracing, edge, frame)
+    wedges = wedges_out_of_rest(tracing.world.wedges[edge], frame)
     view = seen(wedges, lit[rows], received[rows])
-    moment.points_m[rows, at + 1] = edge_points(wedges, view, found.part[rows])
+    moment.points_m[rows, at + 1] = edge_points(wedges.start_m, wedges.end_m, view, found.part[rows])
 
 
 def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floats, Floats]:
@@ -249,5 +250,5 @@ def _planes(tracing: Tracing, found: Candidates, struck_s: Floats) -> tuple[Floa
         patch = found.sequence[rows, k]
         frame = tracing.frames.of(patches.obstacle[patch], found.pose[rows], struck_s[rows, k])
         normal[rows, k] = rotated(patches.normal[patch], frame[:, 3])
-        offset[rows, k] = patches.offset_m[patch] + np.sum(normal[rows, k] * frame[:, :3], axis=1)
+        offset[rows, k] = patches.offset_m[patch] + dot(normal[rows, k], frame[:, :3])
     return normal, offset

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from simulator.surfaces.wedges import Wedges
 
 Carrier = Callable[[Ints, Floats], tuple[Floats, Floats]]
 
@@ -54,8 +55,10 @@ class Frames:
 def rotated(vector: Floats, yaw: Floats) -> Floats:
     """(R, 3) vectors rotated about the vertical, one angle a row."""
     c, s = np.cos(yaw), np.sin(yaw)
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    x, y = vector[..., 0], vector[..., 1]
+    vectors = np.empty(np.broadcast_shapes(vector.shape, (*yaw.shape, 1)))
+    vectors[..., 0], vectors[..., 1], vectors[..., 2] = c * x - s * y, s * x + c * y, vector[..., 2]
+    return vectors
 
 
 def into_rest(point_m: Floats, frame: Floats) -> Floats:
@@ -66,6 +69,14 @@ def into_rest(point_m: Floats, frame: Floats) -> Floats:
 def out_of_rest(point_m: Floats, frame: Floats) -> Floats:
     """The inverse of `into_rest`."""
     return rotated(point_m, frame[..., 3]) + frame[..., :3]
+
+
+def wedges_out_of_rest(wedges: Wedges, frame: Floats) -> Wedges:
+    """(R,) edges, one a row, where their obstacles' frames (R, 4) put them."""
+    return replace(
+        wedges, start_m=out_of_rest(wedges.start_m, frame), end_m=out_of_rest(wedges.end_m, frame),
+        inwards=rotated(wedges.inwards, frame[:, 3]), normal=rotated(wedges.normal, frame[:, 3]),
+    )  # fmt: skip
 
 
 def rotated_tensor(tensor: Floats, yaw: Floats) -> Floats:

@@ -13,7 +13,7 @@ from simulator.scene.scene import Obstacle
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
 from simulator.surfaces.surface_borders import Border, border_of
 from simulator.surfaces.wedges import Wedges
-from simulator.world.frames import Frames
+from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
 from simulator.world.visibility import Blocker
@@ -94,3 +94,10 @@ class Tracing:
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
         return placed_mirrors(self.world.patches, self.world.follows, self.placed)
+
+    @cached_property
+    def wedges(self) -> Wedges:
+        """(N W,) the sharp edges where they stand at each pose, pose by pose."""
+        rest = self.world.wedges
+        every = np.tile(np.arange(len(rest)), len(self.pose))
+        return wedges_out_of_rest(rest[every], self.placed[:, rest.obstacle].reshape(-1, 4))
