@@ -17,6 +17,7 @@ from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
+from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Sights
 from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.surfaces.facets import Facets
@@ -160,9 +161,9 @@ class _Views(Rows):
     ) -> tuple[_Views, Ints]:
         """The views from points (N, P, 3) at poses (E,) through mirrors, each once, and (E,) which each is."""
         key = np.column_stack([pose, point, mirrors.sequence])
-        _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        rows, which = distinct(key)
         start = points_m[pose[rows], point[rows]]
-        return cls.of(tracing, start, pose[rows], mirrors.order[rows], mirrors.sequence[rows]), which.ravel()
+        return cls.of(tracing, start, pose[rows], mirrors.order[rows], mirrors.sequence[rows]), which
 
     @classmethod
     def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:

@@ -6,6 +6,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.images.image_pairs import Pairs
+from simulator.kirchhoff.distinct_rows import distinct
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
@@ -43,7 +44,7 @@ def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple
     as_body = body[world.obstacle_of(found.sequence)]
     path = np.column_stack([found.pose, found.mic, np.where(as_body >= 0, as_body, found.sequence)])
     every = np.concatenate([path] + [_sequences_of(tracing, pairs, width) for pairs in chosen])
-    number = np.unique(every, axis=0, return_inverse=True)[1].ravel()
+    number = distinct(every)[1]
     return number[: len(found)], number[len(found) :]
 
 

@@ -15,6 +15,7 @@ from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells
+from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import scattered
 from simulator.kirchhoff.lighting import Light, lit_facets, share_light
@@ -86,7 +87,7 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     sequence = np.concatenate([each.sequence for each in images])
     point = np.concatenate([each.point_m for each in images])
     key = np.column_stack([pose, side, sequence])
-    _, rows, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    rows, which = distinct(key)
     sights = Sights(pose[rows], side[rows], order[rows], sequence[rows], point[rows])
     first, second = which.reshape(2, -1)
     return sights, first, second
