@@ -41,16 +41,15 @@ def no_cells(nodes: int) -> Cells:
 
 
 def with_stand_ins(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid, gain: Complexes
-) -> Cells:
-    """Cells with anything in them, and the facets that stand for their delays.
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
+    pair: Ints, slot: Ints, gain: Complexes,
+) -> Cells:  # fmt: skip
+    """Cells and the facets that stand for their delays.
 
     Args:
         first, second, middle_m: (R,) ends of each pair, and its path over the body's centre.
-        gain: (R, C, K) sums of the cells about their centres.
+        pair, slot, gain: (M,), (M,) and (M, K) pairs, sorted, numbers along the path, and sums about the centres.
     """
-    pair, slot = np.nonzero(np.abs(gain).max(axis=2, initial=0.0) > 0.0)
-    gain = gain[pair, slot]
     centre = grid.centre_m(middle_m[pair], slot)
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
     some = _standing(facets.area_m2)
@@ -130,9 +129,10 @@ def _centroids(middle, area, path, at, count, origin, width, cells):
     for i in range(count):
         here = (path[i] - origin) / width
         below = int(np.floor(here))
-        for c in (below, below + 1):
+        lower = np.cos(0.5 * np.pi * (here - below)) ** 2
+        for c, part in ((below, lower), (below + 1, 1.0 - lower)):
             if 0 <= c < cells:
-                share = area[at[i]] * np.cos(0.5 * np.pi * (here - c)) ** 2
+                share = area[at[i]] * part
                 weight[c] += share
                 for k in range(3):
                     place[c, k] += share * middle[at[i], k]

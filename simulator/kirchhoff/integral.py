@@ -51,8 +51,8 @@ def scattered(
     parts = []
     for rows in _portions(ends.group[first], grid.points):
         pairs = first[rows], second[rows], middle_m[rows]
-        gain = _cell_gains(facets, spot, ends, *pairs, grid, reflection)
-        cells = with_stand_ins(facets, spot, ends, *pairs, grid, gain)
+        held = _held_cells(facets, spot, ends, *pairs, grid, reflection)
+        cells = with_stand_ins(facets, spot, ends, *pairs, grid, *held)
         parts.append(Cells(cells.pair + rows.start, cells.facet, cells.length_m, cells.gain))
     return Cells.joined(parts) if parts else no_cells(len(grid.wavenumber_rad_m))
 
@@ -76,11 +76,11 @@ def _portions(group: Ints, points: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(bounds)]
 
 
-def _cell_gains(
+def _held_cells(
     facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
     reflection: Complexes,
-) -> Complexes:  # fmt: skip
-    """(R, C, K) sums of the cells about their centres."""
+) -> tuple[Ints, Ints, Complexes]:  # fmt: skip
+    """Pair (M,) and number along the path (M,) of all cells with anything in them; (M, K) sums about their centres."""
     part, over_band = separated(reflection)
     table = np.stack([part.real, part.imag], axis=-1).astype(np.float32, order="C")
     total = np.zeros((len(first), len(part), grid.points, 2))
@@ -97,13 +97,14 @@ def _cell_gains(
         np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
         total,
     )  # type: ignore[call-arg]  # fmt: skip
-    sums = grid.cell_sums(total.view(np.complex128)[..., 0])
-    gain = np.einsum("rqck,qk->rck", sums, over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))
+    parts = [(total.view(np.complex128)[..., 0], over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))]
     if len(facets.creases):
-        total[:] = 0.0
-        add_fringe_waves(facets.creases, spot, ends, first, second, part, middle_m, grid, total)
-        gain += np.einsum("rqck,qk->rck", grid.cell_sums(total.view(np.complex128)[..., 0]), over_band)
-    return gain
+        rims = np.zeros_like(total)
+        add_fringe_waves(facets.creases, spot, ends, first, second, part, middle_m, grid, rims)
+        parts.append((rims.view(np.complex128)[..., 0], over_band))
+    pair, slot = np.nonzero(np.logical_or.reduce([grid.held(sums) for sums, _ in parts]))
+    gain = sum(np.einsum("mqk,qk->mk", grid.cell_sums(sums, pair, slot), weight) for sums, weight in parts)
+    return pair, slot, gain
 
 
 def separated(reflection: Complexes) -> tuple[Complexes, Complexes]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 
 STEP_M = 4e-3  # of the grid: 2 mm move no echo by more than 0.02 dB
 
@@ -53,16 +53,25 @@ class Grid:
         """From the first point to the path over the body's centre."""
         return 2.0 * self.radius_m + self.taps * STEP_M
 
-    def cell_sums(self, total: Complexes) -> Complexes:
-        """(R, C, K) sums of the cells about their centres from (R, points) sums at the band's centre."""
+    def held(self, total: Complexes) -> Flags:
+        """(R, C) which cells there is anything of in (R, Q, points) sums."""
+        part = np.logical_or.reduce(self._parts(total), axis=(1, 3))
+        return part[:, :-1] | part[:, 1:]
+
+    def cell_sums(self, total: Complexes, pair: Ints, slot: Ints) -> Complexes:
+        """(M, Q, K) sums of cells about their centres from (R, Q, points) sums at the band's centre."""
         offset = STEP_M * np.arange(1 - self.taps, self.taps + 1)
         window = np.cos(0.5 * np.pi * offset / (self.taps * STEP_M)) ** 2
         beyond = self.wavenumber_rad_m - self.centre_rad_m
         spread = np.sinc(0.5 * beyond * STEP_M / np.pi) ** 2  # what sharing between two points takes off
         carry = window[:, None] * np.exp(-1j * np.outer(offset, beyond)) / spread
-        parts = total.reshape(*total.shape[:-1], self.cells + 1, self.taps)
-        sums = parts[..., :-1, :] @ carry[: self.taps] + parts[..., 1:, :] @ carry[self.taps :]
-        return sums * np.exp(1j * self.centre_rad_m * (self._centres_m() - self.lead_m))[:, None]
+        part = self._parts(total)
+        sums = part[pair, :, slot] @ carry[: self.taps] + part[pair, :, slot + 1] @ carry[self.taps :]
+        return sums * np.exp(1j * self.centre_rad_m * (self._centres_m() - self.lead_m))[slot, None, None]
+
+    def _parts(self, total: Complexes) -> Complexes:
+        """(R, Q, C + 1, taps) points from one cell's centre to the next."""
+        return total.reshape(*total.shape[:-1], self.cells + 1, self.taps)
 
     def _centres_m(self) -> Floats:
         """(C,) path of each cell's centre from the grid's first point on."""

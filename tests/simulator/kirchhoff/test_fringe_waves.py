@@ -115,8 +115,9 @@ def fringe_sum(facets, source, receiver, lit, wavenumber):
     rigid = np.ones((1, 3), dtype=complex)
     middle_m = sum(np.linalg.norm(ends.point_m - facets.center_m, axis=1), np.zeros(1))
     add_fringe_waves(facets.creases, np.arange(len(facets)), ends, *one, rigid, middle_m, grid, total)
-    sums = grid.cell_sums(total.view(np.complex128)[0, :, :, 0])[0]
-    centre = grid.centre_m(middle_m, np.arange(grid.cells))
+    every = np.arange(grid.cells)
+    sums = grid.cell_sums(total.view(np.complex128)[..., 0], 0 * every, every)[:, 0]
+    centre = grid.centre_m(middle_m, every)
     return np.sum(sums * np.exp(-1j * np.outer(centre, wavenumber)), axis=0)
 
 
