@@ -95,14 +95,14 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
     """The same of an obstacle of any number."""
     skin = _Skin.of(reading, surface)
     owner, place = _cut(skin, max(size_m, _fitting_m(reading)))
-    over, normal = skin.at(owner, place.mean(axis=1))
+    over, normal = skin.at(owner, _means(place))
     facet, start = leaves(np.concatenate([over, NORMAL_M * normal], axis=1), BLOCK)
-    owner, place, over, normal = owner[facet], place[facet], over[facet], normal[facet]
+    owner, place, over, normal = owner[facet], *(column.take(facet, axis=0) for column in (place, over, normal))
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
-    flat, sides = corner_m.mean(axis=1), corner_m[:, 1:] - corner_m[:, :1]
+    flat, sides = _means(corner_m), corner_m[:, 1:] - corner_m[:, :1]
     rise = 0.75 * (over - flat)  # mean over a quadratic triangle
     every = corner_m.reshape(-1, 3)
-    center = 0.5 * (every.min(axis=0) + every.max(axis=0))
+    center = 0.5 * np.array([axis.min() + axis.max() for axis in every.T])
     return Facets(
         obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
         area_m2=0.5 * norm(np.cross(sides[:, 0], sides[:, 1])),
@@ -110,6 +110,11 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
+
+
+def _means(corner: Floats) -> Floats:
+    """(T, D) means of corners (T, 3, D); by columns, as numpy's over three take several times as long."""
+    return (corner[:, 0] + corner[:, 1] + corner[:, 2]) / 3.0
 
 
 @dataclass(frozen=True)
