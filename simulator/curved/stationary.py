@@ -273,10 +273,16 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
     uv = np.zeros((queries, MAX_HITS, 2))
     count = np.zeros(queries, np.int64)
     point, work, slope = np.zeros((MAX_HITS, 3)), np.empty((10, 3)), np.empty((2, 2))
+    bounds = np.empty(shown.shape[1:])
     for q in range(queries):
-        piece = 0
+        piece, bounding = 0, 0
+        for k in range(len(bounds)):  # without those that bound nothing: most are padding, and all pieces ask
+            if shown[q, k, 0] != 0.0 or shown[q, k, 1] != 0.0 or shown[q, k, 2] != 0.0:
+                for x in range(4):
+                    bounds[bounding, x] = shown[q, k, x]
+                bounding += 1
         while piece < len(facet):
-            if beyond(shown[q], cells.center_m[piece], cells.ball_m[piece]) or not may_mirror(
+            if beyond(bounds[:bounding], cells.center_m[piece], cells.ball_m[piece]) or not may_mirror(
                 cells, piece, closed, source[q], receiver[q]
             ):
                 piece = after[piece]
