@@ -16,9 +16,10 @@ from simulator.world.world import Tracing
 
 def without_rays_over(search: Search, taken: list[Pairs], found: Candidates) -> Candidates:
     """Candidates by any mechanism that run over none of the pairs; the log books the others as left to the integral."""
-    if not taken or not len(found):
-        return found
-    over = np.isin(*_numbered(search.tracing, found, taken))
+    met, over = search.tracing.world.obstacle_of(found.sequence), np.zeros(len(found), dtype=bool)
+    for pairs in taken:
+        rows = np.flatnonzero((met == pairs.obstacle).any(axis=1))
+        over[rows] |= np.isin(*_numbered(search.tracing, found[rows], pairs))
     rows = np.flatnonzero(over)
     search.reject(
         Reason.LEFT_TO_INTEGRAL, len(rows),
@@ -29,21 +30,22 @@ def without_rays_over(search: Search, taken: list[Pairs], found: Candidates) -> 
 
 def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:
     """(R,) greatest amplitude (C,) of the candidates that run over each pair; 0 without one."""
-    rays, numbers = _numbered(tracing, found, [pairs])
+    rays, numbers = _numbered(tracing, found, pairs)
     loudest = np.zeros(max(rays.max(initial=0), numbers.max(initial=0)) + 1)
     np.maximum.at(loudest, rays, amplitude)
     return loudest[numbers]
 
 
-def _numbered(tracing: Tracing, found: Candidates, chosen: list[Pairs]) -> tuple[Ints, Ints]:
-    """(C,) and (R,) numbers of the images that candidates and pairs run over; equal ones have equal numbers."""
-    world, width = tracing.world, found.sequence.shape[1]
-    body = np.full(len(world.obstacles) + 1, -1)
-    bodies = [pairs.obstacle for pairs in chosen]
-    body[bodies] = world.numbering.number(Interaction.KIRCHHOFF, bodies)
-    as_body = body[world.obstacle_of(found.sequence)]
-    path = np.column_stack([found.pose, found.mic, np.where(as_body >= 0, as_body, found.sequence)])
-    every = np.concatenate([path] + [_sequences_of(tracing, pairs, width) for pairs in chosen])
+def _numbered(tracing: Tracing, found: Candidates, pairs: Pairs) -> tuple[Ints, Ints]:
+    """(C,) and (R,) numbers of the images that candidates and pairs run over; equal ones have equal numbers.
+
+    Whatever a path meets of the pairs' body is the body. The faces of others are the mirrors that pairs know.
+    """
+    world = tracing.world
+    body = world.numbering.number(Interaction.KIRCHHOFF, pairs.obstacle)
+    met = np.where(world.obstacle_of(found.sequence) == pairs.obstacle, body, found.sequence)
+    path = np.column_stack([found.pose, found.mic, met])
+    every = np.concatenate([path, _sequences_of(tracing, pairs, found.sequence.shape[1])])
     number = distinct(every)[1]
     return number[: len(found)], number[len(found) :]
 

@@ -125,7 +125,7 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
     """
     plates = bool((reading.sheet_m > 0.0).any())
     if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
-        return Light(FINE_SPOT_M, 0.0, 0.0), min(fidelity.facet_m, PLATE_FACET_M)
+        return Light(FINE_SPOT_M, 0.0, 0.0), min(fidelity.facet_m, PLATE_FACET_M) if plates else fidelity.facet_m
     if fidelity.tolerance_db < COARSE_DB:
         return Light(SPOT_M, HELD, 0.0), fidelity.facet_m
     return Light(COARSE_SPOT_M, COARSE_HELD, COARSE_HELD), fidelity.facet_m

@@ -56,6 +56,25 @@ def test_body_that_rays_reach_in_part_is_summed_once():
     np.testing.assert_allclose(twice, once, atol=1e-6 * np.abs(once).max())
 
 
+def test_body_in_the_face_of_another_one_is_summed_once():
+    """Rays over one body off the flat face of another that is left to the integral, too: 5 dB up at `reference`."""
+    arc = np.linspace(np.pi, 2.0 * np.pi, 25)
+    half = np.array([[1.3 + 0.45 * np.cos(a), -0.7 + 0.3 * np.sin(a), z] for a in arc for z in (0.0, 0.9)])
+    other = Obstacle(trimesh.convex.convex_hull(half), Material.rigid(), "half")
+    mechanisms = ["specular", "kirchhoff"], ["specular", "curved", "kirchhoff"]
+    paths = [_paths([_bin(), other], [0.88], mechanisms=each) for each in mechanisms]
+    assert {choice.obstacle for choice in paths[1].choices if choice.integrals} == {"bin", "half"}
+    once, twice = (each[np.char.count(each.obstacle, ">") == 1].transfer_function(FREQUENCY)[0] for each in paths)
+    np.testing.assert_allclose(twice, once, atol=1e-6 * np.abs(once).max())
+
+
+def test_facets_are_of_the_size_that_is_asked_for():
+    """At `reference` all bodies were cut to 12 mm, which only thin plates need."""
+    fine, coarse = (_rim(_paths([_bin()], [1.2], level="reference", facet_m=each)) for each in (0.012, 0.03))
+    apart_db = 20.0 * np.log10(np.abs(coarse).max() / np.abs(fine).max())
+    assert 0.1 < abs(apart_db) < 2.0
+
+
 def test_echo_does_not_jump_as_the_phone_passes_the_rim():
     """Under the rim the ray was the echo and over it there was none: -8 dB re a wall came and went in a millimetre.
 
