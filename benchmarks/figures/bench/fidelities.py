@@ -91,11 +91,9 @@ def fidelity_pareto(run: RunData) -> PlotFigure:
     by_category = {name: _measured(_of_category(run, name), "fidelity") for name in _categories(run)}
     others = found["tessellation"] | found["motion"]
     ticks = {name: _time_beside(run, kind, name) for kind in KINDS[1:] for name in found[kind]}
-    panels: list[Panel] = []
-    for error in ERRORS:
-        panels += [_curves(error, levels, by_category)] if levels else []
-        panels += [_rows_of(error, "reference but for one setting", settings, by_category)] if settings else []
-        panels += [_rows_of(error, "bodies and motion", ticks, {"all": others})] if others else []
+    panels = [_curves(error, levels, by_category) for error in ERRORS if levels]
+    panels += [_rows_of(error, "reference but for one setting", settings, by_category) for error in ERRORS if settings]
+    panels += [_rows_of(error, "bodies and motion", ticks, {"all": others}) for error in ERRORS if others]
     said = [f"{name}: {np.quantile(price.error_db, 0.95):.2g} dB" for name, price in levels.items()]
     return PlotFigure(
         "pareto",
@@ -124,7 +122,7 @@ def _curves(error: Error, levels: dict[str, Price], by_category: dict[str, dict[
     guides = tuple(Guide("x", _cost_ms(price), name) for name, price in levels.items())
     return Panel(
         "levels", "processor time a pose, ms", error.words, tuple(lines), guides, log="xy",
-        y_range=(0.8 * error.least, 1.2 * error.most), width_in=3.4,
+        y_range=(0.8 * error.least, 1.2 * error.most), width_in=2.4,
     )  # fmt: skip
 
 

@@ -154,7 +154,7 @@ def test_the_command_repeats_the_same_walk(tmp_path):
     """The command line accepts it, and its plan holds exactly that cell, with the run's settings."""
     from benchmarks.commands.run import run as command
 
-    label = "supermarket/wall/3"
+    label = "supermarket/wall/2"
     words = shlex.split(rerun_command(made_up_run(tmp_path), label))
     assert words[:2] == ["obstaclewatch", "run"]
     given = command.make_context("run", words[2:]).params
