@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.figures.data import BarFigure, CurveFigure, Row
 
 Floats = NDArray[np.floating]
-Style = Literal["line", "dashed", "dotted", "points", "steps", "ring", "named"]
+Style = Literal["line", "dashed", "dotted", "points", "steps", "ring"]
 NOTHING = np.zeros(0)
 
 
@@ -24,8 +24,7 @@ class Line:
     """One series.
 
     Attributes:
-        label: in the legend; lines of one label share an entry, an empty one has none. Of the style "named", beside
-            each point instead.
+        label: in the legend; lines of one label share an entry, an empty one has none.
         key: colour: a detector's name, "paper", "muted", or a digit for the palette.
         x, y: (n,) values.
         style: how it is drawn.

@@ -16,6 +16,8 @@ from simulator.world.world import Tracing
 
 def without_rays_over(search: Search, taken: list[Pairs], found: Candidates) -> Candidates:
     """Candidates by any mechanism that run over none of the pairs; the log books the others as left to the integral."""
+    if not taken:
+        return found
     met, over = search.tracing.world.obstacle_of(found.sequence), np.zeros(len(found), dtype=bool)
     for pairs in taken:
         rows = np.flatnonzero((met == pairs.obstacle).any(axis=1))

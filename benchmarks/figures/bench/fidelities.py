@@ -58,7 +58,7 @@ class Error:
 
     def of(self, price: Price) -> float:
         """95th percentile."""
-        return float(np.clip(np.quantile(np.abs(getattr(price, self.name)), 0.95), self.least, self.most))
+        return float(np.clip(np.quantile(getattr(price, self.name), 0.95), self.least, self.most))
 
 
 ERRORS = (
@@ -85,12 +85,13 @@ def _price(name: str, found: list[dict], costs: list[dict]) -> Price:
 
 def fidelity_pareto(run: RunData) -> PlotFigure:
     """Error against cost of levels by category, and error of settings, of segments round a body, of motion's degree."""
-    found = {kind: _measured(run, kind) for kind in KINDS}
+    every = {kind: prices(run, kind) for kind in KINDS}
+    found = {kind: _measured(every[kind]) for kind in KINDS}
     levels = {name: price for name, price in found["fidelity"].items() if name in LEVELS}
-    settings = {name: _time_beside(run, "fidelity", name) for name in found["fidelity"] if name not in LEVELS}
-    by_category = {name: _measured(_of_category(run, name), "fidelity") for name in _categories(run)}
+    settings = {name: _time_beside(every["fidelity"], name) for name in found["fidelity"] if name not in LEVELS}
+    by_category = {name: _measured(prices(_of_category(run, name))) for name in _categories(run)}
     others = found["tessellation"] | found["motion"]
-    ticks = {name: _time_beside(run, kind, name) for kind in KINDS[1:] for name in found[kind]}
+    ticks = {name: _time_beside(every[kind], name) for kind in KINDS[1:] for name in found[kind]}
     panels = [_curves(error, levels, by_category) for error in ERRORS if levels]
     panels += [_rows_of(error, "reference but for one setting", settings, by_category) for error in ERRORS if settings]
     panels += [_rows_of(error, "bodies and motion", ticks, {"all": others}) for error in ERRORS if others]
@@ -108,8 +109,8 @@ def fidelity_pareto(run: RunData) -> PlotFigure:
     )
 
 
-def _measured(run: RunData, kind: str) -> dict[str, Price]:
-    return {name: price for name, price in prices(run, kind).items() if len(price.error_db) and len(price.cpu_s)}
+def _measured(every: dict[str, Price]) -> dict[str, Price]:
+    return {name: price for name, price in every.items() if len(price.error_db) and len(price.cpu_s)}
 
 
 def _curves(error: Error, levels: dict[str, Price], by_category: dict[str, dict[str, Price]]) -> Panel:
@@ -140,10 +141,9 @@ def _rows_of(error: Error, title: str, settings: dict[str, str], by_series: dict
     )  # fmt: skip
 
 
-def _time_beside(run: RunData, kind: str, name: str) -> str:
+def _time_beside(every: dict[str, Price], name: str) -> str:
     """A setting's name and its time over that of what it is held against."""
-    measured = prices(run, kind)
-    return f"{name} ({_cost_ms(measured[name]) / _cost_ms(measured['reference']):.2g})"
+    return f"{name} ({_cost_ms(every[name]) / _cost_ms(every['reference']):.2g})"
 
 
 def _cost_ms(price: Price) -> float:
@@ -155,7 +155,7 @@ def fidelity_table(run: RunData) -> TableFigure:
     rows = tuple(
         (
             name if name != "reference" else REFERENCES[kind],
-            f"{1e3 * np.median(price.cpu_s):.0f}",
+            f"{_cost_ms(price):.0f}",
             *(_two_digits(price.error_db, q) for q in (0.5, 0.95)),
             f"{100 * price.within(0.5):.0f}" if len(price.error_db) else "-",
             _two_digits(price.delay_samples, 0.95),

@@ -163,7 +163,7 @@ def _line_traces(panel: Panel) -> list[Parts]:
 
 
 def _line(line: Line, panel: Panel) -> Parts:
-    points, paint = line.style in ("points", "ring", "named"), series_colour(line.key)
+    points, paint = line.style in ("points", "ring"), series_colour(line.key)
     error = {}
     if len(line.low):
         middle = line.x if panel.flat else line.y

@@ -22,7 +22,6 @@ _STYLES: dict[str, dict[str, Any]] = {
     "steps": {"linestyle": "-", "drawstyle": "steps-post"},
     "points": {"linestyle": "none", "marker": "o", "markersize": 4.0},
     "ring": {"linestyle": "none", "marker": "D", "markersize": 5.5, "markerfacecolor": "white"},
-    "named": {"linestyle": "none", "marker": "o", "markersize": 4.0},
 }
 _BEHIND_WORDS = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 0.6}
 FEW_DECADES = 2.5
@@ -67,10 +66,8 @@ def _draw_panel(ax: Axes, panel: Panel) -> None:
         ax.set_yscale("log")
     if panel.image is not None:
         _draw_image(ax, panel.image)
-    for number, line in enumerate(panel.lines):
+    for line in panel.lines:
         _draw_line(ax, line, panel.flat)
-        if line.style == "named":
-            _name_points(ax, line, upwards=number % 2 == 0)
     ax.set(xlabel=panel.x_label, ylabel=panel.y_label)
     ax.grid(True, axis="both")
     if panel.x_range is not None:
@@ -116,20 +113,12 @@ def _name_ticks(ax: Axes, panel: Panel) -> None:
 
 def _draw_line(ax: Axes, line: Line, flat: bool) -> None:
     shade = series_colour(line.key)
-    label = line.label if line.label and line.style != "named" else "_"
+    label = line.label or "_"
     if len(line.low):
         spread = np.abs(np.stack([line.low, line.high]) - (line.x if flat else line.y))
         error: dict[str, Any] = {"xerr": spread} if flat else {"yerr": spread}
         ax.errorbar(line.x, line.y, **error, fmt="none", ecolor=shade, elinewidth=1.0, capsize=2.0)
     ax.plot(line.x, line.y, color=shade, markeredgecolor=shade, linewidth=1.5, label=label, **_STYLES[line.style])
-
-
-def _name_points(ax: Axes, line: Line, upwards: bool) -> None:
-    """The label beside each point, aslant, so that neighbours that go up and down in turn stay apart."""
-    way: dict[str, Any] = {"rotation": 30, "va": "bottom"} if upwards else {"rotation": -30, "va": "top"}
-    for x, y in zip(line.x, line.y, strict=True):
-        shift, shade = (4, 2 if upwards else -2), series_colour(line.key)
-        ax.annotate(line.label, (x, y), shift, textcoords="offset points", color=shade, fontsize=7.5, **way)
 
 
 def _draw_guide(ax: Axes, guide: Guide) -> None:
