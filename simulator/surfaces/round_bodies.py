@@ -15,6 +15,7 @@ from obstaclewatch.support.vectors import norm
 MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the flat facets miss at 64 segments
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32
 SPARE = 3  # vertices beyond the number of unknowns that must agree before a fit counts
+FEW = 96  # vertices that are asked first of a mesh of many: what they do not lie on, all of them do not
 
 
 def recognised(point_m: Floats, facet_normal: Floats) -> tuple[Floats, Floats] | None:
@@ -69,11 +70,18 @@ def _cone(point: Floats, facet_normal: Floats, slack: float) -> tuple[Floats, Fl
         guess = _tapered(point, start, basis)
         if not np.abs(_misfit(guess, point, start, basis)).max() < 0.1:
             return None
+    few = point[:: max(len(point) // FEW, 1)]
+    if len(few) < len(point) and _fitted(guess, few, start, basis, slack) is None:
+        return None
+    shape = _fitted(guess, point, start, basis, slack)
+    return None if shape is None else _cone_geometry(shape, point, start, basis)
+
+
+def _fitted(guess: Floats, point: Floats, start: Floats, basis: Floats, slack: float) -> Floats | None:
+    """(6,) shape of the cone that all the points (V, 3) lie on, None if they lie on none."""
     best = least_squares(_misfit, guess, args=(point, start, basis), xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=60)
     radius = float(norm(_radial(best.x, point, start, basis)[1]).max())
-    if radius > 50.0 or not _fits(best.fun, radius, slack):
-        return None
-    return _cone_geometry(best.x, point, start, basis)
+    return best.x if radius <= 50.0 and _fits(best.fun, radius, slack) else None
 
 
 def _circle(point: Floats) -> Floats:
