@@ -2,7 +2,7 @@
 
 A spot is a patch of the skin, and one of its facets speaks for it. Where neighbouring spots differ, the border of a
 shadow runs: there each facet is asked by itself. A border known to 15 mm alone moves echoes of people by 0.3 dB, up to
-0.8. The poses of a walk that lie near each other may share an answer, and the three transducers of a phone with them.
+0.8. The poses of a walk that lie near each other may share an answer, and transducers of the phone that do.
 """
 
 from __future__ import annotations
@@ -38,11 +38,13 @@ class Light:
         held: how far the phone may move on, re its distance from the body, until it is asked for again; 0 asks for each
             pose and each transducer.
         held_along_borders: the same for facets along the borders of shadows.
+        alike: how far apart transducers may be, re the body's distance, to see it alike where each is asked for.
     """
 
     spot_m: float
     held: float
     held_along_borders: float
+    alike: float
 
 
 def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Flags, Ints]:
@@ -51,10 +53,12 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     Returns:
         (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
     """
-    views, number = _held_views(tracing, facets, sights, sights.side, light.held_along_borders)
+    points, first = _asked_from(tracing, facets, light.alike)
+    side = first[sights.pose, sights.side]
+    views, number = _held_views(tracing, facets, points, sights, side, light.held_along_borders)
     coarse, of_view = views, np.arange(len(views))
     if light.held != light.held_along_borders:
-        coarse, of_view = _held_views(tracing, facets, views, np.zeros(len(views), dtype=np.int64), light.held)
+        coarse, of_view = _held_views(tracing, facets, points, views, np.zeros(len(views), dtype=np.int64), light.held)
     spots = spots_of(facets, light.spot_m)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     sampled = np.arange(len(spots.facet)) % every == 0
@@ -86,14 +90,14 @@ def share_light(lit, first, second):
 
 
 def _held_views(
-    tracing: Tracing, facets: Facets, mirrors: Sights | _Views, side: Ints, held: float
+    tracing: Tracing, facets: Facets, points_m: Floats, mirrors: Sights | _Views, side: Ints, held: float
 ) -> tuple[_Views, Ints]:
-    """The distinct views from the transducers, or from the middle of them if answers are held, and which each is."""
-    transducers, pose = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1), mirrors.pose
+    """The distinct views from points (N, P, 3), or from the middle of them if answers are held, and which each is."""
+    pose = mirrors.pose
     if held > 0.0:
-        transducers = transducers.mean(axis=1, keepdims=True)
-        pose, side = _held_poses(tracing, facets, transducers[:, 0], held)[pose], np.zeros_like(side)
-    return _Views.distinct(tracing, transducers, pose, side, mirrors)
+        points_m = points_m.mean(axis=1, keepdims=True)
+        pose, side = _held_poses(tracing, facets, points_m[:, 0], held)[pose], np.zeros_like(side)
+    return _Views.distinct(tracing, points_m, pose, side, mirrors)
 
 
 def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
@@ -262,6 +266,15 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
             start, end = (stops[stop].take(rows, axis=0) for stop in (-2 - back, -1 - back))
             free[rows] = ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], pose[rows])
     return free
+
+
+def _asked_from(tracing: Tracing, facets: Facets, alike: float) -> tuple[Floats, Ints]:
+    """(N, 3, 3) where light is asked from for each transducer, the middle of those alike; (N, 3) the first of these."""
+    transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
+    seen_from = into_rest(transducers.mean(axis=1), tracing.placed[:, facets.obstacle])
+    reach = alike * np.linalg.norm(seen_from - facets.center_m, axis=1)
+    together = np.linalg.norm(transducers[:, :, None] - transducers[:, None], axis=3) <= reach[:, None, None]
+    return together @ transducers / together.sum(axis=2, keepdims=True), together.argmax(axis=2)
 
 
 def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:

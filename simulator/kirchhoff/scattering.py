@@ -35,6 +35,7 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.05  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD, COARSE_HELD = 0.1, 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
+ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 LIT_AT_ONCE = 2**29  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
@@ -125,7 +126,8 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
     """
     plates = bool((reading.sheet_m > 0.0).any())
     if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
-        return Light(FINE_SPOT_M, 0.0, 0.0), min(fidelity.facet_m, PLATE_FACET_M) if plates else fidelity.facet_m
+        light = Light(FINE_SPOT_M, 0.0, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
+        return light, min(fidelity.facet_m, PLATE_FACET_M) if plates else fidelity.facet_m
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, HELD, 0.0), fidelity.facet_m
-    return Light(COARSE_SPOT_M, COARSE_HELD, COARSE_HELD), fidelity.facet_m
+        return Light(SPOT_M, HELD, 0.0, ALIKE), fidelity.facet_m
+    return Light(COARSE_SPOT_M, COARSE_HELD, COARSE_HELD, 0.0), fidelity.facet_m

@@ -66,14 +66,21 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
     facets = facets_of(*tracing.world.skins[0], 0, 0.025)
     none, sides = np.zeros(3, dtype=np.int64), np.arange(3)
     straight = Sights(none, sides, none, np.full((3, 0), -1), np.concatenate([tracing.source_m, tracing.mics_m[0]]))
-    exact, by_spots, shared = (
-        lit_facets(tracing, facets, straight, light)[0]
-        for light in (Light(1e-3, 0.0, 0.0), Light(0.05, 0.2, 0.0), Light(0.05, 0.2, 0.2))
+    exact, by_spots, alike, shared = (
+        lit_facets(tracing, facets, straight, light)
+        for light in (
+            Light(1e-3, 0.0, 0.0, 0.0),
+            Light(0.05, 0.2, 0.0, 0.0),
+            Light(0.05, 0.2, 0.0, 0.05),
+            Light(0.05, 0.2, 0.2, 0.0),
+        )
     )
+    assert [len(lit) for lit, _ in (exact, by_spots, alike, shared)] == [3, 3, 2, 1]
     cosine = np.sum((tracing.source_m - facets.middle_m) * facets.normal, axis=1)
     weight = np.maximum(cosine, 0.0) ** 2 * facets.area_m2  # as in the sum: facets at grazing incidence hardly count
-    for lit in (by_spots, shared):
-        assert ((lit != exact) * weight).sum(axis=1).max() < 0.002 * (exact * weight).sum(axis=1).min()
+    every = exact[0][exact[1]]
+    for lit, view in (by_spots, alike, shared):
+        assert ((lit[view] != every) * weight).sum(axis=1).max() < 0.002 * (every * weight).sum(axis=1).min()
 
 
 def test_spots_of_one_facet_each_are_in_an_order_of_their_own():
