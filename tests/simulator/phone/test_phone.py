@@ -66,11 +66,12 @@ def test_ideal_phone_adds_nothing():
 
 @pytest.mark.parametrize("name", REAL_PHONES)
 @pytest.mark.parametrize("pitch_deg", [0.0, 20.0, 35.0])
-def test_rear_microphone_is_8_to_10_db_weaker_to_the_front(name, pitch_deg):
+def test_the_microphone_that_faces_away_is_11_to_14_db_weaker_to_the_front(name, pitch_deg):
+    """It had 8 to 10 dB, and received objects some 4 dB louder than microphones do in recordings."""
     pitch = np.radians(pitch_deg)
     front = np.array([0.0, np.cos(pitch), -np.sin(pitch)])  # the horizon ahead, seen from a phone pitched up
     top, bottom = (mic.directivity(front) for mic in Phone.named(name).mics)
-    assert 8.0 <= db(top / bottom) <= 10.0 + 1e-9
+    assert 11.0 <= db(top / bottom) <= 14.0 + 1e-9
 
 
 def test_directivity_is_a_half_cosine_in_level():
