@@ -45,7 +45,7 @@ SPEAKER_TO_TOP_MIC_M = 0.03
 CASE_SOUND_SPEED_M_S = 1500.0
 CASE_TO_AIR_GAIN = 1.5
 MIC_REAR_LOSS_DB = 14.0
-"""Of recordings: with 10 dB the microphone that faces away received objects some 4 dB too loud."""
+"""As in recordings: with 10 dB a phone received objects behind a microphone 4 dB too loud, and the floor 5 to 7."""
 SPEAKER_REAR_LOSS_DB = 6.0
 LEVEL_SPL_DB = 55.0
 NOISE_SPL_DB = 30.0
