@@ -156,3 +156,5 @@ def test_a_simulated_counterpart_has_the_recordings_levels(case):
         noise = [np.median(profile[ranges > 3.6, mic]) for profile in (recorded, simulated)]
         assert noise[1] - noise[0] == pytest.approx(0.0, abs=4.0)
     assert (np.median(np.abs(simulated - recorded), axis=0) < 5.0).all()
+    floor = [line_db(profile[:, 1], ranges, case.phone_height_m) for profile in (recorded, simulated)]
+    assert floor[1] - floor[0] < 4.5  # 5 to 7 dB while microphones were but 10 dB deafer to the rear
