@@ -261,10 +261,10 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
     """
     free = np.ones(len(pose), dtype=bool)
     for back in range(len(stops) - 1):
+        met = order >= back
         for shadow in tracing.world.blockers:
-            rows = np.flatnonzero(free & (order >= back))
-            start, end = (stops[stop].take(rows, axis=0) for stop in (-2 - back, -1 - back))
-            free[rows] = ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], pose[rows])
+            frame = tracing.placed[:, shadow.obstacle]
+            free &= ~shadow.blocks_from(stops[-2 - back], stops[-1 - back], frame, pose, free & met)
     return free
 
 

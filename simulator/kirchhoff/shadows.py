@@ -67,5 +67,5 @@ def _seen(tracing: Tracing, pose: Ints, ends: tuple[Floats, Floats], place: Floa
     for shadow in tracing.world.blockers:
         frame = tracing.placed[:, shadow.obstacle]
         for end in ends:
-            free &= ~shadow.blocks_from(end, place, frame, pose)
+            free &= ~shadow.blocks_from(end, place, frame, pose, free)
     return free

@@ -5,7 +5,7 @@
 | microphones | the phone's length apart: 14.1, 15.3, 16.0 cm (paper, section 4.1) | at the ends of the middle line |
 | speaker | "several centimeters" from the top microphone (paper, section 3.4) | 3 cm below it on the middle line |
 | response | Galaxy S5: loudspeaker to own microphones | Note5, S8+: flat to 21 and 21.5 kHz, then falling |
-| directivity | bottom microphone weaker to the front (paper, Fig. 8) | microphones 14 +- 5 dB front to rear, speaker 6 dB |
+| directivity | bottom microphone weaker to the front (paper, Fig. 8) | microphones 14 dB front to rear, speaker 6 dB |
 | sound in the case | first and strongest arrival (paper, Fig. 9) | 1500 m/s, 1.5 times the direct sound in the air |
 | level, noise | - | 55 dB SPL at 1 m; 30 dB SPL in 18-23 kHz |
 

@@ -76,7 +76,7 @@ def _check_between(tracing: Tracing, mic: int, speaker_m: Floats, mic_m: Floats)
     """Refuse an obstacle between the speaker and a microphone, (N, 3) each."""
     for shadow in _shadows(tracing):
         placed = tracing.placed[:, shadow.obstacle]
-        hit = shadow.blocks_from(speaker_m, mic_m, placed, np.arange(len(placed)))
+        hit = shadow.blocks_from(speaker_m, mic_m, placed, np.arange(len(placed)), np.ones(len(placed), dtype=bool))
         if hit.any():
             n = int(np.argmax(hit))
             name = _struck(tracing.world, shadow, *(into_rest(end[[n]], placed[[n]]) for end in (speaker_m, mic_m)))

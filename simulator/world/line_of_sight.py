@@ -17,6 +17,6 @@ def free_between(tracing: Tracing, start_m: Floats, end_m: Floats, pose: Ints) -
     free = np.ones(len(pose), dtype=bool)
     length = np.linalg.norm(end_m - start_m, axis=1)
     for shadow in tracing.world.blockers:
-        told = length > 2.0 * OFFSET * shadow.extent_m
-        free &= ~(told & shadow.blocks_from(start_m, end_m, tracing.placed[:, shadow.obstacle], pose))
+        asked = free & (length > 2.0 * OFFSET * shadow.extent_m)
+        free &= ~shadow.blocks_from(start_m, end_m, tracing.placed[:, shadow.obstacle], pose, asked)
     return free

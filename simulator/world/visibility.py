@@ -44,12 +44,19 @@ class Blocker:
 
     def blocks(self, start_m: Floats, end_m: Floats) -> Flags:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""
-        return self.blocks_from(start_m, end_m, np.zeros((1, 4)), np.zeros(len(start_m), dtype=np.int64))
+        count = len(start_m)
+        return self.blocks_from(
+            start_m, end_m, np.zeros((1, 4)), np.zeros(count, dtype=np.int64), np.ones(count, dtype=bool)
+        )
 
-    def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints) -> Flags:
-        """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of."""
+    def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints, asked: Flags) -> Flags:
+        """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of.
+
+        Args:
+            asked: (R,) which rows are asked for; the others are False.
+        """
         open_leg, start, direction, length = _aimed(
-            np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose,
+            np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose, asked,
             self.origin_m, self.half_m,
         )  # type: ignore[call-arg]  # fmt: skip
         blocked = np.zeros(len(pose), dtype=bool)
@@ -59,22 +66,24 @@ class Blocker:
 
 
 @compiled
-def _aimed(start, end, frame, pose, origin, half):
+def _aimed(start, end, frame, pose, asked, origin, half):
     """Rays between world points about a blocker's origin, as Embree takes them.
 
-    Returns (O,) rows whose ends are apart and that meet the blocker's box, and in float32 their (O, 3) starts, (O, 3)
-    directions and (O,) lengths, cleared at both ends by `OFFSET` of the largest coordinate about the origin: what
-    float32 rounding scales with.
+    Returns (O,) rows that are asked, whose ends are apart and that meet the blocker's box, and in float32 their (O, 3)
+    starts, (O, 3) directions and (O,) lengths, cleared at both ends by `OFFSET` of the largest coordinate about the
+    origin: what float32 rounding scales with.
     """
     rows, count, extent = len(pose), 0, max(half[0], half[1], half[2])
     row, length = np.empty(rows, np.int64), np.empty(rows, np.float32)
     first, direction = np.empty((rows, 3), np.float32), np.empty((rows, 3), np.float32)
     here, step = np.empty(3), np.empty(3)
-    c, s = 1.0, 0.0
+    last, c, s = -1, 1.0, 0.0
     for r in range(rows):
+        if not asked[r]:
+            continue
         x, y, z, yaw = frame[pose[r]]
-        if r == 0 or pose[r] != pose[r - 1]:
-            c, s = np.cos(yaw), np.sin(yaw)
+        if pose[r] != last:
+            last, c, s = pose[r], np.cos(yaw), np.sin(yaw)
         _turn_back(start[r, 0] - x, start[r, 1] - y, start[r, 2] - z, c, s, here)
         _turn_back(end[r, 0] - start[r, 0], end[r, 1] - start[r, 1], end[r, 2] - start[r, 2], c, s, step)
         largest, square = extent, 0.0
