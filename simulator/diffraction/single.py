@@ -16,7 +16,6 @@ an image stands about its edge is worked out once, however many pairs it is part
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -34,14 +33,12 @@ from simulator.images.image_pairs import Pairs, matches
 from simulator.images.image_tree import EdgeImages, images_lighting_edges
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
-from simulator.world.candidates import Candidates, concatenated
+from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
-
-PAIRED_AT_ONCE = 2**15  # images of the speaker: what is kept in memory of their pairs, however long the walk is
 
 
 @dataclass(frozen=True)
@@ -132,13 +129,8 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     Args:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
-    return concatenated([_over_edges(search, pairs, loudest) for pairs in _edge_pairs(search)])
-
-
-def _over_edges(search: Search, pairs: EdgePairs, loudest: Floats) -> Candidates:
-    """The same of some pairs, among which are all of their poses."""
     audible = search.audible
-    pairs, part, bound = _contributions(search, pairs)
+    pairs, part, bound = _contributions(search, _edge_pairs(search))
     wedge, at, strongest = pairs.wedge, (pairs.pose, pairs.mic), loudest.copy()
     np.maximum.at(strongest, at, bound)
     kept = audible(bound, strongest[at])
@@ -197,40 +189,24 @@ def _turns(search: Search, pairs: EdgePairs, part: Ints) -> Turns:
     return Turns(pairs.images(), point[:, None], number[:, None])
 
 
-def _edge_pairs(search: Search) -> Iterator[EdgePairs]:
-    """Images of the speaker with those of a microphone at the same pose and edge, within order and range, by pose.
+def _edge_pairs(search: Search) -> EdgePairs:
+    """Images of the speaker with those of a microphone at the same pose and edge, within order and range.
 
     What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
     """
-    wedges, tracing = search.tracing.world.wedges, search.tracing
-    lit = _sights(search, tracing.source_m)
-    received = [_sights(search, tracing.mics_m[:, mic]) for mic in range(2)]
-    for mic, sights in enumerate(received):
-        mirror = wedges.mirror[sights.images.wedge]
-        received[mic] = sights[np.flatnonzero((mirror < 0) | (sights.last != mirror))]
-    poses = max(1, PAIRED_AT_ONCE * len(tracing.pose) // max(len(lit), 1))
-    for first in range(0, len(tracing.pose), poses):
-        some = [_of_poses(sights, first, first + poses) for sights in (lit, *received)]
-        yield _joined([_pairs(search, some[0], sights, mic) for mic, sights in enumerate(some[1:])])
-
-
-def _of_poses(sights: EdgeSights, first: int, end: int) -> EdgeSights:
-    """Those at poses from `first` on, `end` left out."""
-    return sights[slice(*np.searchsorted(sights.images.pose, (first, end)))]
-
-
-def _pairs(search: Search, lit: EdgeSights, received: EdgeSights, mic: int) -> EdgePairs:
-    """Pairs over an edge that may be met."""
-    key, other = (each.images.pose * len(search.tracing.world.wedges) + each.images.wedge for each in (lit, received))
-    left, right = matches(key, lit.images.order, other, received.images.order, search.max_order - 1)
-    return _kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic)))
-
-
-def _joined(parts: list[EdgePairs]) -> EdgePairs:
-    """Pairs of the same images of the speaker with those of either microphone."""
+    wedges, mirrors = search.tracing.world.wedges, search.max_order - 1
+    lit = _sights(search, search.tracing.source_m)
+    parts = []
+    for mic in range(2):
+        received = _sights(search, search.tracing.mics_m[:, mic])
+        mirror = wedges.mirror[received.images.wedge]
+        received = received[np.flatnonzero((mirror < 0) | (received.last != mirror))]
+        key, other = (each.images.pose * len(wedges) + each.images.wedge for each in (lit, received))
+        left, right = matches(key, lit.images.order, other, received.images.order, mirrors)
+        parts.append(_kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic))))
     after = EdgeSights.joined([part.after for part in parts])
     left, right, mics = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic"))
-    return EdgePairs(parts[0].before, after, left, right + mics * len(parts[0].after), mics)
+    return EdgePairs(lit, after, left, right + mics * len(parts[0].after), mics)
 
 
 def _sights(search: Search, point_m: Floats) -> EdgeSights:
