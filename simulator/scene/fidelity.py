@@ -16,7 +16,7 @@ MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     "standard": {
-        "max_order": 3, "mirror_m2": 0.03, "mechanisms": MECHANISMS, "motion_degree": 3,
+        "max_order": 3, "mirror_m2": 0.01, "mechanisms": MECHANISMS, "motion_degree": 3,
         "band_points": 10, "tolerance_db": 1.0, "facet_m": 0.04,
     },
     "reference": {
@@ -47,7 +47,7 @@ class Fidelity:
             thin panel may meet more edges: `edge_order`.
         mirror_m2: least area of the mirrors in paths of three reflections and more, and of a face of the edge in such
             paths. A Fresnel zone has 0.05 m2 at 1.5 m, 0.18 m2 at 7 m. Above 0.1 m2, echoes between the small faces of
-            a wall with bays are lost, above 0.03 m2 those of some bins.
+            a wall with bays are lost, above 0.03 m2 those of some bins, above 0.01 m2 those of a dumpster's sleeves.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
@@ -150,7 +150,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_share_db": max(20.0 * np.log10(min(tolerance_db, 1.0) / 8.7) - BELOW_STRONGEST_DB, -60.0),
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
-        "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.03,
+        "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.01,
         "facet_m": 0.012 if fine else 0.018 if tolerance_db < 1.0 else 0.03,  # 40 mm: 2.1 dB behind a post
     }
 
