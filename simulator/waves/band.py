@@ -9,6 +9,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Complexes, Floats
+from obstaclewatch.support.compiled import compiled
 
 LOW_HZ, HIGH_HZ = 15_000.0, 25_000.0
 
@@ -30,7 +31,19 @@ def to_hz(unit: ArrayLike) -> Floats:
 
 def coefficients(values: Complexes) -> Complexes:
     """(P, K) values at the nodes to (P, K) Chebyshev coefficients, exact at the nodes."""
-    return values @ _fit(values.shape[-1])
+    return _times(np.ascontiguousarray(values, dtype=np.complex128), _fit(values.shape[-1]))
+
+
+@compiled
+def _times(values: Complexes, matrix: Floats) -> Complexes:
+    """(P, J) product: a library would call other threads for it, whose waiting costs more than the product."""
+    product = np.zeros((values.shape[0], matrix.shape[1]), dtype=np.complex128)
+    for p in range(len(values)):
+        for k in range(values.shape[1]):
+            value = values[p, k]
+            for j in range(matrix.shape[1]):
+                product[p, j] += value * matrix[k, j]
+    return product
 
 
 @lru_cache
