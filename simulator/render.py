@@ -224,10 +224,12 @@ def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int, fi
     if paths.phone.structure_borne is not None:
         sounds.append(_structure_borne(paths.phone.structure_borne, start, beep.duration_s, paths.band_gain.shape[1]))
     end = max(first_s + count * beep.period_s, *(sound.end_s(beep.duration_s) for sound in sounds))
-    total = np.zeros((2, int(np.ceil(end * rate)) + 1), dtype=np.complex128)
+    total = np.zeros((2, 2, int(np.ceil(end * rate)) + 1))
     for sound in sounds:
         add_sounds(total, rate, table, sound)
-    return total
+    envelope = np.empty((2, total.shape[2]), dtype=np.complex128)
+    envelope.real, envelope.imag = total[:, 0], total[:, 1]
+    return envelope
 
 
 def _structure_borne(sound: StructureBorne, start_s: Floats, duration_s: float, terms: int) -> Sounds:

@@ -38,6 +38,14 @@ inlined: _Decorator = numba.njit(cache=True, error_model="numpy", inline="always
 A function of its own is typed, optimised and stored before its callers, and optimised once more within each.
 """
 
+fused: _Decorator = numba.njit(cache=True, error_model="numpy", fastmath={"contract"}, **WITHOUT_C)
+"""`compiled`, but a product and a sum may be one instruction, rounded once: a third of the time of long formulas."""
+
+fused_inline: _Decorator = numba.njit(
+    cache=True, error_model="numpy", fastmath={"contract"}, inline="always", **WITHOUT_C
+)
+"""`inlined` into `fused` functions."""
+
 
 class _RareCollections(event.TimingListener):
     """Asks Python to collect garbage rarely while something is compiled, and as before afterwards."""

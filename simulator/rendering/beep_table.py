@@ -28,6 +28,8 @@ MOST_STEPS = 64  # 1.5 MHz, for beeps of 1 ms
 QUIET_S = 1.2  # of silence in the circle of the Fourier transform; what a galaxy-s5's speaker rings past it: 4e-7
 KEPT = 8  # tables, 0.2 MB each for the paper's beep
 FINE = 2  # samples a node in that transform
+GROUP = 5  # terms that are weighted and added at a time
+LINE = 16  # numbers in a line of the cache: rows that begin within one take half as long again to read
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class BeepTable:
     """Cubic splines of K filtered beeps, chirp taken out.
 
     Attributes:
-        splines: (K, 2, n) float32 coefficients at the nodes, real and imaginary part.
+        splines: (G, 2, GROUP, n) float32 coefficients at the nodes, real and imaginary part; 0 past the K-th.
         lead: number of the node at the beep's first instant.
         steps: nodes a sample of the envelopes that are summed.
         duration_s: of the beep.
@@ -73,12 +75,23 @@ def _kept(beep: BeepDesign, response_hz: bytes, response_db: bytes, terms: int, 
         error = np.abs(_halfway(splines) - between[:, 1:-2])[:, LEAD:-LEAD].max() / np.abs(nodes[0]).max()
         if error < TOLERANCE:
             chirp = beep.duration_s, beep.start_hz, beep.chirp_rate_hz_s
-            table = splines.astype(np.float32)
-            table.flags.writeable = False
-            return BeepTable(table, lead, steps, *chirp)
+            return BeepTable(_laid_out(splines), lead, steps, *chirp)
         if steps == MOST_STEPS:
             raise ValueError(f"the beep must last about 1 ms or more, got {beep.duration_s} s")
         steps *= 2
+
+
+def _laid_out(splines: Floats) -> Singles:
+    """(G, 2, GROUP, n) single precision of (K, 2, n), filled up with zeros, each row from the start of a line."""
+    terms, _, nodes = splines.shape
+    shape = -(-terms // GROUP), 2, GROUP, -(-nodes // LINE) * LINE
+    room = np.zeros(np.prod(shape) + LINE, dtype=np.float32)
+    first = -room.ctypes.data // room.itemsize % LINE
+    table = room[first : first + np.prod(shape)].reshape(shape)
+    for k in range(terms):
+        table[k // GROUP, :, k % GROUP, :nodes] = splines[k]
+    table.flags.writeable = False
+    return table
 
 
 def _filtered_beeps(

@@ -1,9 +1,10 @@
 """The sum of all paths: each one's beep at its retarded times.
 
 Time runs over the samples of the sum. A path's beep is emitted at t - travel(t); its spline is read there, rotated by
-the chirp's phase there, and scaled. Phases and times are double precision; once they are within one cycle and one node,
-single precision is enough: 1e-7 of a path's peak. Every loop runs over contiguous samples, so that it is compiled to
-vector instructions. Nothing is summed in an order that a compiler may choose.
+the chirp's phase there, and scaled. A few dozen samples at a time share a Taylor expansion about their middle: there
+phases and times are double precision. From there on they are within a few cycles and nodes, and single precision is
+enough: 1e-7 of a path's peak. Every loop runs over contiguous samples, so that it is compiled to vector instructions.
+Nothing is summed in an order that a compiler may choose.
 """
 
 from __future__ import annotations
@@ -15,15 +16,18 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled import fused, fused_inline
 from simulator.field.motion import Motion
-from simulator.rendering.beep_table import SKIRT_S, BeepTable
+from simulator.rendering.beep_table import GROUP, SKIRT_S, BeepTable
 from simulator.waves.band import REFERENCE_HZ
 
 NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left out
-BLOCK = 64  # samples that fill whole vectors
-COMPARED = 16
-ONE, HALF, SIXTH, TWO_THIRDS = (np.float32(value) for value in (1.0, 1 / 2, 1 / 6, 2 / 3))
+BLOCK = 64  # samples that share an expansion, at most
+VECTOR = 16
+DRIFT = 0.2  # nodes by which splines may be read past a node: 1.5e-7 of a galaxy-s5's peak
+TURN = 0.1  # cycles of a chirp about its tangent, which single precision has to 1e-8
+PARTS = 4096.0  # of a cycle: multiples are exact in single precision
+ZERO, ONE, TWO, HALF, SIXTH, TWO_THIRDS = (np.float32(value) for value in (0.0, 1.0, 2.0, 1 / 2, 1 / 6, 2 / 3))
 
 
 @dataclass(frozen=True)
@@ -56,19 +60,17 @@ class Sounds:
         return float((self.motion.middle_s + self.reach_s(duration_s)).max(initial=0.0))
 
 
-def add_sounds(total: Complexes, rate_hz: float, table: BeepTable, sounds: Sounds) -> None:
-    """Add the envelopes about 20 kHz of sounds to a sum (2, n), row by row."""
+def add_sounds(total: Floats, rate_hz: float, table: BeepTable, sounds: Sounds) -> None:
+    """Add the envelopes about 20 kHz of sounds to a sum (2, 2, n) of real and imaginary parts, row by row."""
     motion = sounds.motion
     powers = _to_powers(motion.delay_s.shape[1])
     reach = sounds.reach_s(table.duration_s)
     first = np.maximum(np.ceil((motion.middle_s - reach) * rate_hz), 0.0).astype(np.int64)
-    last = np.minimum((motion.middle_s + reach) * rate_hz, total.shape[1] - 1).astype(np.int64)
+    last = np.minimum((motion.middle_s + reach) * rate_hz, total.shape[2] - 1).astype(np.int64)
     strength = motion.strength * sounds.center_delay_s[:, None]
-    size = np.abs(sounds.weight)
-    weight = np.where(size > NEGLIGIBLE * size.max(axis=1, keepdims=True), sounds.weight, 0.0)
     _add(
         total, rate_hz, table.splines, table.lead, table.steps, table.duration_s, table.start_hz,
-        0.5 * table.slope_hz_s, sounds.start_s, sounds.mic, weight, first, last + 1, motion.middle_s,
+        0.5 * table.slope_hz_s, sounds.start_s, sounds.mic, sounds.weight, first, last + 1, motion.middle_s,
         1.0 / motion.half_width_s, motion.delay_s @ powers, strength @ powers,
     )  # fmt: skip
 
@@ -79,157 +81,192 @@ def _to_powers(terms: int) -> Floats:
     return np.array([np.pad(row, (0, terms - len(row))) for row in rows])
 
 
-@compiled
+@fused
 def _add(
     total, rate, splines, lead, steps, duration, start_hz, half_slope, start, mic, weight, first, end, middle, scale,
     delay, strength,
 ):  # fmt: skip
-    """Every row in turn, in buffers as long as the longest."""
-    longest = 0
+    """Every row in turn, block by block."""
+    margin = BLOCK * steps
+    beep, spread = np.zeros((2, splines.shape[3] + 2 * margin), np.float32), np.zeros((2, 4, BLOCK), np.float32)
+    filtered = beep[:, margin : margin + splines.shape[3]]
+    ramp, grouped = np.empty(2 * BLOCK, np.float32), np.zeros((len(splines), 2, GROUP), np.float32)
+    for i in range(2 * BLOCK):
+        ramp[i] = np.float32(i - BLOCK)
     for p in range(len(start)):
-        longest = max(longest, end[p] - first[p])
-    x, travel, level = np.empty(longest), np.empty(longest), np.empty(longest)
-    shift, part = np.empty(longest, np.int32), np.zeros((5, longest + BLOCK), np.float32)
-    beep = np.zeros((2, splines.shape[2] + steps * BLOCK), np.float32)
-    for p in range(len(start)):
-        count = end[p] - first[p]
-        for i in range(count):
-            x[i] = ((first[p] + i) / rate - middle[p]) * scale
-        _polynomial(delay[p], x[:count], travel)
-        _polynomial(strength[p], x[:count], level)
-        begin, past = _arrival(travel, first[p], end[p], start[p], rate, duration)
-        kept = slice(begin - first[p], past - first[p])
-        _places(
-            travel[kept], level[kept], begin, rate, start[p], duration, start_hz, half_slope, lead, steps, shift, part
-        )
-        _filter(splines, weight[p], beep)
-        _read(beep, steps, shift[: past - begin], part)
-        _rotate(total[mic[p], begin:past], part)
+        for g in range(_group(weight[p], grouped)):
+            _weigh(filtered[0], filtered[1], grouped[g, 0], grouped[g, 1], splines[g, 0], splines[g, 1], g == 0)
+        begin, past = _arrival(delay[p], middle[p], scale, first[p], end[p], start[p], rate, duration)
+        size = _block(delay[p], steps * scale, half_slope / rate**2)
+        for i in range(begin, past, size):
+            k = min(i + size, past)
+            half = (k - i) // 2
+            time = (i + half) / rate
+            x = (time - middle[p]) * scale
+            travel, way = _taylor(delay[p], x, scale / rate), _taylor(strength[p], x, scale / rate)
+            emitted = time - start[p] - travel[0]
+            if -SKIRT_S <= emitted <= duration + SKIRT_S:  # else it runs off on its way
+                node, place = _place(emitted, travel, rate * steps, lead + margin)
+                _read(
+                    total[mic[p], 0, i:k], total[mic[p], 1, i:k], beep, node - 1 - steps * half, steps, spread,
+                    ramp[BLOCK - half :], place, _phase(emitted, travel, time, rate, start_hz, half_slope),
+                    _level(way, travel),
+                )  # fmt: skip
 
 
-@compiled
-def _polynomial(power, x, value):
-    """Horner's scheme, one power after another over all samples."""
+@fused
+def _group(weight, grouped):
+    """Fill in real and imaginary parts of the weights that count, `GROUP` by `GROUP`, and say how many groups do."""
+    most, last = 0.0, 0
+    for k in range(len(weight)):
+        most = max(most, weight[k].real ** 2 + weight[k].imag ** 2)
+    for k in range(len(weight)):
+        kept = weight[k].real ** 2 + weight[k].imag ** 2 > NEGLIGIBLE * NEGLIGIBLE * most
+        grouped[k // GROUP, 0, k % GROUP] = np.float32(weight[k].real if kept else 0.0)
+        grouped[k // GROUP, 1, k % GROUP] = np.float32(weight[k].imag if kept else 0.0)
+        last = k if kept else last
+    return last // GROUP + 1
+
+
+@fused
+def _weigh(x, y, real, imag, a, b, alone):
+    """Add five rows a + j b times five complex weights to x + j y, or put them there: what is read takes the time."""
+    r0, r1, r2, r3, r4 = real[0], real[1], real[2], real[3], real[4]
+    i0, i1, i2, i3, i4 = imag[0], imag[1], imag[2], imag[3], imag[4]
+    a0, a1, a2, a3, a4 = a[0], a[1], a[2], a[3], a[4]
+    b0, b1, b2, b3, b4 = b[0], b[1], b[2], b[3], b[4]
+    kept = ZERO if alone else ONE
     for i in range(len(x)):
-        value[i] = power[-1]
-    for k in range(len(power) - 2, -1, -1):
-        constant = power[k]
-        for i in range(len(x)):
-            value[i] = value[i] * x[i] + constant
+        x[i] = kept * x[i] + (
+            r0 * a0[i] - i0 * b0[i] + (r1 * a1[i] - i1 * b1[i]) + (r2 * a2[i] - i2 * b2[i])
+            + (r3 * a3[i] - i3 * b3[i]) + (r4 * a4[i] - i4 * b4[i])
+        )  # fmt: skip
+        y[i] = kept * y[i] + (
+            r0 * b0[i] + i0 * a0[i] + (r1 * b1[i] + i1 * a1[i]) + (r2 * b2[i] + i2 * a2[i])
+            + (r3 * b3[i] + i3 * a3[i]) + (r4 * b4[i] + i4 * a4[i])
+        )  # fmt: skip
 
 
-@inlined
-def _arrival(travel, first, end, start, rate, duration):
+@fused_inline
+def _arrival(delay, middle, scale, first, end, start, rate, duration):
     """First sample at which the beep or its skirt arrives, and the first past it."""
     begin, past = first, end
-    while begin < past and begin / rate - travel[begin - first] - start < -SKIRT_S:
+    while begin < past and _emission(delay, middle, scale, begin / rate) - start < -SKIRT_S:
         begin += 1
-    while begin < past and (past - 1) / rate - travel[past - 1 - first] - start > duration + SKIRT_S:
+    while begin < past and _emission(delay, middle, scale, (past - 1) / rate) - start > duration + SKIRT_S:
         past -= 1
     return begin, past
 
 
-@inlined
-def _places(travel, level, begin, rate, start, duration, start_hz, half_slope, lead, steps, shift, part):
-    """Node less the sample's number, way to the next node, phase in cycles, and level of every sample.
+@fused
+def _emission(delay, middle, scale, time):
+    """When what arrives at an instant was emitted."""
+    x, travel = (time - middle) * scale, 0.0
+    for k in range(len(delay) - 1, -1, -1):
+        travel = travel * x + delay[k]
+    return time - travel
 
-    What was emitted outside the beep and its skirts is taken at their ends: the table has no more.
+
+@fused_inline
+def _block(delay, scale, bend):
+    """How many samples are expanded about their middle: multiples of a vector's, but where that is too many.
+
+    On their way to either end, splines drift from node to node by `DRIFT` at most, and the chirp turns by `TURN`.
     """
-    for i in range(len(travel)):
-        time = (begin + i) / rate
-        emitted = min(max(time - travel[i] - start, -SKIRT_S), duration + SKIRT_S)
-        place = emitted * (steps * rate) + lead
-        cycles = (start_hz + half_slope * emitted) * emitted - REFERENCE_HZ * time
-        node = np.floor(place)
-        shift[i] = np.int32(node) - steps * i
-        part[0, i] = np.float32(place - node)
-        part[3, i] = np.float32(cycles - np.rint(cycles))
-        part[4, i] = np.float32(level[i] / travel[i])
+    drift = 1e-9
+    for k in range(1, len(delay)):
+        drift += abs(k * delay[k] * scale)
+    size = int(min(2.0 * DRIFT / drift, 2.0 * np.sqrt(TURN / abs(bend)), BLOCK))
+    return max(size - size % VECTOR if size > VECTOR else size, 1)
 
 
-@inlined
-def _filter(splines, weight, beep):
-    """One beep through one gain."""
-    for i in range(beep.shape[1]):
-        beep[0, i] = beep[1, i] = np.float32(0.0)
-    for k in range(len(weight)):
-        if weight[k] != 0.0:
-            a, b = np.float32(weight[k].real), np.float32(weight[k].imag)
-            for i in range(splines.shape[2]):
-                beep[0, i] += a * splines[k, 0, i] - b * splines[k, 1, i]
-                beep[1, i] += a * splines[k, 1, i] + b * splines[k, 0, i]
+@fused
+def _taylor(power, x, step):
+    """A polynomial about x: coefficients of the powers of steps, as far as the third."""
+    a = b = c = d = 0.0
+    for k in range(len(power) - 1, -1, -1):
+        d = d * x + c
+        c = c * x + b
+        b = b * x + a
+        a = a * x + power[k]
+    return a, b * step, c * step * step, d * step * step * step
 
 
-@inlined
-def _read(beep, steps, shift, part):
-    """Spline values in rows 1 and 2 from places in row 0, over runs of samples that meet one node after another.
+@fused_inline
+def _place(emitted, travel, nodes, lead):
+    """The node before the middle of a block, and the way from there to where its samples are read, a node a sample."""
+    place = emitted * nodes + lead
+    node = int(np.floor(place))
+    way = np.float32(place - node), np.float32(-travel[1] * nodes)
+    return node, (*way, np.float32(-travel[2] * nodes), np.float32(-travel[3] * nodes))
 
-    What a run writes past its end, to fill its last vector, the next one mends.
+
+@fused_inline
+def _phase(emitted, travel, time, rate, start_hz, half_slope):
+    """The phase over the samples of a block, cycles: whole `PARTS` of a cycle, and what is left."""
+    frequency, pace = start_hz + 2.0 * half_slope * emitted, 1.0 / rate - travel[1]
+    cycles = (start_hz + half_slope * emitted) * emitted - REFERENCE_HZ * time
+    slope = frequency * pace - REFERENCE_HZ / rate
+    cycles, slope = cycles - np.rint(cycles), slope - np.rint(slope)
+    parts, rise = np.rint(cycles * PARTS) / PARTS, np.rint(slope * PARTS) / PARTS
+    bend = half_slope * pace * pace - frequency * travel[2]
+    twist = -frequency * travel[3] - 2.0 * half_slope * pace * travel[2]
+    left = np.float32(cycles - parts), np.float32(slope - rise), np.float32(bend), np.float32(twist)
+    return np.float32(parts), np.float32(rise), left
+
+
+@fused_inline
+def _level(way, travel):
+    """Strength over travel time, over the samples of a block."""
+    inverse = 1.0 / travel[0]
+    a = way[0] * inverse
+    b = (way[1] - a * travel[1]) * inverse
+    c = (way[2] - a * travel[2] - b * travel[1]) * inverse
+    d = (way[3] - a * travel[3] - b * travel[2] - c * travel[1]) * inverse
+    return np.float32(a), np.float32(b), np.float32(c), np.float32(d)
+
+
+SINE = np.array([(-1) ** k * np.pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(6)], np.float32)
+COSINE = np.array([(-1) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in range(7)], np.float32)
+"""Taylor series of the sine and cosine of half an angle in cycles: below 6e-8 from -1/2 to 1/2."""
+
+
+@fused_inline
+def _read(total_x, total_y, beep, first, steps, spread, ramp, place, phase, level):
+    """Add the samples of one block: spline values, rotated by their phases and scaled.
+
+    Cubic B-splines about u between the second node and the third: (1 - u)^3 / 6, 2/3 - u^2 + u^3 / 2, and their mirror
+    images. The rotation is that by half the phase, twice.
     """
-    begin = 0
-    while begin < len(shift):
-        end = _run_end(shift, begin)
-        first, filled = shift[begin] + steps * begin - 1, begin + BLOCK * ((end - begin - 1) // BLOCK + 1)
-        for k in (0, 1):
-            _spline(beep[k, first:], steps, part[0, begin:filled], part[1 + k, begin:filled])
-        begin = end
-
-
-@inlined
-def _run_end(shift, begin):
-    """Where a run of equal numbers ends, some of them compared at once."""
-    end = begin + 1
-    while end + COMPARED <= len(shift):
-        others = 0
-        for i in range(end, end + COMPARED):
-            others += shift[i] != shift[begin]
-        if others > 0:
-            break
-        end += COMPARED
-    while end < len(shift) and shift[end] == shift[begin]:
-        end += 1
-    return end
-
-
-@inlined
-def _spline(coefficient, steps, place, value):
-    """(n,) values of a cubic spline; a loop over neighbouring coefficients is compiled to vector instructions."""
+    (u0, u1, u2, u3), (parts, rise, (p0, p1, p2, p3)), (l0, l1, l2, l3) = place, phase, level
     if steps == 1:
-        for i in range(len(place)):
-            value[i] = _cubic(place[i], coefficient[i], coefficient[i + 1], coefficient[i + 2], coefficient[i + 3])
-        return
-    for i in range(len(place)):
-        near = coefficient[steps * i : steps * i + 4]
-        value[i] = _cubic(place[i], near[0], near[1], near[2], near[3])
-
-
-@compiled
-def _cubic(u, a, b, c, d):
-    """Cubic B-splines about u between b and c: (1 - u)^3 / 6, 2/3 - u^2 + u^3 / 2, and their mirror images."""
-    v = ONE - u
-    return (
-        SIXTH * (v * v * v * a + u * u * u * d)
-        + (TWO_THIRDS - u * u * (ONE - HALF * u)) * b
-        + (TWO_THIRDS - v * v * (ONE - HALF * v)) * c
-    )
-
-
-_SINE = np.array([(-1) ** k * np.pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)], np.float32)
-_COSINE = np.array([(-1) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in range(8)], np.float32)
-"""Taylor series of the sine and cosine of half an angle in cycles: below 1e-9 from -1/2 to 1/2."""
-
-
-@inlined
-def _rotate(total, part):
-    """Add values, rotated by their phases and scaled; the rotation is that by half the phase, twice."""
-    for i in range(len(total)):
-        x = part[3, i]
-        y = x * x
-        s, c = _SINE[6], _COSINE[7]
-        for k in range(5, -1, -1):
-            s = s * y + _SINE[k]
-        for k in range(6, -1, -1):
-            c = c * y + _COSINE[k]
-        s *= x
-        real, imag = part[4, i] * (c * c - s * s), part[4, i] * (np.float32(2.0) * c * s)
-        total[i] += complex(part[1, i] * real - part[2, i] * imag, part[1, i] * imag + part[2, i] * real)
+        x0, x1, x2, x3 = beep[0, first:], beep[0, first + 1 :], beep[0, first + 2 :], beep[0, first + 3 :]
+        y0, y1, y2, y3 = beep[1, first:], beep[1, first + 1 :], beep[1, first + 2 :], beep[1, first + 3 :]
+    else:
+        for c in range(2):
+            for k in range(4):
+                for i in range(len(total_x)):
+                    spread[c, k, i] = beep[c, first + k + steps * i]
+        x0, x1, x2, x3 = spread[0, 0], spread[0, 1], spread[0, 2], spread[0, 3]
+        y0, y1, y2, y3 = spread[1, 0], spread[1, 1], spread[1, 2], spread[1, 3]
+    for i in range(len(total_x)):
+        j = ramp[i]
+        u = u0 + j * (u1 + j * (u2 + j * u3))
+        v = ONE - u
+        a, d = SIXTH * (v * v * v), SIXTH * (u * u * u)
+        b = TWO_THIRDS - u * u * (ONE - HALF * u)
+        c = ONE - a - b - d
+        real = a * x0[i] + b * x1[i] + c * x2[i] + d * x3[i]
+        imag = a * y0[i] + b * y1[i] + c * y2[i] + d * y3[i]
+        turn = parts + rise * j
+        turn = turn - np.rint(turn) + (p0 + j * (p1 + j * (p2 + j * p3)))
+        turn -= np.rint(turn)
+        z = turn * turn
+        s = SINE[0] + z * (SINE[1] + z * (SINE[2] + z * (SINE[3] + z * (SINE[4] + z * SINE[5]))))
+        t = COSINE[3] + z * (COSINE[4] + z * (COSINE[5] + z * COSINE[6]))
+        t = COSINE[0] + z * (COSINE[1] + z * (COSINE[2] + z * t))
+        s *= turn
+        size = l0 + j * (l1 + j * (l2 + j * l3))
+        cosine, sine = size * (t * t - s * s), size * (TWO * s * t)
+        total_x[i] += real * cosine - imag * sine
+        total_y[i] += real * sine + imag * cosine
