@@ -12,6 +12,7 @@ import scipy.fft
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.support.arrays import Complexes, Singles
 from simulator.phone.phone import Phone
+from simulator.rendering.interpolation import between
 from simulator.waves.band import REFERENCE_HZ
 
 ENVELOPE_RATE_HZ = 24_000.0  # the beep's spectrum 12 kHz off its centre is below 1e-8 of its energy
@@ -35,13 +36,22 @@ def to_rate(envelope: Complexes, phone: Phone, beep: BeepDesign, count: int) -> 
 
 def lead_samples(beep: BeepDesign) -> int:
     """Samples of `ringing` before the first of the envelopes."""
-    return round(RING_S * beep.sample_rate_hz)
+    return _factor(beep) * _lead(beep)
+
+
+def _factor(beep: BeepDesign) -> int:
+    """Samples of the recording for each of the envelopes."""
+    return int(beep.sample_rate_hz // ENVELOPE_RATE_HZ)
+
+
+def _lead(beep: BeepDesign) -> int:
+    return round(RING_S * envelope_rate(beep))
 
 
 def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Singles:
     """(2, n) the same from `RING_S` before the envelopes to as long after them: microphones ring before and after.
 
-    The long transform is one of single precision: its rounding is 1e-7 of the loudest sound's level.
+    Their responses are applied at the envelopes' rate, and only then are the samples in between worked out.
     """
     rate = envelope_rate(beep)
     size = BINS * scipy.fft.next_fast_len(int(np.ceil((envelope.shape[1] + 2.0 * RING_S * rate) / BINS)))
@@ -50,10 +60,11 @@ def ringing(envelope: Complexes, phone: Phone, beep: BeepDesign) -> Singles:
     if carrier != REFERENCE_HZ * period:
         turn = REFERENCE_HZ / rate - carrier / size
         envelope = envelope * np.exp(2j * np.pi * turn * np.arange(envelope.shape[1]))
-    spectrum = scipy.fft.fftshift(scipy.fft.fft(envelope, n=size, axis=1), axes=1)
-    fine, bins = round(period * beep.sample_rate_hz), carrier - size // 2 + np.arange(size)
-    inside = slice(*np.searchsorted(bins, [1, fine // 2]))
-    level = np.stack([mic.response(bins[inside] / period) for mic in phone.mics]) * (0.5 * fine / size)
-    half = np.zeros((2, fine // 2 + 1), dtype=np.complex64)
-    half[:, bins[inside]] = spectrum[:, inside] * level
-    return np.roll(scipy.fft.irfft(half, n=fine, axis=1), lead_samples(beep), axis=1)
+    bins = np.arange(size)
+    bins += size * np.ceil((carrier - size // 2 - bins) / size).astype(np.int64)  # those within 12 kHz of 20 kHz
+    inside = (bins > 0) & (bins < 0.5 * beep.sample_rate_hz * period)
+    spectrum = np.roll(scipy.fft.fft(envelope, n=size, axis=1), carrier, axis=1)
+    for mic, row in zip(phone.mics, spectrum, strict=True):
+        row *= np.where(inside, mic.response(bins / period), 0.0)
+    received = scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)
+    return between(np.roll(received, _lead(beep), axis=1), rate, _factor(beep))
