@@ -7,7 +7,7 @@ few Chebyshev nodes of each beep and carried between them by polynomials; Dopple
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -19,7 +19,7 @@ from simulator.curved import stationary as curved
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import edge_points, point_slot
 from simulator.diffraction.wedge_coordinates import seen
-from simulator.field.unfolded_motion import is_unfolded, retarded, track_of
+from simulator.field.unfolded_motion import MICS, SPEAKER, Track, is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
@@ -29,8 +29,8 @@ from simulator.world.frames import rotated, wedges_out_of_rest
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
-RETARDATIONS = 5  # each gains a factor of closing speed over c; at 3 m/s 2e-14 s are left
-CALM_M_S = 6.0  # phone and obstacle together; what closes in faster takes more of them
+SETTLED_S = 7e-13  # of delay may be left: 1e-7 rad of 20 kHz
+LEAST_M_S = 0.1  # phone and obstacle together, however still they stand
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,14 @@ def motion_within(
     count = _retardations(tracing, walk, start, beep_s, speed_m_s)
     delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
     unfolded = is_unfolded(found)
+    if len(found):
+        first = (reception - (found.length_m / speed_m_s)[:, None]).min()
+        track = track_of(walk, phone_points, tracing.world.origin_m, first, reception.max())
+        tracing = replace(tracing, frames=replace(tracing.frames, carrier=track.carrier))
     for rows, follow in ((unfolded, _over_planes), (~unfolded, _over_curves)):
         if rows.any():
             among = found[rows], reception[rows]
-            delay[rows], amplitude[rows] = follow(tracing, walk, phone_points, *among, speed_m_s, count)
+            delay[rows], amplitude[rows] = follow(tracing, track, *among, speed_m_s, count)
     fit = np.linalg.inv(chebyshev.chebvander(node, degree)).T
     at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
     strength = amplitude * delay * speed_m_s / at_centre[:, None]
@@ -112,21 +116,17 @@ def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floa
 
 
 def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:
-    """How many settle the delays: as far at any speed as `RETARDATIONS` do at `CALM_M_S`."""
+    """How many settle the delays: each gains a factor of closing speed over c, from half a beep's motion on."""
     if not len(start_s):
-        return RETARDATIONS
-    closing = fastest_closing_m_s(tracing.world.obstacles, walk, start_s, beep_s)
-    calm = np.log(CALM_M_S / speed_m_s)
-    return int(np.ceil(RETARDATIONS * calm / np.log(max(closing, CALM_M_S) / speed_m_s)))
+        return 1
+    closing = max(fastest_closing_m_s(tracing.world.obstacles, walk, start_s, beep_s), LEAST_M_S) / speed_m_s
+    return int(np.ceil(np.log(SETTLED_S / (0.5 * beep_s * closing)) / np.log(closing)))
 
 
 def _over_planes(
-    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates, reception_s: Floats,
-    speed_m_s: float, count: int,
-) -> tuple[Floats, Floats]:  # fmt: skip
+    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
+) -> tuple[Floats, Floats]:
     """(C, M) travel time and amplitude of paths over planes and given points that arrive at (C, M) instants."""
-    emission = reception_s - (found.length_m / speed_m_s)[:, None]
-    track = track_of(walk, phone_points, tracing.world.origin_m, emission.min(), reception_s.max())
     length, before = retarded(tracing, track, found, reception_s, speed_m_s, count)
     point = np.broadcast_to((found.cell >= 0)[:, None], length.shape)
     amplitude = 1.0 / length
@@ -136,18 +136,16 @@ def _over_planes(
 
 
 def _over_curves(
-    tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates, reception_s: Floats,
-    speed_m_s: float, count: int,
-) -> tuple[Floats, Floats]:  # fmt: skip
+    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
+) -> tuple[Floats, Floats]:
     """(C, M) travel time and amplitude of paths over smooth surfaces and edges, whose points are searched anew."""
-    speaker, mics = phone_points
     found, reception = found[np.repeat(np.arange(len(found)), reception_s.shape[1])], reception_s.ravel()
-    receiver = _on_walk(walk, mics[found.mic], reception, tracing.world.origin_m)
+    receiver = track.at(MICS + 3 * found.mic, reception, 3)
     moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
     delay = moment.length_m() / speed_m_s
     for _ in range(count):
         emission = reception - delay
-        source = _on_walk(walk, np.broadcast_to(speaker, receiver.shape), emission, tracing.world.origin_m)
+        source = track.at(np.full(len(found), SPEAKER), emission, 3)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
         delay = moment.length_m() / speed_m_s
     amplitude = _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
@@ -172,13 +170,6 @@ def _point_spreading(part: Ints, before_m: Floats, after_m: Floats) -> Floats:
     """(R,) spreading over an edge's apex, or over one of its ends or a cell."""
     apex = 1.0 / np.sqrt(before_m * after_m * (before_m + after_m))
     return np.where(part == APEX, apex, 1.0 / (before_m * after_m))
-
-
-def _on_walk(walk: Walk, point_m: Floats, time_s: Floats, origin_m: Floats) -> Floats:
-    """(R, 3) points of the phone frame, one a row, where the walk has them at R instants."""
-    pose = walk.pose(time_s)
-    matrices = pose.rotation.as_matrix().reshape(-1, 3, 3)
-    return np.einsum("rij,rj->ri", np.broadcast_to(matrices, (len(pose), 3, 3)), point_m) + (pose.position_m - origin_m)
 
 
 def _solved(

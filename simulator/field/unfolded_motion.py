@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Walk
@@ -36,6 +36,17 @@ class Track:
 
     start_s: float
     pieces: Floats
+
+    def at(self, column: Ints, time_s: Floats, count: int) -> Floats:
+        """(R, count) neighbouring columns from the given (R,) on, each row at an instant."""
+        values = np.empty((len(time_s), count))
+        _read(self.start_s, self.pieces, column, time_s, values)
+        return values
+
+    def carrier(self, _pose: Ints, time_s: Floats) -> tuple[Floats, Floats]:
+        """(R, 3) and (R,) place and heading of the walker at instants."""
+        walker = self.at(np.full(len(time_s), WALKER), time_s, 4)
+        return walker[:, :3], walker[:, 3]
 
 
 def track_of(walk: Walk, phone_points: tuple[Floats, Floats], origin_m: Floats, first_s: float, last_s: float) -> Track:
@@ -85,7 +96,7 @@ def _follow(
     reception, along, order, mic, mirror, normal, offset, point, obstacle, first, moves, velocity, carried, start,
     pieces, speed, count,
 ):  # fmt: skip
-    """Every path at every instant; each retardation unfolds it anew."""
+    """Every path at every instant; where something moves, each retardation unfolds it anew."""
     length, before = np.empty(reception.shape), np.zeros(reception.shape)
     width = mirror.shape[1]
     images, planes, frame = np.zeros((width + 2, 3)), np.zeros((width, 4)), np.zeros(4)
@@ -97,20 +108,43 @@ def _follow(
         for m in range(reception.shape[1]):
             time, path = reception[c, m], along[c, -1]
             _on_track(start, pieces, MICS + 3 * mic[c], time, images[order[c] + 1])
+            if not moves[c]:
+                rest = _unfold_back(reflections, images)
+                for _ in range(count):
+                    _on_track(start, pieces, SPEAKER, time - path / speed, images[0])
+                    path = rest + _distance(images, 0, 1)
+                length[c, m], before[c, m] = path, path - rest
+                continue
             for k in range(width):
                 struck[k] = along[c, k] / speed
             for _ in range(count):
                 emitted = time - path / speed
                 _on_track(start, pieces, SPEAKER, emitted, images[0])
                 for k in range(order[c]):
-                    if moves[c]:
-                        _place(obstacle[c, k], emitted + struck[k], velocity, carried, start, pieces, frame)
+                    _place(obstacle[c, k], emitted + struck[k], velocity, carried, start, pieces, frame)
                     _unfold(reflections, k, frame, images, planes, fixed)
                 path = fixed[order[c]] + _distance(images, order[c], order[c] + 1)
-                if moves[c]:
-                    _strike(reflections[0], images, planes, fixed, speed, struck)
+                _strike(reflections[0], images, planes, fixed, speed, struck)
             length[c, m], before[c, m] = path, fixed[first[c] + 1]
     return length, before
+
+
+@inlined
+def _unfold_back(reflections, images):
+    """Fill in what the speaker sees of the receiver or the first given point, and return the path from there on."""
+    mirror, normal, offset, point, _ = reflections
+    rest = 0.0
+    for k in range(len(mirror) - 1, -1, -1):
+        here, there = images[k + 1], images[k + 2]
+        if mirror[k]:
+            twice = 2.0 * (there[0] * normal[k, 0] + there[1] * normal[k, 1] + there[2] * normal[k, 2] - offset[k])
+            for i in range(3):
+                here[i] = there[i] - twice * normal[k, i]
+        else:
+            for i in range(3):
+                here[i] = point[k, i]
+            rest += _distance(images, k + 1, k + 2)
+    return rest
 
 
 @inlined
@@ -167,6 +201,13 @@ def _place(obstacle, time, velocity, carried, start, pieces, frame):
         for i in range(3):
             frame[i] = time * velocity[obstacle, i]
         frame[3] = 0.0
+
+
+@compiled
+def _read(start, pieces, column, time, values):
+    """Fill in (R, n) columns at R instants."""
+    for r in range(len(time)):
+        _on_track(start, pieces, column[r], time[r], values[r])
 
 
 @compiled
