@@ -31,8 +31,8 @@ def _kernel(rate_hz: float, factor: int) -> Singles:
     """(factor, 2, TAPS) weights of real and imaginary parts, phase by phase; the first phase is that of a sample."""
     time = np.arange(factor)[:, None] / factor - np.arange(-BEFORE, TAPS - BEFORE)
     window = np.i0(BETA * np.sqrt(np.maximum(1.0 - (2.0 * time / TAPS) ** 2, 0.0))) / np.i0(BETA)
-    turned = np.sinc(time) * window * np.exp(2j * np.pi * REFERENCE_HZ / rate_hz * time)
-    return np.stack([turned.real, -turned.imag], axis=1).astype(np.float32)
+    weight = np.sinc(time) * window * np.exp(2j * np.pi * REFERENCE_HZ / rate_hz * time)
+    return np.stack([weight.real, -weight.imag], axis=1).astype(np.float32)
 
 
 @fused
