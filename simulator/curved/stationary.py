@@ -17,7 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.facet_bounds import beyond, may_mirror
-from simulator.surfaces.quadratic_triangles import dot, surface_around, with_curvature
+from simulator.surfaces.quadratic_triangles import dot, rounded, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 
@@ -105,6 +105,16 @@ def follow(
     ends = _ends_at_rest(frame, source_m, receiver_m)
     new_face, new_uv = _march(*_arrays(surface), surface.neighbor, *ends, face, uv)  # type: ignore[call-arg]
     return _complete(surface, frame, ends, np.arange(len(frame)), new_face, new_uv)
+
+
+def follow_point(
+    surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats, face: Ints, uv: Floats
+) -> tuple[Floats, Ints, Floats]:
+    """The (Q, 3) points, facets and places in them of `follow` alone."""
+    ends = _ends_at_rest(frame, source_m, receiver_m)
+    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, *ends, face, uv)  # type: ignore[call-arg]
+    point, _ = rounded(*_arrays(surface), new_face, new_uv)  # type: ignore[call-arg]
+    return out_of_rest(point, frame), new_face, new_uv
 
 
 def _ends_at_rest(frame: Floats, source_m: Floats, receiver_m: Floats) -> tuple[Floats, Floats]:

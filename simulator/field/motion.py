@@ -20,7 +20,7 @@ from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import edge_points, point_slot
 from simulator.diffraction.wedge_coordinates import seen
 from simulator.field.unfolded_motion import MICS, SPEAKER, Track, is_unfolded, retarded, track_of
-from simulator.images.given_planes import crossings_in_turn, images_in_turn
+from simulator.images.given_planes import Steps, crossings_in_turn, images_in_turn
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
@@ -30,6 +30,7 @@ from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 SETTLED_S = 7e-13  # of delay may be left: 1e-7 rad of 20 kHz
+BENT_S = 3e-10  # 1e-7 m of path
 LEAST_M_S = 0.1  # phone and obstacle together, however still they stand
 
 
@@ -93,12 +94,13 @@ def motion_within(
     reception = middle[:, None] + half * node
     count = _retardations(tracing, walk, start, beep_s, speed_m_s)
     delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
-    unfolded = is_unfolded(found)
+    unfolded, curve = is_unfolded(found), _meets_one_curve(tracing, found)
     if len(found):
         first = (reception - (found.length_m / speed_m_s)[:, None]).min()
         track = track_of(walk, phone_points, tracing.world.origin_m, first, reception.max())
         tracing = replace(tracing, frames=replace(tracing.frames, carrier=track.carrier))
-    for rows, follow in ((unfolded, _over_planes), (~unfolded, _over_curves)):
+    others = ~unfolded & ~curve
+    for rows, follow in ((unfolded, _over_planes), (curve, _over_a_curve), (others, _over_curves)):
         if rows.any():
             among = found[rows], reception[rows]
             delay[rows], amplitude[rows] = follow(tracing, track, *among, speed_m_s, count)
@@ -133,6 +135,73 @@ def _over_planes(
     part = np.broadcast_to(found.part[:, None], length.shape)[point]
     amplitude[point] = _point_spreading(part, before[point], (length - before)[point])
     return length / speed_m_s, amplitude
+
+
+def _meets_one_curve(tracing: Tracing, found: Candidates) -> Flags:
+    """(C,) whether a path meets one smooth surface and, besides, only mirrors that stand still."""
+    mirror = found.interaction == Interaction.SPECULAR
+    moves = np.append(tracing.frames.moves, False)[tracing.world.obstacle_of(found.sequence)]
+    curves = np.sum(found.interaction == Interaction.CURVED, axis=1)
+    met = np.any(mirror & moves, axis=1) | (found.edge >= 0) | (found.cell >= 0)
+    flags: Flags = (curves == 1) & ~met
+    return flags
+
+
+def _over_a_curve(
+    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
+) -> tuple[Floats, Floats]:
+    """`_over_curves` where one surface is met: delays settle by its point alone, and all else is worked out once."""
+    rows, reception = found[np.repeat(np.arange(len(found)), reception_s.shape[1])], reception_s.ravel()
+    receiver = track.at(MICS + 3 * rows.mic, reception, 3)
+    guess = Moment(rows.points_m, rows.normal, rows.curvature, rows.face.copy(), rows.uv.copy())
+    settled, ahead = _settled(tracing, track, rows, reception, receiver, speed_m_s, count - 1, guess)
+    source = track.at(np.full(len(rows), SPEAKER), reception - settled, 3)
+    moment = _solved(tracing, rows, source, receiver, (reception - settled)[:, None] + ahead, guess)
+    delay = (moment.length_m() / speed_m_s).reshape(reception_s.shape)
+    amplitude = _amplitude(tracing, rows, moment.points_m, moment.normal, moment.curvature).reshape(reception_s.shape)
+    bent = np.any(
+        np.abs(delay - settled.reshape(reception_s.shape)) > BENT_S, axis=1
+    )  # at a crossing that would run off
+    if bent.any():
+        among = found[bent], reception_s[bent]
+        delay[bent], amplitude[bent] = _over_curves(tracing, track, *among, speed_m_s, count)
+    return delay, amplitude
+
+
+def _settled(
+    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, receiver: Floats, speed_m_s: float,
+    count: int, guess: Moment,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """(R,) travel times over straight lines from the images of both ends to a surface, and (R, N) until it is struck.
+
+    The guess is left with the facets and the places in them that are struck.
+    """
+    every, place = np.arange(len(found)), np.argmax(found.interaction == Interaction.CURVED, axis=1)
+    normal, offset = _planes(tracing, found, np.zeros(found.sequence.shape))
+    early, late = _steps(found, place, place)
+    received = images_in_turn(receiver, normal, offset, late)[0]
+    delay, ahead = found.length_m / speed_m_s, guess.struck_s(np.zeros(len(found)), speed_m_s)
+    point, met = np.empty(receiver.shape), found.sequence[every, place]
+    for _ in range(count):
+        emission = reception_s - delay
+        lit = images_in_turn(track.at(np.full(len(found), SPEAKER), emission, 3), normal, offset, early)[-1]
+        for index, surface in enumerate(tracing.world.surfaces):
+            rows = np.flatnonzero(met == tracing.world.numbering.number(Interaction.CURVED, index))
+            at, struck = place[rows], emission[rows] + ahead[rows, place[rows]]
+            frame = tracing.frames.of(np.full(len(rows), surface.obstacle), found.pose[rows], struck)
+            known = guess.face[rows, at], guess.uv[rows, at]
+            hit = curved.follow_point(surface, frame, lit[rows], received[rows], *known)
+            point[rows], guess.face[rows, at], guess.uv[rows, at] = hit
+        before = norm(point - lit)
+        ahead[every, place], delay = before / speed_m_s, (before + norm(received - point)) / speed_m_s
+    return delay, ahead
+
+
+def _steps(found: Candidates, first: Ints, last: Ints) -> tuple[Steps, Steps]:
+    """The mirrors before the first turn (C,) of each path, and those behind the last, from the receiver on."""
+    width = found.sequence.shape[1]
+    early = [(k, first > k) for k in range(width)]
+    return early, [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
 
 
 def _over_curves(
@@ -183,8 +252,7 @@ def _solved(
     last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
     here, there = np.minimum(place, width - 1) + 1, np.minimum(last, width - 1) + 1
     normal, offset = _planes(tracing, found, struck_s)
-    early = [(k, place > k) for k in range(width)]
-    late = [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
+    early, late = _steps(found, place, last)
     lit, received = (images_in_turn(p, normal, offset, s) for p, s in ((source, early), (receiver, late)))
     points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source
