@@ -127,8 +127,9 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 
 def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
-    free, rows = np.ones(len(found), dtype=bool), np.flatnonzero(found.cell < 0)
-    free[rows] = segments_free(search.tracing, found[rows])
+    alone = found.cell < 0
+    free = ~alone
+    free[alone] = segments_free(search.tracing, found if alone.all() else found[alone])
     return free
 
 
@@ -175,8 +176,9 @@ def _first_of_twins(_search: Search, found: Candidates) -> Flags:
 
 def _equal_rows(columns: Ints) -> tuple[Ints, Ints]:
     """First row of each group of equal ones among (R, K), and (R,) the group of each row."""
-    order = np.lexsort(columns.T[::-1])
-    ordered = columns[order]
+    telling = columns[:, (columns != columns[:1]).any(axis=0)]  # sorting by a constant costs as much as by another
+    order = np.lexsort(telling.T[::-1]) if telling.size else np.arange(len(columns))
+    ordered = telling[order]
     new = np.ones(len(columns), dtype=bool)
     new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
     group = np.empty(len(columns), dtype=np.int64)

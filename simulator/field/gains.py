@@ -28,7 +28,10 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
     ray = ~(over | whole)
     mirrors = found if ray.all() else found[ray]
     amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
-    amplitude[ray] *= bending_phase(mirrors.curvature, 2.0 * np.pi * frequency_hz / air.sound_speed_m_s)
+    curved = np.flatnonzero((mirrors.interaction == Interaction.CURVED).any(axis=1))
+    if len(curved):
+        wavenumber = 2.0 * np.pi * frequency_hz / air.sound_speed_m_s
+        amplitude[np.flatnonzero(ray)[curved]] *= bending_phase(mirrors.curvature[curved], wavenumber)
     if over.any():
         amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
     if whole.any():
