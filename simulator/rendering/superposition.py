@@ -87,8 +87,12 @@ def _add(
     delay, strength,
 ):  # fmt: skip
     """Every row in turn, block by block."""
-    margin = BLOCK * steps
-    beep, spread = np.zeros((2, splines.shape[3] + 2 * margin), np.float32), np.zeros((2, 4, BLOCK), np.float32)
+    margin, longest = BLOCK * steps, 0
+    for p in range(len(start)):
+        longest = max(longest, end[p] - first[p])
+    values, node = np.empty((2, longest), np.float32), np.empty(longest, np.int64)
+    part = np.empty((longest, 14), np.float32)
+    beep = np.zeros((2, splines.shape[3] + 2 * margin), np.float32)
     filtered = beep[:, margin : margin + splines.shape[3]]
     ramp, grouped = np.empty(2 * BLOCK, np.float32), np.zeros((len(splines), 2, GROUP), np.float32)
     for i in range(2 * BLOCK):
@@ -98,20 +102,34 @@ def _add(
             _weigh(filtered[0], filtered[1], grouped[g, 0], grouped[g, 1], splines[g, 0], splines[g, 1], g == 0)
         begin, past = _arrival(delay[p], middle[p], scale, first[p], end[p], start[p], rate, duration)
         size = _block(delay[p], steps * scale, half_slope / rate**2)
-        for i in range(begin, past, size):
-            k = min(i + size, past)
-            half = (k - i) // 2
-            time = (i + half) / rate
+        blocks = (past - begin + size - 1) // size
+        for b in range(blocks):  # in a loop of its own, where one expansion need not wait for another
+            half = min(size, past - begin - b * size) // 2
+            time = (begin + b * size + half) / rate
             x = (time - middle[p]) * scale
             travel, way = _taylor(delay[p], x, scale / rate), _taylor(strength[p], x, scale / rate)
             emitted = time - start[p] - travel[0]
-            if -SKIRT_S <= emitted <= duration + SKIRT_S:  # else it runs off on its way
-                node, place = _place(emitted, travel, rate * steps, lead + margin)
-                _read(
-                    total[mic[p], 0, i:k], total[mic[p], 1, i:k], beep, node - 1 - steps * half, steps, spread,
-                    ramp[BLOCK - half :], place, _phase(emitted, travel, time, rate, start_hz, half_slope),
-                    _level(way, travel),
-                )  # fmt: skip
+            here = -SKIRT_S <= emitted <= duration + SKIRT_S  # else it runs off on its way
+            before = _place(emitted, travel, rate * steps, lead + margin, part[b, :4])
+            node[b] = before - 1 - steps * half if here else -1
+            _phase(emitted, travel, time, rate, start_hz, half_slope, part[b, 4:10])
+            _level(way, travel, part[b, 10:])
+        for b in range(blocks):
+            i, k = b * size, min((b + 1) * size, past - begin)
+            if node[b] >= 0:
+                nearby = ramp[BLOCK - (k - i) // 2 :]
+                _read(values[0, i:k], values[1, i:k], beep, node[b], steps, nearby, part[b])
+            else:
+                values[:, i:k] = ZERO
+        for c in range(2):
+            _add_to(total[mic[p], c, begin:past], values[c])
+
+
+@fused_inline
+def _add_to(total, values):
+    """Sums are double precision: single echoes are 60 dB under the direct sound."""
+    for i in range(len(total)):
+        total[i] += values[i]
 
 
 @fused
@@ -193,37 +211,37 @@ def _taylor(power, x, step):
 
 
 @fused_inline
-def _place(emitted, travel, nodes, lead):
-    """The node before the middle of a block, and the way from there to where its samples are read, a node a sample."""
+def _place(emitted, travel, nodes, lead, way):
+    """The node before the middle of a block; fill in how far past it its samples are read, each a node further on."""
     place = emitted * nodes + lead
     node = int(np.floor(place))
-    way = np.float32(place - node), np.float32(-travel[1] * nodes)
-    return node, (*way, np.float32(-travel[2] * nodes), np.float32(-travel[3] * nodes))
+    way[0] = place - node
+    way[1], way[2], way[3] = -travel[1] * nodes, -travel[2] * nodes, -travel[3] * nodes
+    return node
 
 
 @fused_inline
-def _phase(emitted, travel, time, rate, start_hz, half_slope):
-    """The phase over the samples of a block, cycles: whole `PARTS` of a cycle, and what is left."""
+def _phase(emitted, travel, time, rate, start_hz, half_slope, turn):
+    """Fill in the phase over the samples of a block, cycles: whole `PARTS` of a cycle, and what is left."""
     frequency, pace = start_hz + 2.0 * half_slope * emitted, 1.0 / rate - travel[1]
     cycles = (start_hz + half_slope * emitted) * emitted - REFERENCE_HZ * time
     slope = frequency * pace - REFERENCE_HZ / rate
     cycles, slope = cycles - np.rint(cycles), slope - np.rint(slope)
     parts, rise = np.rint(cycles * PARTS) / PARTS, np.rint(slope * PARTS) / PARTS
-    bend = half_slope * pace * pace - frequency * travel[2]
-    twist = -frequency * travel[3] - 2.0 * half_slope * pace * travel[2]
-    left = np.float32(cycles - parts), np.float32(slope - rise), np.float32(bend), np.float32(twist)
-    return np.float32(parts), np.float32(rise), left
+    turn[0], turn[1], turn[2], turn[3] = parts, rise, cycles - parts, slope - rise
+    turn[4] = half_slope * pace * pace - frequency * travel[2]
+    turn[5] = -frequency * travel[3] - 2.0 * half_slope * pace * travel[2]
 
 
 @fused_inline
-def _level(way, travel):
-    """Strength over travel time, over the samples of a block."""
+def _level(way, travel, level):
+    """Fill in strength over travel time, over the samples of a block."""
     inverse = 1.0 / travel[0]
     a = way[0] * inverse
     b = (way[1] - a * travel[1]) * inverse
     c = (way[2] - a * travel[2] - b * travel[1]) * inverse
     d = (way[3] - a * travel[3] - b * travel[2] - c * travel[1]) * inverse
-    return np.float32(a), np.float32(b), np.float32(c), np.float32(d)
+    level[0], level[1], level[2], level[3] = a, b, c, d
 
 
 SINE = np.array([(-1) ** k * np.pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(6)], np.float32)
@@ -232,41 +250,50 @@ COSINE = np.array([(-1) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in rang
 
 
 @fused_inline
-def _read(total_x, total_y, beep, first, steps, spread, ramp, place, phase, level):
-    """Add the samples of one block: spline values, rotated by their phases and scaled.
+def _read(x, y, beep, first, steps, ramp, part):
+    """Fill in the samples of one block; the loop over neighbouring nodes is compiled to vector instructions.
 
-    Cubic B-splines about u between the second node and the third: (1 - u)^3 / 6, 2/3 - u^2 + u^3 / 2, and their mirror
-    images. The rotation is that by half the phase, twice.
+    Args:
+        part: (14,) what `_place`, `_phase` and `_level` filled in.
     """
-    (u0, u1, u2, u3), (parts, rise, (p0, p1, p2, p3)), (l0, l1, l2, l3) = place, phase, level
+    real, imag = beep[0, first:], beep[1, first:]
+    place, turn = (part[0], part[1], part[2], part[3]), (part[4], part[5], part[6], part[7], part[8], part[9])
+    level = part[10], part[11], part[12], part[13]
     if steps == 1:
-        x0, x1, x2, x3 = beep[0, first:], beep[0, first + 1 :], beep[0, first + 2 :], beep[0, first + 3 :]
-        y0, y1, y2, y3 = beep[1, first:], beep[1, first + 1 :], beep[1, first + 2 :], beep[1, first + 3 :]
+        for i in range(len(x)):
+            a, b, c, d = _weights(ramp[i], place)
+            p = a * real[i] + b * real[i + 1] + c * real[i + 2] + d * real[i + 3]
+            q = a * imag[i] + b * imag[i + 1] + c * imag[i + 2] + d * imag[i + 3]
+            cosine, sine = _rotation(ramp[i], turn, level)
+            x[i], y[i] = p * cosine - q * sine, p * sine + q * cosine
     else:
-        for c in range(2):
-            for k in range(4):
-                for i in range(len(total_x)):
-                    spread[c, k, i] = beep[c, first + k + steps * i]
-        x0, x1, x2, x3 = spread[0, 0], spread[0, 1], spread[0, 2], spread[0, 3]
-        y0, y1, y2, y3 = spread[1, 0], spread[1, 1], spread[1, 2], spread[1, 3]
-    for i in range(len(total_x)):
-        j = ramp[i]
-        u = u0 + j * (u1 + j * (u2 + j * u3))
-        v = ONE - u
-        a, d = SIXTH * (v * v * v), SIXTH * (u * u * u)
-        b = TWO_THIRDS - u * u * (ONE - HALF * u)
-        c = ONE - a - b - d
-        real = a * x0[i] + b * x1[i] + c * x2[i] + d * x3[i]
-        imag = a * y0[i] + b * y1[i] + c * y2[i] + d * y3[i]
-        turn = parts + rise * j
-        turn = turn - np.rint(turn) + (p0 + j * (p1 + j * (p2 + j * p3)))
-        turn -= np.rint(turn)
-        z = turn * turn
-        s = SINE[0] + z * (SINE[1] + z * (SINE[2] + z * (SINE[3] + z * (SINE[4] + z * SINE[5]))))
-        t = COSINE[3] + z * (COSINE[4] + z * (COSINE[5] + z * COSINE[6]))
-        t = COSINE[0] + z * (COSINE[1] + z * (COSINE[2] + z * t))
-        s *= turn
-        size = l0 + j * (l1 + j * (l2 + j * l3))
-        cosine, sine = size * (t * t - s * s), size * (TWO * s * t)
-        total_x[i] += real * cosine - imag * sine
-        total_y[i] += real * sine + imag * cosine
+        for i in range(len(x)):
+            a, b, c, d = _weights(ramp[i], place)
+            r, s = real[steps * i :], imag[steps * i :]
+            p, q = a * r[0] + b * r[1] + c * r[2] + d * r[3], a * s[0] + b * s[1] + c * s[2] + d * s[3]
+            cosine, sine = _rotation(ramp[i], turn, level)
+            x[i], y[i] = p * cosine - q * sine, p * sine + q * cosine
+
+
+@fused
+def _weights(j, place):
+    """Cubic B-splines about u between b and c: (1 - u)^3 / 6, 2/3 - u^2 + u^3 / 2, and their mirror images."""
+    u = place[0] + j * (place[1] + j * (place[2] + j * place[3]))
+    v = ONE - u
+    a, b, d = SIXTH * (v * v * v), TWO_THIRDS - u * u * (ONE - HALF * u), SIXTH * (u * u * u)
+    return a, b, ONE - a - b - d, d
+
+
+@fused
+def _rotation(j, turn, level):
+    """Cosine and sine of the phase times the level; they are those of half the phase, twice."""
+    cycles = turn[0] + j * turn[1]
+    cycles = cycles - np.rint(cycles) + (turn[2] + j * (turn[3] + j * (turn[4] + j * turn[5])))
+    cycles -= np.rint(cycles)
+    z = cycles * cycles
+    s = SINE[0] + z * (SINE[1] + z * (SINE[2] + z * (SINE[3] + z * (SINE[4] + z * SINE[5]))))
+    t = COSINE[3] + z * (COSINE[4] + z * (COSINE[5] + z * COSINE[6]))
+    t = COSINE[0] + z * (COSINE[1] + z * (COSINE[2] + z * t))
+    s *= cycles
+    size = level[0] + j * (level[1] + j * (level[2] + j * level[3]))
+    return size * (t * t - s * s), size * (TWO * s * t)
