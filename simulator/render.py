@@ -1,7 +1,7 @@
 """Paths to samples: the beep, filtered as each path filters it, at each path's emission times.
 
 Paths are summed as complex envelopes about 20 kHz at a low rate, where the beep is evaluated at the exact retarded
-times; one Fourier transform a microphone then brings the sum to the recording's rate.
+times and passes the microphones; then the samples in between are filled in.
 """
 
 from __future__ import annotations
