@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
+from threadpoolctl import threadpool_limits
+
 from benchmarks.cells.spec import Cell
 from benchmarks.runs import EXECUTORS
 from benchmarks.runs.executors.work import Done, Task, WorkersLost
@@ -19,8 +21,9 @@ Executor = Callable[[Task, Sequence[Cell]], Iterator[Done]]
 
 
 def serial(task: Task, cells: Sequence[Cell]) -> Iterator[Done]:
-    """One after the other, in this process."""
-    return map(task, cells)
+    """One after the other, in this process, and as in a worker by one thread: others burn time while they wait."""
+    with threadpool_limits(1, "blas"):
+        yield from map(task, cells)
 
 
 def choose_executor(name: str | None, jobs: int = 1, scheduler: str | None = None) -> Executor:

@@ -10,6 +10,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.plan.label_filter import label_filter
@@ -38,6 +39,16 @@ def test_results_do_not_depend_on_the_executor(tmp_path, name, jobs):
     assert run_cells(tmp_path / "other", cells, choose_executor(name, jobs), work=fake_work()).complete
     assert len(contents(tmp_path / "serial")) == 40
     assert contents(tmp_path / "serial") == contents(tmp_path / "other")
+
+
+def test_one_job_has_one_thread():
+    """Threads that waited for products of a thousand paths doubled the processor time of rendering."""
+
+    def threads(_cell):
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    with threadpool_limits(2, "blas"):
+        assert list(serial(threads, fake_plan(1))) == [{1}]
 
 
 @pytest.mark.parametrize("damage", ["cut short", "one digit", "another's", "empty", "not text"])
