@@ -14,7 +14,7 @@ TAPS = 24  # of the sinc; with this window it keeps 20 kHz and 7 kHz to either s
 BETA = 14.5  # of Kaiser's window
 BEFORE = TAPS // 2 - 1  # taps before the sample that is followed
 AT_A_TIME = 6
-CHUNK = 256  # samples whose sums stay in the cache
+CHUNK = 1024  # samples whose sums stay in the cache
 
 
 def between(circle: Complexes, rate_hz: float, factor: int) -> Singles:
@@ -38,19 +38,20 @@ def _kernel(rate_hz: float, factor: int) -> Singles:
 @fused
 def _interpolate(parts, kernel, samples):
     """Sums over the taps, chunk by chunk."""
-    total = np.empty(CHUNK, np.float32)
+    total = np.empty((len(kernel), CHUNK), np.float32)
     for channel in range(len(parts)):
         for first in range(0, samples.shape[1], CHUNK):
             count = min(CHUNK, samples.shape[1] - first)
             for i in range(count):
-                samples[channel, first + i, 0] = parts[channel, 0, first + i + BEFORE]
+                total[0, i] = parts[channel, 0, first + i + BEFORE]
             for phase in range(1, len(kernel)):
-                total[:] = np.float32(0.0)
+                total[phase] = np.float32(0.0)
                 for part in range(2):
                     for tap in range(0, TAPS, AT_A_TIME):
-                        _add_six(total[:count], kernel[phase, part, tap:], parts[channel, part, first + tap :])
-                for i in range(count):
-                    samples[channel, first + i, phase] = total[i]
+                        _add_six(total[phase, :count], kernel[phase, part, tap:], parts[channel, part, first + tap :])
+            for i in range(count):
+                for phase in range(len(kernel)):
+                    samples[channel, first + i, phase] = total[phase, i]
 
 
 @fused
