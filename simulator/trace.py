@@ -31,7 +31,6 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
 
 SAME_IMAGE_M = 1e-7
-NOISE_MARGIN_DB = 40.0  # the matched filter raises an echo by 20 dB over the noise in band, and 20 dB are to spare
 
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
@@ -145,7 +144,6 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     the matched filter exceeds it. The loudest cell alone is up to 6 dB fainter than all of them, the more the narrower
     cells are: levels of fidelity then differed by 0.5 dB.
     """
-    floor_db = search.phone.noise_spl_db - search.phone.level_spl_db - NOISE_MARGIN_DB
     level = np.abs(gain).max(axis=1)
     cells = np.flatnonzero(found.cell >= 0)
     group = _equal_rows(np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]]))[1]
@@ -153,7 +151,7 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     turn = np.exp(-1j * found.length_m[cells, None] * search.band_wavenumber_1_m)
     np.add.at(total, group, gain[cells] * turn)
     level[cells] = np.abs(total).mean(axis=1)[group]
-    return level >= 10.0 ** (floor_db / 20.0)
+    return level >= search.lost_in_noise
 
 
 def _first_of_twins(_search: Search, found: Candidates) -> Flags:

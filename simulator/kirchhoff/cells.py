@@ -34,23 +34,39 @@ class Cells(Rows):
     gain: Complexes
 
 
-def no_cells(nodes: int) -> Cells:
-    """An empty set, of gains at so many wavenumbers."""
-    none = np.zeros(0, dtype=np.int64)
-    return Cells(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128))
+@dataclass(frozen=True)
+class CellSums(Rows):
+    """The sums of cells, before a facet stands for any: which of them matter can be told by then.
+
+    Attributes:
+        pair: (M,) index of the pair; sorted.
+        slot: (M,) number of the cell along the pair's path.
+        centre_m: (M,) path of the cell's centre.
+        gain: (M, K) sum at K wavenumbers about that path.
+    """
+
+    pair: Ints
+    slot: Ints
+    centre_m: Floats
+    gain: Complexes
+
+    @classmethod
+    def none(cls, nodes: int) -> CellSums:
+        """An empty set, of gains at so many wavenumbers."""
+        none = np.zeros(0, dtype=np.int64)
+        return cls(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128))
 
 
 def with_stand_ins(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
-    pair: Ints, slot: Ints, gain: Complexes,
-) -> Cells:  # fmt: skip
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, sums: CellSums
+) -> Cells:
     """Cells and the facets that stand for their delays.
 
     Args:
-        first, second, middle_m: (R,) ends of each pair, and its path over the body's centre.
-        pair, slot, gain: (M,), (M,) and (M, K) pairs, sorted, numbers along the path, and sums about the centres.
+        first, second: (R,) ends of each pair.
+        sums: of some cells of these pairs.
     """
-    centre = grid.centre_m(middle_m[pair], slot)
+    pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
     some = _standing(facets.area_m2)
     facet, length = _stand_ins(

@@ -18,12 +18,13 @@ ends at a rim, `fringe_waves` adds what the integral leaves out.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
-from simulator.kirchhoff.cells import Cells, no_cells, with_stand_ins
+from simulator.kirchhoff.cells import Cells, CellSums, with_stand_ins
 from simulator.kirchhoff.facet_sums import add_facets, blocks_of
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
 from simulator.kirchhoff.illuminating_images import Ends
@@ -37,7 +38,15 @@ POINTS_AT_ONCE = 2**20  # of all pairs' grids: what is kept in memory, however l
 def scattered(
     facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes
 ) -> Cells:
-    """Kirchhoff's sum for R pairs of ends, each within its group.
+    """Kirchhoff's sum for R pairs of ends, each within its group: all cells, and the facets that stand for them."""
+    sums = cell_sums(facets, spot, ends, first, second, grid, reflection)
+    return with_stand_ins(facets, spot, ends, first, second, grid, sums)
+
+
+def cell_sums(
+    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes
+) -> CellSums:
+    """The sums of all cells with anything in them, for R pairs of ends, each within its group.
 
     Args:
         spot: (F,) spot of each facet.
@@ -48,13 +57,11 @@ def scattered(
     first, second = _in_order(ends.point_m, first, second)
     to_middle_m = np.linalg.norm(ends.point_m - facets.center_m, axis=1)
     middle_m = to_middle_m[first] + to_middle_m[second]
-    parts = []
+    parts = [CellSums.none(len(grid.wavenumber_rad_m))]
     for rows in _portions(ends.group[first], grid.points):
-        pairs = first[rows], second[rows], middle_m[rows]
-        held = _held_cells(facets, spot, ends, *pairs, grid, reflection)
-        cells = with_stand_ins(facets, spot, ends, *pairs, grid, *held)
-        parts.append(Cells(cells.pair + rows.start, cells.facet, cells.length_m, cells.gain))
-    return Cells.joined(parts) if parts else no_cells(len(grid.wavenumber_rad_m))
+        part = _held_cells(facets, spot, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
+        parts.append(replace(part, pair=part.pair + rows.start))
+    return CellSums.joined(parts)
 
 
 def _in_order(point_m: Floats, first: Ints, second: Ints) -> tuple[Ints, Ints]:
@@ -79,8 +86,8 @@ def _portions(group: Ints, points: int) -> list[slice]:
 def _held_cells(
     facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
     reflection: Complexes,
-) -> tuple[Ints, Ints, Complexes]:  # fmt: skip
-    """Pair (M,) and number along the path (M,) of all cells with anything in them; (M, K) sums about their centres."""
+) -> CellSums:  # fmt: skip
+    """Sums of all cells with anything in them; `middle_m` (R,) are the pairs' paths over the body's centre."""
     part, over_band = separated(reflection)
     table = np.stack([part.real, part.imag], axis=-1).astype(np.float32, order="C")
     total = np.zeros((len(first), len(part), grid.points, 2))
@@ -104,7 +111,7 @@ def _held_cells(
         parts.append((rims.view(np.complex128)[..., 0], over_band))
     pair, slot = np.nonzero(np.logical_or.reduce([grid.held(sums) for sums, _ in parts]))
     gain = sum(np.einsum("mqk,qk->mk", grid.cell_sums(sums, pair, slot), weight) for sums, weight in parts)
-    return pair, slot, gain
+    return CellSums(pair, slot, grid.centre_m(middle_m[pair], slot), gain)
 
 
 def separated(reflection: Complexes) -> tuple[Complexes, Complexes]:

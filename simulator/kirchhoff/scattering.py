@@ -14,10 +14,10 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
-from simulator.kirchhoff.cells import Cells
+from simulator.kirchhoff.cells import Cells, with_stand_ins
 from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Ends, Sights
-from simulator.kirchhoff.integral import scattered
+from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.lighting import Light, lit_facets, share_light
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.scene.fidelity import Fidelity
@@ -32,6 +32,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
+NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.05  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD, COARSE_HELD = 0.1, 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
@@ -68,16 +69,22 @@ def _scattered_in_part(search: Search, facets: Facets, light: Light, pairs: Pair
     ends = Ends.of(search, facets.obstacle, sights[used], view[used], lit)
     one, other = which.reshape(2, -1)
     grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
-    every = scattered(facets, np.arange(len(facets)), ends, one, other, grid, reflection)
-    pairs, gain = pairs[seen[every.pair]], np.abs(every.gain).max(axis=1, initial=0.0)
-    kept = faintest(search.fidelity, search.audible)
-    loud = (every.length_m <= kept.limit_m) & kept(gain, _strongest(pairs, gain))
-    turns, faint = _turns(tracing, facets, pairs, every), np.flatnonzero(~loud)
-    search.reject(
-        Reason.FAINT_CELL, len(faint), lambda: Rejected(gain[faint], partial(straightened, search, turns[faint]))
-    )
-    found, ok = unfolded(search, turns[np.flatnonzero(loud)], lambda: gain[loud])
-    return replace(found, cell=ok), every.gain[loud]
+    skin = facets, np.arange(len(facets)), ends, one, other, grid
+    sums = cell_sums(*skin, reflection)
+    gain, at = np.abs(sums.gain).max(axis=1, initial=0.0), pairs[seen[sums.pair]]
+    kept = faintest(search)(gain, _strongest(at, gain))
+    faint = np.flatnonzero(~kept)
+
+    def turns(cells: Cells) -> Turns:
+        return _turns(tracing, facets, pairs[seen[cells.pair]], cells)
+
+    def described() -> Rejected:
+        return Rejected(gain[faint], partial(straightened, search, turns(with_stand_ins(*skin, sums[faint]))))
+
+    search.reject(Reason.FAINT_CELL, len(faint), described)
+    cells = with_stand_ins(*skin, sums[np.flatnonzero(kept)])
+    found, ok = unfolded(search, turns(cells), lambda: gain[kept])
+    return replace(found, cell=ok), cells.gain
 
 
 def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
@@ -94,10 +101,15 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     return sights, first, second
 
 
-def faintest(fidelity: Fidelity, audible: Audible) -> Audible:
-    """What a cell must exceed, re the body's loudest: cells that cancel must stay far above what is left out."""
-    share = np.clip(CELL_SHARE_A_DB * fidelity.tolerance_db, *CELL_SHARES)
-    return replace(audible, share=min(audible.share, float(share)) if audible.floor > 0.0 else audible.share)
+def faintest(search: Search) -> Audible:
+    """What a cell must exceed: re the body's loudest, as cells that cancel must stay far above what is left out, and
+    beside the noise."""
+    audible, tolerance_db = search.audible, search.fidelity.tolerance_db
+    if audible.floor == 0.0:
+        return audible
+    share = np.clip(CELL_SHARE_A_DB * tolerance_db, *CELL_SHARES)
+    least = search.lost_in_noise * min(NOISE_SHARE_A_DB * tolerance_db, NOISE_SHARE)
+    return replace(audible, share=min(audible.share, float(share)), least=least)
 
 
 def _strongest(pairs: Pairs, gain: Floats) -> Floats:

@@ -18,11 +18,13 @@ class Audible:
         limit_m: longest path.
         floor: gain under which a contribution is faint.
         share: of the strongest echo at the same pose and microphone: what exceeds it is kept even if it is faint.
+        least: gain that nothing may stay below.
     """
 
     limit_m: float
     floor: float
     share: float
+    least: float = 0.0
 
     @classmethod
     def of(cls, fidelity: Fidelity) -> Audible:
@@ -33,4 +35,4 @@ class Audible:
 
     def __call__(self, gain: Floats, strongest: Floats) -> Flags:
         """(R,) whether gains are kept beside the strongest of their pose and microphone."""
-        return gain >= np.minimum(self.floor, self.share * strongest)
+        return gain >= np.maximum(np.minimum(self.floor, self.share * strongest), self.least)

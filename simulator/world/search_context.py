@@ -18,6 +18,8 @@ from simulator.world.audible import Audible
 from simulator.world.rejection_log import Reason, Rejected, RejectionLog
 from simulator.world.world import Tracing
 
+NOISE_MARGIN_DB = 40.0  # the matched filter raises an echo by 20 dB over the noise in band, and 20 dB are to spare
+
 
 @dataclass(frozen=True)
 class Search:
@@ -51,6 +53,12 @@ class Search:
     def audible(self) -> Audible:
         """What is loud enough to be kept."""
         return Audible.of(self.fidelity)
+
+    @cached_property
+    def lost_in_noise(self) -> float:
+        """Gain under which an echo is lost in the noise; 0 without noise."""
+        floor_db = self.phone.noise_spl_db - self.phone.level_spl_db - NOISE_MARGIN_DB
+        return float(10.0 ** (floor_db / 20.0))
 
     @property
     def limit_m(self) -> float:

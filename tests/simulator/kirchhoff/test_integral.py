@@ -21,7 +21,7 @@ from simulator.render import sum_envelopes, trace_walk
 from simulator.surfaces.creases import no_creases
 from simulator.surfaces.facets import facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
-from simulator.trace import NOISE_MARGIN_DB
+from simulator.world.search_context import NOISE_MARGIN_DB
 from tests.references import chirp, rigid_sphere
 from tests.references.fullwave import damped, matched_peak
 
