@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from benchmarks.cells.spec import Cell
-from benchmarks.training.walks import evidence_at_beeps, recorded
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from benchmarks.training.walks import recorded, seen_at_beeps
+from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
 from obstaclewatch.tracking.detector import FARTHEST_M
 
 SETTLING_BEEPS = 8
@@ -29,6 +29,7 @@ class Examples:
         collides: (n,) whether the walk is a collision.
         left_m: (n,) distance left to contact; NaN without one.
         evidence: (n, F) see `Evidence`.
+        pictures: (n, *SHAPE) see `approach_picture`; half precision, as a hundred thousand of them are kept.
     """
 
     walk: Ints
@@ -36,6 +37,7 @@ class Examples:
     collides: Flags
     left_m: Floats
     evidence: Floats
+    pictures: Halves
 
     def __len__(self) -> int:
         return len(self.walk)
@@ -81,18 +83,18 @@ def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples
     path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
     if not path.exists():
         walk = recorded(cell)
-        parts = [_of_reception(walk.collides, walk.left_m, evidence_at_beeps(walk, k), k) for k in range(receptions)]
+        parts = [_of_reception(walk.collides, walk.left_m, *seen_at_beeps(walk, k), k) for k in range(receptions)]
         kept = joined(parts)
         temporary = path.with_suffix(".tmp.npz")
         np.savez(temporary, **{name: getattr(kept, name) for name in Examples.__annotations__})
         temporary.rename(path)
     with np.load(path) as stored:
         found = Examples(**stored)
-    return Examples(np.full(len(found), number), found.reception, found.collides, found.left_m, found.evidence)
+    return replace(found, walk=np.full(len(found), number))
 
 
-def _of_reception(collides: bool, left_m: Floats, evidence: Floats, reception: int) -> Examples:
+def _of_reception(collides: bool, left_m: Floats, evidence: Floats, pictures: Halves, reception: int) -> Examples:
     rows = slice(SETTLING_BEEPS, None)
     count = len(evidence[rows])
     numbers = np.zeros(count, dtype=np.int64), np.full(count, reception, dtype=np.int64)
-    return Examples(*numbers, np.full(count, collides), left_m[rows], evidence[rows])
+    return Examples(*numbers, np.full(count, collides), left_m[rows], evidence[rows], pictures[rows])

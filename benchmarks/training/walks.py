@@ -19,7 +19,7 @@ from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.plan.unknowns import UNKNOWNS, with_unknowns
 from obstaclewatch import BeepDesign, TrackingDetector
-from obstaclewatch.support.arrays import Floats, Singles
+from obstaclewatch.support.arrays import Floats, Halves, Singles
 from simulator.phone.noise import noise_rms
 
 SUITE, TIER = "paper", "full"
@@ -83,15 +83,17 @@ def received(walk: Walk, reception: int) -> Singles:
     return noise + samples
 
 
-def evidence_at_beeps(walk: Walk, reception: int) -> Floats:
-    """(beeps, F) what `TrackingDetector` has for evidence after every beep of a reception."""
+def seen_at_beeps(walk: Walk, reception: int) -> tuple[Floats, Halves]:
+    """(beeps, F) evidence and (beeps, *SHAPE) pictures that `TrackingDetector` has after every beep of a reception."""
     beep = walk.cell.beep.design()
     detector = detector_for(walk.cell, TrackingDetector.__name__, walk.setting, beep)
-    samples = received(walk, reception)
-    return np.array(list(_evidence(detector, samples, beep)))
+    evidence, pictures = zip(*_seen(detector, received(walk, reception), beep), strict=True)
+    return np.array(evidence), np.array(pictures, dtype=np.float16)
 
 
-def _evidence(detector: TrackingDetector, samples: Singles, beep: BeepDesign) -> Iterator[tuple[float, ...]]:
+def _seen(
+    detector: TrackingDetector, samples: Singles, beep: BeepDesign
+) -> Iterator[tuple[tuple[float, ...], Singles]]:
     for first in range(0, samples.shape[1] - beep.period_samples + 1, beep.period_samples):
         detector.process(samples[:, first : first + beep.period_samples], first / beep.sample_rate_hz)
-        yield tuple(detector.evidence)
+        yield tuple(detector.evidence), detector.picture

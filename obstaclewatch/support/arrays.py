@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Halves = NDArray[np.float16]
 Complexes = NDArray[np.complex128]
 SingleComplexes = NDArray[np.complex64]
 Ints = NDArray[np.int64]

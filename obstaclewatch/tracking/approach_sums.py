@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Complexes, Floats, Ints, SingleComplexes
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.trajectories.prior import walking_speed
 from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read
@@ -31,6 +31,8 @@ QUIET_SHARE = 0.3
 """Quantile of the mean powers that stands for that noise."""
 BIAS = 0.4
 """Of the largest of three cells, where the echo is free to be."""
+LEAST_SHARE = 1e-6
+"""Of the strongest sound, that the usual size of a beep's envelope is taken for at least."""
 RATIO_LIMITS = (-1.5, 5.0)
 AHEAD_M = np.arange(0.25, 1.75, 0.05)
 HEIGHTS_M = np.array([0.0, 0.2, 0.35, 0.5, 0.7, 0.95, np.inf])
@@ -61,18 +63,37 @@ class ApproachSums(NamedTuple):
     ahead_m: float
 
 
+class RecentBeeps(NamedTuple):
+    """What the last K beeps received, newest first.
+
+    Attributes:
+        time_s: (K,) at which their centres were hit.
+        ratio: (K, cells) log likelihood ratios of an echo.
+        envelope: (K, 2, S) what moved, over its usual size at either microphone, two samples a cell.
+        first_m, cell_m: range of the first cell, and their spacing.
+    """
+
+    time_s: Floats
+    ratio: Floats
+    envelope: SingleComplexes
+    first_m: float
+    cell_m: float
+
+
 NO_SUMS = ApproachSums(NOTHING, NOTHING, NOTHING, NOTHING, float(AHEAD_M[-1]))
 
 
 class ApproachMemory:
-    """The log likelihood ratios of the last beeps, by range.
+    """What the last beeps received, and its log likelihood ratios by range.
 
     Args:
         cells: number of ranges.
+        samples: of an envelope, two a cell.
     """
 
-    def __init__(self, cells: int) -> None:
+    def __init__(self, cells: int, samples: int) -> None:
         self._ratio, self._time_s = np.zeros((MEMORY_BEEPS, cells)), np.zeros(MEMORY_BEEPS)
+        self._envelope = np.zeros((MEMORY_BEEPS, 2, samples), dtype=np.complex64)
         self._mean = np.zeros(cells)
         self.clear()
 
@@ -80,15 +101,28 @@ class ApproachMemory:
         """Forget all beeps."""
         self._mean[:], self._learnt, self._count = 0.0, 0, 0
 
-    def add(self, hit_s: float, magnitude: Floats) -> None:
-        """One beep at the time at which its centre is hit: what moved (2 x cells,) at microphone 0."""
+    def add(self, hit_s: float, moved: Complexes) -> None:
+        """One beep at the time at which its centre is hit: envelopes (2, samples) of what moved."""
+        size = np.abs(moved)
+        magnitude = size[0]
         if self._learnt >= SETTLING_BEEPS:
             row = self._count % MEMORY_BEEPS
             quiet = float(np.quantile(self._mean, QUIET_SHARE))
             _log_ratios(self._ratio[row], magnitude, self._mean, quiet)
+            least = max(LEAST_SHARE * float(size.max()), 1e-30)  # without noise, as in synthetic recordings
+            self._envelope[row] = moved / np.maximum(np.median(size, axis=1, keepdims=True), least)
             self._time_s[row], self._count = hit_s, self._count + 1
         self._learnt = min(self._learnt + 1, MEAN_BEEPS)
         _learn(self._mean, magnitude, self._learnt)
+
+    def recent(self, first_m: float, cell_m: float) -> RecentBeeps:
+        """What the last beeps received, the first cell at a range and the others so far apart."""
+        rows = self._newest_first()
+        return RecentBeeps(self._time_s[rows], self._ratio[rows], self._envelope[rows], first_m, cell_m)
+
+    def _newest_first(self) -> Ints:
+        newest: Ints = (self._count - 1 - np.arange(min(self._count, MEMORY_BEEPS))) % MEMORY_BEEPS
+        return newest
 
     def sums(
         self, now_s: float, first_m: float, cell_m: float, ground_m: float, oscillation: Oscillation, ahead_s: float
@@ -104,7 +138,7 @@ class ApproachMemory:
         """
         if self._count < LEAST_BEEPS:
             return NO_SUMS
-        newest_first = (self._count - 1 - np.arange(min(self._count, MEMORY_BEEPS))) % MEMORY_BEEPS
+        newest_first = self._newest_first()
         time_s, ratio = self._time_s[newest_first], self._ratio[newest_first]
         waves = oscillation_as_read(oscillation, time_s, ahead_s)
         speed_m_s, _ = walking_speed(oscillation.step_rad_s / (2.0 * np.pi))

@@ -1,8 +1,10 @@
-"""The probability of a collision by what was learned from simulated walks: a sum of curves, one for each number.
+"""The probability of a collision by what was learned from simulated walks: a small convolutional network.
 
-The log odds are a constant and, of every number of `Evidence`, a curve of straight pieces between knots; what is beyond
-the outer knots counts as these do, so that nothing unusual can decide alone. A number that is missing has a constant
-instead. `python -m benchmarks.training` learns the file `collision_model.json`; docs/tracking.md has its card.
+It looks at the picture of the last beeps (`approach_picture`) through three layers of 3 x 3 kernels, of which the first
+two keep the greatest of every 2 x 2 values, and takes the numbers of `Evidence` beside what it saw. Numbers are
+centred, scaled and limited, and the picture is limited as well, so that nothing unusual can decide alone; a number that
+is missing is 0, with a sign of it. Several networks learned from the same walks are averaged. `python -m
+benchmarks.training` learns the weights and writes their card; docs/tracking.md shows it.
 """
 
 from __future__ import annotations
@@ -11,53 +13,95 @@ import json
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.tracking.evidence import Evidence
+from obstaclewatch.support.arrays import Flags, Floats, Singles
+from obstaclewatch.tracking.approach_picture import LAYERS, SHAPE
+from obstaclewatch.tracking.evidence import OF_TRACKS, Evidence
 
-FILE = Path(__file__).with_name("collision_model.json")
+CARD = Path(__file__).with_name("collision_model.json")
+WEIGHTS = Path(__file__).with_name("collision_model.npz")
+KERNEL = 3
+POOLED_LAYERS = 2
+MOST_DEVIATIONS = 5.0
+"""Beyond which a number counts as so many."""
+MOST_AGREEMENT, MOST_LEVEL = 1.5, 2.0
+"""Beyond which microphone 1's agreement, and the level, of a picture count as so much: an echo 17 dB over what is usual
+tells by its place and phase, not by how loud it is."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """Weights, single precision, of input to output.
+
+    Attributes:
+        kernels: of every layer (outputs, inputs, 3, 3).
+        kernel_offsets: (outputs,) each.
+        hidden, hidden_offset: (H, C + F) and (H,), of what the last layer saw and the numbers.
+        output, output_offset: (H,) and (), to log odds.
+    """
+
+    kernels: tuple[Singles, ...]
+    kernel_offsets: tuple[Singles, ...]
+    hidden: Singles
+    hidden_offset: Singles
+    output: Singles
+    output_offset: Singles
+
+    def log_odds(self, pictures: Singles, numbers: Singles) -> Singles:
+        """(n,) of a collision, by (n, *SHAPE) pictures as `limited` and (n, F) numbers as `scaled` gives them."""
+        seen = pictures
+        for layer, (kernel, offset) in enumerate(zip(self.kernels, self.kernel_offsets, strict=True)):
+            seen = _convolved(seen, kernel, offset)
+            if layer < POOLED_LAYERS:
+                seen = _greatest_of_four(seen)
+        joined = np.concatenate([seen.reshape(len(seen), -1), numbers], axis=1)
+        hidden = np.maximum(joined @ self.hidden.T + self.hidden_offset, 0.0)
+        found: Singles = hidden @ self.output + self.output_offset
+        return found
 
 
 @dataclass(frozen=True)
 class CollisionModel:
-    """A model of F numbers with K knots each.
+    """What was learned.
 
     Attributes:
-        knots: (F, K) ascending, finite.
-        values: (F, K) log odds at them.
-        missing: (F,) log odds where a number is NaN.
-        constant: log odds that are always added.
+        networks: whose log odds are averaged.
+        usual, spread: (F,) mean and deviation of the numbers of `Evidence` among the beeps learned from.
         left_m, thresholds: (2,) distances left, ascending, and the probabilities above which a walker is alerted
             there; linear between, constant beyond.
 
-    >>> import numpy as np
+    >>> from obstaclewatch.tracking.approach_picture import NO_PICTURE
     >>> from obstaclewatch.tracking.collision_model import collision_model
-    >>> model = collision_model()
-    >>> model.knots.shape == model.values.shape and bool(np.all(np.diff(model.knots) > 0.0))
+    >>> from obstaclewatch.tracking.evidence import NO_EVIDENCE
+    >>> collision_model().probability(NO_EVIDENCE, NO_PICTURE) < 0.5
     True
     """
 
-    knots: Floats
-    values: Floats
-    missing: Floats
-    constant: float
+    networks: tuple[Network, ...]
+    usual: Floats
+    spread: Floats
     left_m: Floats
     thresholds: Floats
 
-    def probability(self, evidence: Evidence) -> float:
+    def probability(self, evidence: Evidence, picture: Singles) -> float:
         """Of a collision."""
-        return float(self.probabilities(np.array([evidence]))[0])
+        return float(self.probabilities(np.array([evidence]), picture[None])[0])
 
-    def probabilities(self, evidence: Floats) -> Floats:
-        """(n,) of a collision, by (n, F) numbers."""
-        log_odds = np.full(len(evidence), self.constant)
-        for number, knots, values, missing in zip(evidence.T, self.knots, self.values, self.missing, strict=True):
-            log_odds += np.where(np.isnan(number), missing, np.interp(number, knots, values))
+    def probabilities(self, evidence: Floats, pictures: Singles) -> Floats:
+        """(n,) of a collision, by (n, F) numbers of `Evidence` and (n, *SHAPE) pictures."""
+        numbers, seen = self.numbers(evidence), limited(pictures)
+        log_odds = np.mean([network.log_odds(seen, numbers) for network in self.networks], axis=0, dtype=np.float64)
         found: Floats = 1.0 / (1.0 + np.exp(-log_odds))
         return found
+
+    def numbers(self, evidence: Floats) -> Singles:
+        """(n, F + tracks' numbers) what a network takes of the numbers of `Evidence`."""
+        return scaled(evidence, self.usual, self.spread)
 
     def suffices(self, probability: ArrayLike, left_m: ArrayLike) -> Flags:
         """Whether probabilities are enough for an alert with so much left to walk."""
@@ -66,25 +110,92 @@ class CollisionModel:
         )
         return enough
 
+    def write(self, weights: Path) -> None:
+        """As plain arrays, which `from_file` reads."""
+        arrays: dict[str, Any] = {
+            "usual": self.usual,
+            "spread": self.spread,
+            "left_m": self.left_m,
+            "thresholds": self.thresholds,
+        }
+        for k, network in enumerate(self.networks):
+            for layer, (kernel, offset) in enumerate(zip(network.kernels, network.kernel_offsets, strict=True)):
+                arrays |= {f"kernel_{k}_{layer}": kernel, f"kernel_offset_{k}_{layer}": offset}
+            arrays |= {f"{name}_{k}": getattr(network, name) for name in DENSE}
+        np.savez_compressed(weights, numbers=np.array(Evidence._fields), **arrays)
+
     @classmethod
-    def from_file(cls, path: Path) -> CollisionModel:
+    def from_file(cls, weights: Path) -> CollisionModel:
         """The model of a file.
 
         Raises:
-            ValueError: its numbers are not those of `Evidence`.
+            ValueError: its numbers are not those of `Evidence`, or its kernels are not for such pictures.
         """
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        if list(stored["curves"]) != list(Evidence._fields):
-            raise ValueError(f"{path.name} must have curves of {Evidence._fields}, got {tuple(stored['curves'])}")
-        curves = stored["curves"].values()
-        knots, values, missing = (
-            np.array([curve[name] for curve in curves]) for name in ("knots", "values", "missing")
-        )
-        left_m, thresholds = np.array(stored["left_m"]), np.array(stored["thresholds"])
-        return cls(knots, values, missing, float(stored["constant"]), left_m, thresholds)
+        with np.load(weights, allow_pickle=False) as stored:
+            if list(stored["numbers"]) != list(Evidence._fields):
+                raise ValueError(f"{weights.name} must have numbers {Evidence._fields}, got {tuple(stored['numbers'])}")
+            count = sum(name.startswith("output_offset_") for name in stored)
+            networks = tuple(_network(stored, k) for k in range(count))
+            taken = {network.kernels[0].shape[1] for network in networks}
+            if taken != {SHAPE[0]}:
+                raise ValueError(f"{weights.name} must have kernels for {SHAPE[0]} layers, got {sorted(taken)}")
+            return cls(networks, *(stored[name] for name in ("usual", "spread", "left_m", "thresholds")))
+
+
+DENSE = ("hidden", "hidden_offset", "output", "output_offset")
 
 
 @lru_cache(maxsize=1)
 def collision_model() -> CollisionModel:
     """The model that comes with the detector."""
-    return CollisionModel.from_file(FILE)
+    return CollisionModel.from_file(WEIGHTS)
+
+
+def card() -> dict[str, object]:
+    """What it was learned from, and what it did on walks that it had not seen."""
+    found: dict[str, object] = json.loads(CARD.read_text(encoding="utf-8"))
+    return found
+
+
+def scaled(evidence: Floats, usual: Floats, spread: Floats) -> Singles:
+    """(n, F + T) numbers of `Evidence` (n, F) in deviations from what is usual, and which of tracks are missing."""
+    missing = np.isnan(evidence)
+    deviation = np.where(missing, 0.0, np.clip((evidence - usual) / spread, -MOST_DEVIATIONS, MOST_DEVIATIONS))
+    return np.concatenate([deviation, missing[:, :OF_TRACKS]], axis=1).astype(np.float32)
+
+
+def limited(pictures: Singles) -> Singles:
+    """(n, *SHAPE) pictures (n, *SHAPE) in which nothing is louder than most of what was learned from."""
+    layers = pictures.reshape(len(pictures), -1, LAYERS, *SHAPE[1:]).copy()
+    size = np.hypot(layers[:, :, 1], layers[:, :, 2])
+    layers[:, :, 1:3] *= np.minimum(1.0, MOST_AGREEMENT / np.maximum(size, 1e-6))[:, :, None]
+    np.minimum(layers[:, :, 3], MOST_LEVEL, out=layers[:, :, 3])
+    return layers.reshape(pictures.shape)
+
+
+def _network(stored: np.lib.npyio.NpzFile, k: int) -> Network:
+    layers = range(sum(name.startswith(f"kernel_{k}_") for name in stored))
+    kernels = tuple(stored[f"kernel_{k}_{layer}"] for layer in layers)
+    offsets = tuple(stored[f"kernel_offset_{k}_{layer}"] for layer in layers)
+    return Network(kernels, offsets, *(stored[f"{name}_{k}"] for name in DENSE))
+
+
+def _convolved(values: Singles, kernel: Singles, offset: Singles) -> Singles:
+    """(n, outputs, H, W) positive part of (n, inputs, H, W) correlated with kernels, zeros around.
+
+    Row by row: products of this size stay in one thread, and threads would cost more than they bring.
+    """
+    edge = KERNEL // 2
+    padded = np.pad(values, ((0, 0), (0, 0), (edge, edge), (edge, edge)))
+    count, _, height, width = values.shape
+    windows = sliding_window_view(padded, (KERNEL, KERNEL), axis=(2, 3)).transpose(0, 2, 1, 4, 5, 3)
+    rows = kernel.reshape(len(kernel), -1) @ windows.reshape(count, height, -1, width)
+    found: Singles = np.maximum(rows + offset[:, None], 0.0).transpose(0, 2, 1, 3)
+    return found
+
+
+def _greatest_of_four(values: Singles) -> Singles:
+    """(n, C, H / 2, W / 2) the greatest of every 2 x 2."""
+    of_rows = np.maximum(values[:, :, ::2], values[:, :, 1::2])
+    found: Singles = np.maximum(of_rows[..., ::2], of_rows[..., 1::2])
+    return found

@@ -2,9 +2,10 @@
 
 Peaks under a low threshold (`moving_peaks`) and likelihood along lines (`track_before_detect`) -> tracks of what
 closes in, without range-Doppler bias (`tracks`) -> the phone's oscillation, from the ground's echo
-(`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`), and sums of
-likelihood along walked paths, for what no track follows (`approach_sums`) -> the probability of a collision, as learned
-from simulated walks (`collision_model`) -> an alert if that is enough for the distance left.
+(`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`), sums of
+likelihood along walked paths, for what no track follows (`approach_sums`), and what the last beeps received, laid out
+along approaches (`approach_picture`) -> the probability of a collision, as learned from simulated walks
+(`collision_model`) -> an alert if that is enough for the distance left.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from obstaclewatch.recordings.streaming import StreamingDetector, check_argument
 from obstaclewatch.signal.carrier_phase import check_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
-from obstaclewatch.tracking.approach_sums import ApproachMemory, ApproachSums
+from obstaclewatch.tracking.approach_picture import NO_PICTURE, Carrier, approach_picture
+from obstaclewatch.tracking.approach_sums import ApproachMemory
 from obstaclewatch.tracking.collision_model import collision_model
 from obstaclewatch.tracking.evidence import FRONT_M, NO_EVIDENCE, evidence_of
 from obstaclewatch.tracking.moving_peaks import MovingPeaks, PeakFinder
@@ -30,6 +32,7 @@ from obstaclewatch.tracking.track_before_detect import LineLikelihood
 from obstaclewatch.tracking.tracks import Approaches, Track
 from obstaclewatch.trajectories.posterior import WALKING_M_S
 from obstaclewatch.trajectories.posterior_grid import Expectation, TrajectoryGrid
+from obstaclewatch.trajectories.prior import walking_speed
 from obstaclewatch.walker.pitch_oscillation import STEADY, OscillationEstimator
 
 CONFIRMED_SCORE = 8.0
@@ -64,7 +67,7 @@ class TrackingDetector(StreamingDetector):
             phones have; None for not known, then only changes of phase from beep to beep count.
 
     Attributes:
-        evidence: what the last beep's decision is based on.
+        evidence, picture: what the last beep's decision is based on.
 
     Raises:
         ValueError: arguments out of range; the message names the value and the rule.
@@ -107,7 +110,8 @@ class TrackingDetector(StreamingDetector):
         likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, likelihood)
-        self._memory, self._model, self.evidence = ApproachMemory(self._finder.cells), collision_model(), NO_EVIDENCE
+        self._memory, self._model = ApproachMemory(self._finder.cells, self._finder.samples), collision_model()
+        self.evidence, self.picture = NO_EVIDENCE, NO_PICTURE
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
         self._steps = OscillationEstimator(
             self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s
@@ -123,7 +127,7 @@ class TrackingDetector(StreamingDetector):
         self._approaches.clear()
         self._steps.clear()
         self._memory.clear()
-        self.evidence = NO_EVIDENCE
+        self.evidence, self.picture = NO_EVIDENCE, NO_PICTURE
         self._take_pitch()
         self._oscillation = STEADY
 
@@ -142,10 +146,10 @@ class TrackingDetector(StreamingDetector):
             self._steps.add(hit_s, self._finder.ground)
         tracks = [track for track in self._approaches.step(hit_s, peaks) if track.score >= CONFIRMED_SCORE]
         tracks = tracks[: self.settings.max_candidates]
-        self._memory.add(hit_s, peaks.magnitude)
+        self._memory.add(hit_s, peaks.moved)
         self._oscillation = self._steps.oscillation(self._finder.ground_m)
         trajectories = [self._judged(track, hit_s) for track in tracks]
-        self.evidence = evidence_of(tracks, self._sums(hit_s, peaks), self.evidence)
+        self._look(hit_s, peaks, tracks)
         flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
         return self._report(index, emitted_s, tracks, trajectories, flag)
 
@@ -175,9 +179,16 @@ class TrackingDetector(StreamingDetector):
         track.trajectory = self._grid.trajectory(track.judged, hit_s)
         return track.trajectory
 
-    def _sums(self, hit_s: float, peaks: MovingPeaks) -> ApproachSums:
-        place = peaks.first_m, peaks.cell_m, self._finder.ground_m
-        return self._memory.sums(hit_s, *place, self._oscillation, self.beep.range_doppler_s)
+    def _look(self, hit_s: float, peaks: MovingPeaks, tracks: list[Track]) -> None:
+        """Gather what the decision is based on."""
+        ahead_s, ground_m, place = self.beep.range_doppler_s, self._finder.ground_m, (peaks.first_m, peaks.cell_m)
+        sums = self._memory.sums(hit_s, *place, ground_m, self._oscillation, ahead_s)
+        speed_m_s, _ = walking_speed(self._oscillation.step_rad_s / (2.0 * np.pi))
+        carrier = Carrier(speed_m_s, ground_m, self._separation_m, self._pitch_rad, self._oscillation.step_rad_s)
+        self.evidence = evidence_of(tracks, sums, carrier, self.evidence)
+        phases = self._finder.wavelength_m, None if peaks.identical else self._mic_phase_rad
+        recent = self._memory.recent(*place)
+        self.picture = approach_picture(recent, hit_s, ahead_s, carrier, self._oscillation, *phases)
 
     def _report(
         self, index: int, time_s: float, tracks: list[Track], trajectories: list[Expectation], flag: Flag
@@ -219,7 +230,7 @@ class TrackingDetector(StreamingDetector):
 
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
         """Of the trajectories that rather collide, the first to do so; without any, what the sums say."""
-        probability, left_m = self._model.probability(self.evidence), self.evidence.distance_left_m
+        probability, left_m = self._model.probability(self.evidence, self.picture), self.evidence.distance_left_m
         alert = left_m <= min(FARTHEST_M, self.settings.danger_m) and bool(self._model.suffices(probability, left_m))
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
         if not likely:

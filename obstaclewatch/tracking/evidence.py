@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.tracking.approach_picture import NOBODY, Carrier
 from obstaclewatch.tracking.approach_sums import AHEAD_M, ApproachSums
 from obstaclewatch.tracking.tracks import Track
 
@@ -39,6 +40,7 @@ class Evidence(NamedTuple):
         level_slope_db: growth of its level for a decade of range, which is negative for what comes from one body.
         hit, hit_over_passing, oncoming, oncoming_over_passing, ahead_m: see `approach_sums`.
         mean_log_odds, mean_over_passing: running means of log odds and `hit_over_passing`.
+        speed_m_s, ground_m, separation_m, pitch_rad, step_rad_s: see `Carrier`.
     """
 
     log_odds: float
@@ -52,6 +54,11 @@ class Evidence(NamedTuple):
     ahead_m: float
     mean_log_odds: float
     mean_over_passing: float
+    speed_m_s: float
+    ground_m: float
+    separation_m: float
+    pitch_rad: float
+    step_rad_s: float
 
     @property
     def distance_left_m(self) -> float:
@@ -59,10 +66,12 @@ class Evidence(NamedTuple):
         return self.ahead_m - FRONT_M if np.isnan(self.left_m) else self.left_m
 
 
-NO_EVIDENCE = Evidence(*NO_TRACK[1:], 0.0, 0.0, 0.0, 0.0, float(AHEAD_M[-1]), 0.0, 0.0)
+NO_EVIDENCE = Evidence(*NO_TRACK[1:], 0.0, 0.0, 0.0, 0.0, float(AHEAD_M[-1]), 0.0, 0.0, *NOBODY)
+OF_TRACKS = 4
+"""The first of the numbers, which only tracks have."""
 
 
-def evidence_of(tracks: Sequence[Track], sums: ApproachSums, before: Evidence) -> Evidence:
+def evidence_of(tracks: Sequence[Track], sums: ApproachSums, carrier: Carrier, before: Evidence) -> Evidence:
     """A beep's evidence, from judged tracks and from sums; the running means go on from the beep before."""
     of_track = max((_of_track(track) for track in tracks), default=NO_TRACK, key=lambda found: found[0])
     over, coming_over = sums.hit - sums.passing, sums.oncoming - sums.oncoming_passing
@@ -72,7 +81,7 @@ def evidence_of(tracks: Sequence[Track], sums: ApproachSums, before: Evidence) -
         before.mean_log_odds + NEW_SHARE * (usual - before.mean_log_odds),
         before.mean_over_passing + NEW_SHARE * (over - before.mean_over_passing),
     )
-    return Evidence(*of_track[1:], sums.hit, over, sums.oncoming, coming_over, sums.ahead_m, *means)
+    return Evidence(*of_track[1:], sums.hit, over, sums.oncoming, coming_over, sums.ahead_m, *means, *carrier)
 
 
 def _of_track(track: Track) -> tuple[float, float, float, float, float]:

@@ -56,7 +56,7 @@ class MovingPeaks:
             relative to the direct sound, dB, and 2E/N0, dB, at microphone 0.
         second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
         log_ratio: (M,) of an echo against noise in cells of two samples, see `track_before_detect`.
-        magnitude: (2M or 2M + 1,) what moved at microphone 0, two samples a cell.
+        moved: (2, 2M or 2M + 1) envelopes of what moved, two samples a cell.
         first_m, cell_m: range of the first cell, and their spacing.
         identical: both channels are the same.
     """
@@ -64,7 +64,7 @@ class MovingPeaks:
     readings: Floats
     second: SingleComplexes
     log_ratio: Singles
-    magnitude: Floats
+    moved: Complexes
     first_m: float
     cell_m: float
     identical: bool
@@ -142,6 +142,11 @@ class PeakFinder:
         return self._span // 2
 
     @property
+    def samples(self) -> int:
+        """Of the envelopes of what moved."""
+        return self._span
+
+    @property
     def cell_m(self) -> float:
         """Their spacing: two samples of the two-way path."""
         return self._c / self._filter.rate_hz
@@ -196,7 +201,8 @@ class PeakFinder:
             identical,
         )
         first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
-        return start_s, MovingPeaks(*found, received, first_m, self.cell_m, identical)
+        moved = moved[:, first : first + self._span]
+        return start_s, MovingPeaks(*found, moved, first_m, self.cell_m, identical)
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""

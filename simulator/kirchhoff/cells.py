@@ -36,7 +36,7 @@ class Cells(Rows):
 
 @dataclass(frozen=True)
 class CellSums(Rows):
-    """The sums of cells, before a facet stands for any: which of them matter can be told by then.
+    """The sums of cells, before a facet stands for any: which of them matter is known by then.
 
     Attributes:
         pair: (M,) index of the pair; sorted.

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from obstaclewatch.tracking.approach_sums import AHEAD_M, LEAST_BEEPS, NO_SUMS, NOTHING, ApproachMemory, _best_sums
+from obstaclewatch.tracking.approach_sums import (
+    AHEAD_M,
+    LEAST_BEEPS,
+    MEMORY_BEEPS,
+    NO_SUMS,
+    NOTHING,
+    ApproachMemory,
+    _best_sums,
+)
 from obstaclewatch.walker.pitch_oscillation import STEADY
 
 CELL_M, FIRST_M, CELLS, GROUND_M, AHEAD_S, PERIOD_S, SPEED_M_S = 0.0143, 0.3, 460, 1.3, 0.205, 0.09, 1.25
@@ -13,7 +21,7 @@ CELL_M, FIRST_M, CELLS, GROUND_M, AHEAD_S, PERIOD_S, SPEED_M_S = 0.0143, 0.3, 46
 
 def _sums(miss_m, height_m=0.0, power=4.0, standing=0.0, beeps=24, seed=3, end_m=0.8, speed_m_s=SPEED_M_S):
     """After a walk that ends with a point so far ahead, in noise of power 1."""
-    rng, memory = np.random.default_rng(seed), ApproachMemory(CELLS)
+    rng, memory = np.random.default_rng(seed), ApproachMemory(CELLS, 2 * CELLS)
     time_s = PERIOD_S * np.arange(beeps)
     for now_s in time_s:
         received = (rng.standard_normal(2 * CELLS) + 1j * rng.standard_normal(2 * CELLS)) / np.sqrt(2.0)
@@ -22,7 +30,7 @@ def _sums(miss_m, height_m=0.0, power=4.0, standing=0.0, beeps=24, seed=3, end_m
         if 2 <= at < 2 * CELLS - 2:
             received[at - 2 : at + 2] += np.sqrt(power) * np.exp(2j * np.pi * rng.random())
         received[100:110] += np.sqrt(standing) * np.exp(2j * np.pi * rng.random())
-        memory.add(now_s, np.abs(received))
+        memory.add(now_s, np.array([received, received]))
     return memory.sums(time_s[-1], FIRST_M, CELL_M, GROUND_M, STEADY, AHEAD_S)
 
 
@@ -53,13 +61,13 @@ def test_noise_alone_and_what_stands_there_add_up_to_little():
 
 
 def test_few_beeps_and_a_cleared_memory_say_nothing():
-    memory = ApproachMemory(CELLS)
+    memory = ApproachMemory(CELLS, 2 * CELLS)
     for beep in range(LEAST_BEEPS):
-        memory.add(PERIOD_S * beep, np.ones(2 * CELLS))
+        memory.add(PERIOD_S * beep, np.ones((2, 2 * CELLS)))
     place = FIRST_M, CELL_M, GROUND_M, STEADY, AHEAD_S
     assert memory.sums(1.0, *place) is NO_SUMS
     for beep in range(LEAST_BEEPS, 2 * LEAST_BEEPS):
-        memory.add(PERIOD_S * beep, np.ones(2 * CELLS))
+        memory.add(PERIOD_S * beep, np.ones((2, 2 * CELLS)))
     assert memory.sums(1.0, *place).hit > NOTHING
     memory.clear()
     assert memory.sums(1.0, *place) is NO_SUMS
@@ -83,3 +91,25 @@ def test_best_sums_are_those_of_plain_loops():
                     best[miss_m] = max(best.get(miss_m, NOTHING), total[LEAST_BEEPS - 1 :].max())
     found = _best_sums(ratio, age_s, waves, SPEED_M_S, FIRST_M, CELL_M, AHEAD_M, heights_m, misses_m, speeds)
     assert found[:4] == pytest.approx((best[0.0], best[0.9], NOTHING, NOTHING))
+
+
+def test_the_last_beeps_come_newest_first_over_their_usual_size():
+    memory, rng = ApproachMemory(CELLS, 2 * CELLS), np.random.default_rng(1)
+    given = [rng.normal(size=(2, 2 * CELLS)) * [[1.0], [0.1]] for _ in range(MEMORY_BEEPS + 7)]
+    for beep, moved in enumerate(given):
+        memory.add(PERIOD_S * beep, moved)
+    found = memory.recent(FIRST_M, CELL_M)
+    assert found.time_s == pytest.approx(PERIOD_S * np.arange(MEMORY_BEEPS + 6, 6, -1))
+    assert np.median(np.abs(found.envelope), axis=2) == pytest.approx(np.ones((MEMORY_BEEPS, 2)))
+    usual = np.median(np.abs(given[-1]), axis=1, keepdims=True)
+    assert found.envelope[0] == pytest.approx(given[-1] / usual, rel=1e-6)
+    assert found.ratio.shape == (MEMORY_BEEPS, CELLS)
+
+
+def test_beeps_without_noise_stay_finite():
+    memory, echo = ApproachMemory(CELLS, 2 * CELLS), np.zeros((2, 2 * CELLS))
+    for beep in range(LEAST_BEEPS):
+        memory.add(PERIOD_S * beep, echo)
+    echo[:, 40] = 1e-3
+    memory.add(PERIOD_S * LEAST_BEEPS, echo)
+    assert np.isfinite(memory.recent(FIRST_M, CELL_M).envelope).all()
