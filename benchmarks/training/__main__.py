@@ -66,9 +66,9 @@ def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, ta
 
 
 def shared(walks: int) -> dict[str, int]:
-    """How many walks of each recipe."""
+    """How many walks of each recipe that has any."""
     mixed = round(MIXED_SHARE * walks)
-    return {"paper": walks - mixed, "mixed": mixed}
+    return {recipe: count for recipe, count in (("paper", walks - mixed), ("mixed", mixed)) if count}
 
 
 def model_of(learned_from: dict[str, Examples], jobs: int) -> CollisionModel:

@@ -25,16 +25,16 @@ TABLE = Path(__file__).with_name("held_out.npz")
 LEFT = Evidence._fields.index("left_m")
 
 
-def _examples(walks=40, beeps=10, seed=0):
-    """Walks whose pictures and numbers say a little about the outcome."""
+def _examples(walks=40, beeps=10, seed=0, told=1.0):
+    """Walks whose pictures and numbers tell the outcome by so many deviations."""
     rng = np.random.default_rng(seed)
     walk, collides = np.repeat(np.arange(walks), beeps), np.repeat(np.arange(walks) % 2 == 0, beeps)
     evidence = np.array(NO_EVIDENCE) + rng.normal(size=(walks * beeps, len(NO_EVIDENCE)))
-    evidence[:, Evidence._fields.index("hit")] += np.where(collides, 1.0, -1.0)
+    evidence[:, Evidence._fields.index("hit")] += np.where(collides, told, -told)
     left_m = np.where(collides, np.tile(np.linspace(1.5, 0.0, beeps), walks), np.nan)
     evidence[:, LEFT] = np.where(collides, left_m, rng.uniform(0.3, 2.0, len(walk)))
     pictures = rng.normal(size=(walks * beeps, *SHAPE))
-    pictures[:, 0, :, 20] += np.where(collides, 1.0, -1.0)[:, None]
+    pictures[:, 0, :, 20] += np.where(collides, told, -told)[:, None]
     return Examples(walk, np.zeros_like(walk), collides, left_m, evidence, pictures.astype(np.float16))
 
 
@@ -58,7 +58,7 @@ def test_walks_are_of_the_development_split_and_never_shared():
 
 def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
     network = pytest.importorskip("benchmarks.training.network", reason="PyTorch comes with the extra `training`")
-    examples, unseen = _examples(), _examples(seed=1)
+    examples, unseen = _examples(160, told=3.0), _examples(seed=1, told=3.0)
     (model, probability), (again, _) = network.learned(examples), network.learned(examples)
     found = stated(model, unseen)
     assert np.mean((found > 0.5) == unseen.collides) > 0.9
