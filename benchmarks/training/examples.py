@@ -12,6 +12,7 @@ from joblib import Parallel, delayed
 from benchmarks.cells.spec import Cell
 from benchmarks.training.walks import recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
+from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.detector import FARTHEST_M
 
 SETTLING_BEEPS = 8
@@ -85,9 +86,8 @@ def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples
         walk = recorded(cell)
         parts = [_of_reception(walk.collides, walk.left_m, *seen_at_beeps(walk, k), k) for k in range(receptions)]
         kept = joined(parts)
-        temporary = path.with_suffix(".tmp.npz")
-        np.savez(temporary, **{name: getattr(kept, name) for name in Examples.__annotations__})
-        temporary.rename(path)
+        with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
+            np.savez(file, **{name: getattr(kept, name) for name in Examples.__annotations__})
     with np.load(path) as stored:
         found = Examples(**stored)
     return replace(found, walk=np.full(len(found), number))

@@ -9,7 +9,6 @@ benchmarks.training` learns the weights and writes their card; docs/tracking.md 
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -20,10 +19,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats, Singles
+from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.approach_picture import LAYERS, SHAPE
 from obstaclewatch.tracking.evidence import OF_TRACKS, Evidence
 
 CARD = Path(__file__).with_name("collision_model.json")
+"""What the weights were learned from, and what they did on walks that they had not seen."""
 WEIGHTS = Path(__file__).with_name("collision_model.npz")
 KERNEL = 3
 POOLED_LAYERS = 2
@@ -112,17 +113,13 @@ class CollisionModel:
 
     def write(self, weights: Path) -> None:
         """As plain arrays, which `from_file` reads."""
-        arrays: dict[str, Any] = {
-            "usual": self.usual,
-            "spread": self.spread,
-            "left_m": self.left_m,
-            "thresholds": self.thresholds,
-        }
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in OF_ALL}
         for k, network in enumerate(self.networks):
             for layer, (kernel, offset) in enumerate(zip(network.kernels, network.kernel_offsets, strict=True)):
                 arrays |= {f"kernel_{k}_{layer}": kernel, f"kernel_offset_{k}_{layer}": offset}
             arrays |= {f"{name}_{k}": getattr(network, name) for name in DENSE}
-        np.savez_compressed(weights, numbers=np.array(Evidence._fields), **arrays)
+        with whole_file(weights) as partial, partial.open("wb") as file:
+            np.savez_compressed(file, numbers=np.array(Evidence._fields), **arrays)
 
     @classmethod
     def from_file(cls, weights: Path) -> CollisionModel:
@@ -139,9 +136,10 @@ class CollisionModel:
             taken = {network.kernels[0].shape[1] for network in networks}
             if taken != {SHAPE[0]}:
                 raise ValueError(f"{weights.name} must have kernels for {SHAPE[0]} layers, got {sorted(taken)}")
-            return cls(networks, *(stored[name] for name in ("usual", "spread", "left_m", "thresholds")))
+            return cls(networks, *(stored[name] for name in OF_ALL))
 
 
+OF_ALL = ("usual", "spread", "left_m", "thresholds")
 DENSE = ("hidden", "hidden_offset", "output", "output_offset")
 
 
@@ -149,12 +147,6 @@ DENSE = ("hidden", "hidden_offset", "output", "output_offset")
 def collision_model() -> CollisionModel:
     """The model that comes with the detector."""
     return CollisionModel.from_file(WEIGHTS)
-
-
-def card() -> dict[str, object]:
-    """What it was learned from, and what it did on walks that it had not seen."""
-    found: dict[str, object] = json.loads(CARD.read_text(encoding="utf-8"))
-    return found
 
 
 def scaled(evidence: Floats, usual: Floats, spread: Floats) -> Singles:

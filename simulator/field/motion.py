@@ -159,9 +159,8 @@ def _over_a_curve(
     moment = _solved(tracing, rows, source, receiver, (reception - settled)[:, None] + ahead, guess)
     delay = (moment.length_m() / speed_m_s).reshape(reception_s.shape)
     amplitude = _amplitude(tracing, rows, moment.points_m, moment.normal, moment.curvature).reshape(reception_s.shape)
-    bent = np.any(
-        np.abs(delay - settled.reshape(reception_s.shape)) > BENT_S, axis=1
-    )  # at a crossing that would run off
+    # At a crossing that would run off, paths are not straight from image to image.
+    bent = np.any(np.abs(delay - settled.reshape(reception_s.shape)) > BENT_S, axis=1)
     if bent.any():
         among = found[bent], reception_s[bent]
         delay[bent], amplitude[bent] = _over_curves(tracing, track, *among, speed_m_s, count)
