@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import click
 import numpy as np
 
 from benchmarks.runs.store import write_atomically
-from benchmarks.training.examples import Examples, examples_of, joined
+from benchmarks.training.examples import Examples, examples_of, joined, numbered
 from benchmarks.training.fit import (
     FALSE_COST,
     IN_TIME_M,
@@ -51,14 +50,15 @@ def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, ta
     """Simulate walks of the development split, learn the probability of a collision, and write it with its card."""
     wanted = {recipe: development_cells(recipe, SEEDS["learned"][recipe], n) for recipe, n in shared(walks).items()}
     others = {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
-    learned = {
-        recipe: examples_of(with_people_drawn(cells), receptions, jobs, folder / "learned")
-        for recipe, cells in wanted.items()
-    }
-    unseen = {recipe: examples_of(cells, receptions, jobs, folder / "held-out") for recipe, cells in others.items()}
+    learned = joined(
+        numbered(examples_of(with_people_drawn(cells), receptions, jobs, folder / "learned"), APART * k)
+        for k, cells in enumerate(wanted.values())
+    )
     model = model_of(learned, jobs)
     model.write(output)
-    text = json.dumps(card(model, learned, unseen), indent=1) + "\n"
+    count = {recipe: len(cells) for recipe, cells in wanted.items()}
+    unseen = {recipe: examples_of(cells, receptions, jobs, folder / "held-out") for recipe, cells in others.items()}
+    text = json.dumps(card(model, count, unseen), indent=1) + "\n"
     write_atomically(output.with_suffix(".json"), text)
     if table is not None:
         write_table(table, unseen["paper"], model)
@@ -71,14 +71,13 @@ def shared(walks: int) -> dict[str, int]:
     return {recipe: count for recipe, count in (("paper", walks - mixed), ("mixed", mixed)) if count}
 
 
-def model_of(learned_from: dict[str, Examples], jobs: int) -> CollisionModel:
-    """The model learned from examples, by recipe; thresholds are chosen on the recipe that clearly hits or misses."""
+def model_of(examples: Examples, jobs: int) -> CollisionModel:
+    """The model learned from examples; thresholds are chosen on the first recipe, whose walks clearly hit or miss."""
     from benchmarks.training.network import learned  # PyTorch is an extra
 
-    every = _apart(learned_from)
-    model, probability = learned(every, jobs)
-    paper = every.walk < APART
-    return with_thresholds(model, every[paper], probability[paper])
+    model, probability = learned(examples, jobs)
+    first = examples.walk < APART
+    return with_thresholds(model, examples.without_pictures[first], probability[first])
 
 
 def write_table(path: Path, found: Examples, model: CollisionModel) -> None:
@@ -104,12 +103,11 @@ def read_table(path: Path) -> tuple[Examples, Floats, Ints, Halves]:
         return examples, stored["probability"], stored["shown"], stored["pictures"]
 
 
-def card(model: CollisionModel, learned: dict[str, Examples], unseen: dict[str, Examples]) -> dict[str, Any]:
-    """What the model was learned from, and what it does on walks that it has not seen."""
-    count = {recipe: len(np.unique(found.walk)) for recipe, found in learned.items()}
-    receptions = {int(found.reception.max()) + 1 for found in learned.values()}
+def card(model: CollisionModel, learned: dict[str, int], unseen: dict[str, Examples]) -> dict[str, Any]:
+    """Of how many walks of each recipe the model was learned, and what it does on walks that it has not seen."""
+    receptions = max(int(found.reception.max()) + 1 for found in unseen.values())
     return {
-        "data": {"split": "dev", "seeds": SEEDS, "walks": count, "receptions": max(receptions)},
+        "data": {"split": "dev", "seeds": SEEDS, "walks": learned, "receptions": receptions},
         "cost": {"collision without an alert": MISS_COST, "false alert": FALSE_COST, "in time, m left": IN_TIME_M},
         "held out": {recipe: measured(model, found) for recipe, found in unseen.items()},
     }
@@ -129,11 +127,6 @@ def measured(model: CollisionModel, found: Examples) -> dict[str, Any]:
             each["TN"] = rates(found[rows], alerts[rows], 0.0)[1]
             entry[name] = {key: None if np.isnan(rate) else round(rate, 3) for key, rate in each.items()}
     return entry | {"calibration": calibration(found, probability)}
-
-
-def _apart(parts: dict[str, Examples]) -> Examples:
-    """All examples in one, with numbers of walks that do not meet."""
-    return joined(replace(found, walk=found.walk + APART * k) for k, found in enumerate(parts.values()))
 
 
 if __name__ == "__main__":

@@ -43,8 +43,13 @@ class Examples:
     def __len__(self) -> int:
         return len(self.walk)
 
-    def __getitem__(self, rows: Flags) -> Examples:
+    def __getitem__(self, rows: Flags | Ints) -> Examples:
         return Examples(*(getattr(self, name)[rows] for name in self.__annotations__))
+
+    @property
+    def without_pictures(self) -> Examples:
+        """The same beeps with pictures of no size, for those who look at the rest."""
+        return replace(self, pictures=self.pictures[:, :0])
 
     @property
     def used(self) -> Flags:
@@ -73,11 +78,16 @@ def joined(parts: Iterable[Examples]) -> Examples:
     return Examples(*(np.concatenate([getattr(p, name) for p in kept]) for name in Examples.__annotations__))
 
 
+def numbered(examples: Examples, first: int) -> Examples:
+    """The same, with numbers of walks from another on."""
+    return replace(examples, walk=examples.walk + first)
+
+
 def examples_of(cells: Sequence[Cell], receptions: int, jobs: int, folder: Path) -> Examples:
     """Examples of walks; each walk's are kept in a file, so that what is interrupted goes on from there."""
     folder.mkdir(parents=True, exist_ok=True)
     work = (delayed(_of_walk)(cell, number, receptions, folder) for number, cell in enumerate(cells))
-    return joined(Parallel(n_jobs=jobs)(work))
+    return joined(Parallel(n_jobs=jobs, return_as="generator")(work))
 
 
 def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples:

@@ -68,23 +68,28 @@ class _Net(nn.Module):
 
 def learned(examples: Examples, jobs: int = 1, seed: int = 0) -> tuple[CollisionModel, Floats]:
     """A model without thresholds, and (n,) probabilities at all beeps by the network that did not learn from them."""
-    used = examples[examples.used]
-    usual = np.nan_to_num(np.nanmean(used.evidence, axis=0))
-    spread = np.maximum(np.nan_to_num(np.nanstd(used.evidence, axis=0)), LEAST_SPREAD)
-    fitted = (delayed(_fitted)(used, own, usual, spread, seed + own) for own in range(FOLDS))
+    used, fold = examples.used, examples.walk % FOLDS
+    evidence = examples.evidence[used]
+    usual = np.nan_to_num(np.nanmean(evidence, axis=0))
+    spread = np.maximum(np.nan_to_num(np.nanstd(evidence, axis=0)), LEAST_SPREAD)
+    others = [np.flatnonzero(used & (fold != own)) for own in range(FOLDS)]
+    fitted = (delayed(_fitted)(examples, rows, usual, spread, seed + own) for own, rows in enumerate(others))
     networks = Parallel(n_jobs=jobs)(fitted)
     model = CollisionModel(tuple(networks), usual, spread, np.array([0.0, 1.0]), np.ones(2))
-    fold, probability = examples.walk % FOLDS, np.zeros(len(examples))
+    probability = np.zeros(len(examples))
     for own, network in enumerate(networks):
         probability[fold == own] = stated(replace(model, networks=(network,)), examples[fold == own])
     return model, probability
 
 
-def _fitted(every: Examples, own: int, usual: Floats, spread: Floats, seed: int) -> Network:
-    """By weighted cross entropy over all folds but its own."""
+def _fitted(every: Examples, learned_from: Ints, usual: Floats, spread: Floats, seed: int) -> Network:
+    """By weighted cross entropy over those beeps.
+
+    Pictures are taken from all, a batch at a time: copies of most of them for every fold do not fit into memory.
+    """
     torch.set_num_threads(1)
     torch.manual_seed(seed)
-    examples = every[every.walk % FOLDS != own]
+    examples = every.without_pictures[learned_from]
     rng = np.random.default_rng(seed)
     numbers = torch.from_numpy(scaled(examples.evidence, usual, spread))
     collides = torch.from_numpy(examples.collides.astype(np.float32))
@@ -96,7 +101,8 @@ def _fitted(every: Examples, own: int, usual: Floats, spread: Floats, seed: int)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps + 1)
     net.train()
     for rows in _batches(len(examples), rng):
-        log_odds = net(torch.from_numpy(_varied(examples.pictures[rows].astype(np.float32), rng)), numbers[rows])
+        pictures = _varied(every.pictures[learned_from[rows]].astype(np.float32), rng)
+        log_odds = net(torch.from_numpy(pictures), numbers[rows])
         loss = functional.binary_cross_entropy_with_logits(log_odds, collides[rows], weight[rows])
         optimizer.zero_grad()
         loss.backward()

@@ -110,7 +110,7 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
     assert found.pictures.any(axis=(1, 2, 3)).all()
     assert set(found.reception) == {0, 1}
     model = collision_model()
-    entry = card(model, {"paper": found}, {"paper": found})
+    entry = card(model, {"paper": 1}, {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
     write_table(tmp_path / "table.npz", found, model)
     table, probability, shown, pictures = read_table(tmp_path / "table.npz")
