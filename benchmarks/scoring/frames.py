@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from benchmarks.cells.spec import variant_text
@@ -20,6 +21,7 @@ from benchmarks.plan.sweep import NAME, value_at
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
 from benchmarks.scoring.scores import TRUE, beeps_of, walk_row
+from obstaclewatch.support.arrays import Floats
 
 CELL = ("kind", "scene", "category", "index", "phone", "seed")
 WORDS = ("error", "point", "detector")
@@ -111,15 +113,20 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
     row: Row = {"beeps": sum(len(columns["beep"]) for columns in parts)}
     for name, (estimate, truth) in TRUE.items():
         quantity, _, unit = name.rpartition("_")
-        pairs = [pair for columns in parts for pair in zip(columns[estimate], columns[truth], strict=True)]
-        error = pd.Series([math.nan if None in pair else pair[0] - pair[1] for pair in pairs], dtype=float)
-        row[f"{quantity}_estimates"] = int(error.count())
-        for kind, values in (
-            ("error", error.abs()),
-            ("bias", error),
-        ):  # of an even number the lower middle, as all here
-            row[f"{quantity}_{kind}_median_{unit}"] = values.quantile(0.5, interpolation="lower")
+        found, true = (
+            np.array([value for columns in parts for value in columns[column]], dtype=np.float64)
+            for column in (estimate, truth)
+        )
+        error = (found - true)[~np.isnan(found - true)]
+        row[f"{quantity}_estimates"] = len(error)
+        for kind, values in (("error", np.abs(error)), ("bias", error)):
+            row[f"{quantity}_{kind}_median_{unit}"] = _median(values)
     return row
+
+
+def _median(values: Floats) -> float:
+    """Of an even number the lower middle, as all here; NaN of none."""
+    return float(np.quantile(values, 0.5, method="lower")) if len(values) else math.nan
 
 
 def _numbers(result: Mapping[str, Any] | None) -> Row:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -37,8 +38,9 @@ class Rate:
         )
 
 
+@lru_cache(maxsize=None, typed=True)
 def exact_rate(k: int, n: int) -> Rate:
-    """k of n with its exact 95 % interval (Clopper and Pearson 1934).
+    """k of n with its exact 95 % interval (Clopper and Pearson 1934), whose ends are searched for: once each.
 
     Raises:
         ValueError: k outside 0..n.
