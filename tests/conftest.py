@@ -5,8 +5,9 @@ On two busy cores products of small matrices on two threads cost six times the C
 settings when numpy is first imported, which is after this file.
 """
 
+import gc
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,17 @@ def kept_walks() -> Callable[[str], Any]:
 def walks_once(kept_walks: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """For pages that run the same walks of the paper's suite, and their reports, which play them once more."""
     monkeypatch.setattr("benchmarks.cells.compute._simulated", kept_walks)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Without a search for garbage among millions of new objects, of which all stay: a sixth of collection's time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 FIRST = ("benchmarks", "fuzz", "obstaclewatch", "scenes", "docs")
