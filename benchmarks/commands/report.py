@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ import click
 from benchmarks.report.replays import MOST_WALKS
 
 if TYPE_CHECKING:
-    from benchmarks.figures import DrawnFigure
     from benchmarks.runs.results import RunData
 
 
@@ -41,19 +39,12 @@ def report(run_folder: Path, walks: int, jobs: int, allow_code: bool) -> None:
     if walks and not allow_code:
         named = {name for cell in found.cells for name in cell["cell"].get("detectors", ())}
         check_detectors(named, f"run '{run_folder}'")
-    click.echo(report_with_walks(found, walks, jobs))
+    click.echo(_report_with_walks(found, walks, jobs))
 
 
-def report_with_walks(run: RunData, walks: int, jobs: int, figures: Sequence[DrawnFigure] | None = None) -> Path:
-    """Write the report with so many walks to watch, at most, and the run's figures if these are known.
-
-    Raises:
-        ValueError: negative walks, or no jobs.
-    """
+def _report_with_walks(run: RunData, walks: int, jobs: int) -> Path:
     from benchmarks.report.replays.chosen_walks import chosen_walks
     from benchmarks.report.replays.stored_replays import replays_of
     from benchmarks.report.report import write_report
 
-    if jobs < 1:
-        raise ValueError(f"jobs must be at least 1, got {jobs}")
-    return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs), figures)
+    return write_report(run, replays_of(run.folder, chosen_walks(run, walks), jobs))

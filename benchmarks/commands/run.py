@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from benchmarks.commands import ALLOW_CODE
-from benchmarks.commands.report import report_with_walks
 from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs import EXECUTORS
 
@@ -98,6 +97,8 @@ def run(
 def finish(folder: Path, walks: int, jobs: int) -> None:
     """Tables and summary of what is stored, the verdict on standard output, and then figures and report.
 
+    Figures are drawn while other processes pack the walks.
+
     Args:
         folder: of the run.
         walks: how many the report packs for watching, at most.
@@ -105,15 +106,19 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
     """
     from benchmarks.bench import tabulated
     from benchmarks.figures import figures_of, write_figures
+    from benchmarks.report.replays.chosen_walks import chosen_walks
+    from benchmarks.report.replays.stored_replays import replays_begun
+    from benchmarks.report.report import write_report
     from benchmarks.report.verdict_lines import verdict_lines
 
     data, found = tabulated(folder)
     if not data.ok:
         return
     click.echo("\n".join(verdict_lines(found)))
+    packed = replays_begun(folder, chosen_walks(data, walks), jobs)
     figures = figures_of(data)
     write_figures(folder, [drawn for drawn in figures if not drawn.figure.empty])
-    click.echo(f"report: {report_with_walks(data, walks, jobs, figures)}")
+    click.echo(f"report: {write_report(data, packed(), figures)}")
 
 
 def _longest_s(cells: list[Cell]) -> float:

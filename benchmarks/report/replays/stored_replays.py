@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,14 @@ SAME_INSTANT_S = 5e-4
 
 
 def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1) -> list[dict[str, Any]]:
-    """What the page plays, a walk each, in order.
+    """What the page plays, a walk each, in order; see `replays_begun`."""
+    return replays_begun(folder, walks, jobs)()
+
+
+def replays_begun(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1) -> Callable[[], list[dict[str, Any]]]:
+    """What waits for the walks that the page plays and hands them over, in order.
+
+    Several processes begin at once, so that the caller can do something else meanwhile; one begins when it is asked.
 
     A walk that can no longer be computed (its detector's module or scene file is gone) has the reason as "error"
     instead of numbers; one whose alerts are not those the run stored has `faithful` false.
@@ -34,19 +41,23 @@ def replays_of(folder: Path, walks: Sequence[ChosenWalk], jobs: int = 1) -> list
         jobs: processes to compute them with.
 
     Raises:
-        OSError: the folder cannot be written.
+        OSError: the folder cannot be written; what is handed back raises it.
     """
     digests = [_digest(walk.record) for walk in walks]
     stored = {k: _kept(folder, digest) for k, digest in enumerate(digests)}
     found = {k: numbers for k, numbers in stored.items() if numbers is not None}
     missing = [k for k in stored if k not in found]
     done = Parallel(n_jobs=jobs, return_as="generator")(delayed(_computed)(walks[k].record["cell"]) for k in missing)
-    shown = tqdm(done, "walks", len(missing), unit="walk", disable=not sys.stderr.isatty())
-    for k, numbers in zip(missing, shown, strict=True):
-        found[k] = numbers
-        if "error" not in numbers:
-            write_cell(replay_path(folder, digests[k]), to_json(_sealed(digests[k], numbers)))
-    return [_entry(walk, found[k]) for k, walk in enumerate(walks)]
+
+    def all_of_them() -> list[dict[str, Any]]:
+        shown = tqdm(done, "walks", len(missing), unit="walk", disable=not sys.stderr.isatty())
+        for k, numbers in zip(missing, shown, strict=True):
+            found[k] = numbers
+            if "error" not in numbers:
+                write_cell(replay_path(folder, digests[k]), to_json(_sealed(digests[k], numbers)))
+        return [_entry(walk, found[k]) for k, walk in enumerate(walks)]
+
+    return all_of_them
 
 
 def replay_path(folder: Path, digest: str) -> Path:
