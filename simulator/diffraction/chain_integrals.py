@@ -7,13 +7,14 @@ window, so that the gains are smooth over frequency. Corners, at which several e
 Four and five edges are followed where they may be audible (`longer_chains`).
 
 Nothing is integrated where chains cannot matter: at poses and microphones with a mirror image in the panel, where
-Kirchhoff's integral takes care of the obstacle, and where no chain can be loud enough (`chain_bounds`).
+Kirchhoff's integral takes care of the obstacle, and where no chain can be loud enough (`chain_bounds`), beside other
+echoes or the noise. A third edge is followed where it may be.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -44,6 +45,9 @@ from simulator.world.search_context import Search
 
 LONGEST_RIM_M = 5.5  # the segments of a face then take 0.3 GB
 FREQUENCIES = 6  # that carry the gains: to 2e-3 of what is left of all orders edge-on, better elsewhere
+TOGETHER = 2.0
+"""Times the bound of chains, or the loudest window of two edges, is about what windows of the same two or three edges
+add up to at most: 2.2 times the bound and 1.9 times the window on 150 random plates, most of them near edge-on."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +141,12 @@ def _wanted(over: Panel, mirrored: Flags, taken: Flags) -> Flags:
     """(N, 2) where chains are integrated; where they are not, the log books them with the reason."""
     wanted = _reached(over.search, over.edge)
     bound = _bound(over, wanted & ~taken & ~mirrored)
+    audible = replace(over.search.audible, least=over.search.lost_in_noise / TOGETHER)
     rim_m = float(over.search.tracing.world.wedges[over.edge].length_m.sum())
     for reason, where, described in (
         (Reason.LEFT_TO_INTEGRAL, taken, _bounds),
         (Reason.DROWNED_BY_MIRROR, mirrored, _levels if rim_m <= LONGEST_RIM_M else _bounds),
-        (Reason.FAINT_CHAIN, ~over.search.audible(bound, np.maximum(over.loudest, bound)), _bounds),
+        (Reason.FAINT_CHAIN, ~audible(bound, np.maximum(over.loudest, bound)), _bounds),
         (Reason.LARGE_PANEL, np.full_like(wanted, rim_m > LONGEST_RIM_M), _bounds),
     ):
         _reject_all(over, reason, wanted & where, described)
@@ -178,8 +183,8 @@ def _bound(over: Panel, wanted: Flags) -> Floats:
 def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Found]:
     """All chains at some microphones of one pose.
 
-    A third edge is followed where chains of two are audible, further ones where an order is worth more than a
-    `negligible` share of the lower ones; 0 follows all.
+    A third edge is followed where chains of two are audible and not lost in the noise, further ones where an order is
+    worth more than a `negligible` share of the lower ones; 0 follows all.
     """
     tracing = over.search.tracing
     points = np.stack([tracing.source_m[pose], *tracing.mics_m[pose, mics]])
@@ -191,7 +196,9 @@ def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Foun
         for two, mic in zip(second, mics, strict=True)
     ]
     top = [np.abs(two).max() for two in second]
-    on = [n for n in range(len(mics)) if over.longest > 2 and (negligible == 0.0 or bool(kept[n](top[n])))]
+    least = over.search.lost_in_noise / TOGETHER
+    loud = [bool(keep(most)) and most >= least for keep, most in zip(kept, top, strict=True)]
+    on = [n for n in range(len(mics)) if over.longest > 2 and (negligible == 0.0 or loud[n])]
     out = [_of_two(over, pose, int(mic), two, keep) for mic, two, keep in zip(mics, second, kept, strict=True)]
     if on:
         ends = np.stack([source, *(receivers[n] for n in on)])
