@@ -37,7 +37,7 @@ APART = 1_000_000
 
 
 @click.command()
-@click.option("--walks", default=1320, show_default=True, help="to learn from")
+@click.option("--walks", default=2760, show_default=True, help="to learn from")
 @click.option("--held-out", default=169, show_default=True, help="to measure with, of recipe paper")
 @click.option("--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first")
 @click.option("-j", "--jobs", default=1, show_default=True)

@@ -20,7 +20,7 @@ THRESHOLDS = np.round(np.arange(0.50, 0.99, 0.01), 2)
 IN_TIME_M = 0.5
 """Distance left up to which an alert counts when thresholds are chosen."""
 BATCH = 256
-MISS_COST, FALSE_COST = 1.0, 1.5
+MISS_COST, FALSE_COST = 1.0, 1.0
 """Of a collision without an alert in time, and of an alert on a walk without a collision."""
 
 

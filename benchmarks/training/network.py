@@ -33,7 +33,7 @@ RATE = 3e-3
 SHIFTED_COLUMNS = 1
 """By which a batch's pictures are moved nearer or farther: 5 cm decide nothing."""
 ADDED_NOISE = 0.1
-LOUDNESS = 2.0
+LOUDNESS = 3.0
 """Factor up to which levels and microphone 1's agreement are raised or lowered, apart: phones and places differ."""
 WITHOUT_NUMBER = 0.15
 """Share of the numbers that a step leaves out, so that none is relied on alone."""

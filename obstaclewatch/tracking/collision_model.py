@@ -30,8 +30,8 @@ KERNEL = 3
 POOLED_LAYERS = 2
 MOST_DEVIATIONS = 5.0
 """Beyond which a number counts as so many."""
-MOST_AGREEMENT, MOST_LEVEL = 1.5, 2.0
-"""Beyond which microphone 1's agreement, and the level, of a picture count as so much: an echo 17 dB over what is usual
+MOST_AGREEMENT, MOST_LEVEL = 1.0, 1.3
+"""Beyond which microphone 1's agreement, and the level, of a picture count as so much: an echo 11 dB over what is usual
 tells by its place and phase, not by how loud it is."""
 
 
