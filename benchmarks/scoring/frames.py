@@ -117,7 +117,8 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
             np.array([value for columns in parts for value in columns[column]], dtype=np.float64)
             for column in (estimate, truth)
         )
-        error = (found - true)[~np.isnan(found - true)]
+        error = found - true
+        error = error[~np.isnan(error)]
         row[f"{quantity}_estimates"] = len(error)
         for kind, values in (("error", np.abs(error)), ("bias", error)):
             row[f"{quantity}_{kind}_median_{unit}"] = _median(values)

@@ -87,7 +87,7 @@ def examples_of(cells: Sequence[Cell], receptions: int, jobs: int, folder: Path)
     """Examples of walks; each walk's are kept in a file, so that what is interrupted goes on from there."""
     folder.mkdir(parents=True, exist_ok=True)
     work = (delayed(_of_walk)(cell, number, receptions, folder) for number, cell in enumerate(cells))
-    return joined(Parallel(n_jobs=jobs, return_as="generator")(work))
+    return joined(Parallel(n_jobs=jobs)(work))
 
 
 def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples:

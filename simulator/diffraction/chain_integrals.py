@@ -67,6 +67,11 @@ class Panel:
     loudest: Floats
 
     @cached_property
+    def audible(self) -> Audible:
+        """What chains together must reach, beside other echoes and over the noise."""
+        return replace(self.search.audible, least=self.search.lost_in_noise / TOGETHER)
+
+    @cached_property
     def chains(self) -> Windowed:
         """All that sound can meet."""
         return windowed_chains(self.search.tracing.world.wedges[self.edge], self.longest)
@@ -141,12 +146,11 @@ def _wanted(over: Panel, mirrored: Flags, taken: Flags) -> Flags:
     """(N, 2) where chains are integrated; where they are not, the log books them with the reason."""
     wanted = _reached(over.search, over.edge)
     bound = _bound(over, wanted & ~taken & ~mirrored)
-    audible = replace(over.search.audible, least=over.search.lost_in_noise / TOGETHER)
     rim_m = float(over.search.tracing.world.wedges[over.edge].length_m.sum())
     for reason, where, described in (
         (Reason.LEFT_TO_INTEGRAL, taken, _bounds),
         (Reason.DROWNED_BY_MIRROR, mirrored, _levels if rim_m <= LONGEST_RIM_M else _bounds),
-        (Reason.FAINT_CHAIN, ~audible(bound, np.maximum(over.loudest, bound)), _bounds),
+        (Reason.FAINT_CHAIN, ~over.audible(bound, np.maximum(over.loudest, bound)), _bounds),
         (Reason.LARGE_PANEL, np.full_like(wanted, rim_m > LONGEST_RIM_M), _bounds),
     ):
         _reject_all(over, reason, wanted & where, described)
@@ -195,9 +199,8 @@ def _at_pose(over: Panel, pose: int, mics: Ints, negligible: float) -> list[Foun
         _loud_enough(over.search.audible, two, float(over.loudest[pose, mic]))
         for two, mic in zip(second, mics, strict=True)
     ]
-    top = [np.abs(two).max() for two in second]
-    least = over.search.lost_in_noise / TOGETHER
-    loud = [bool(keep(most)) and most >= least for keep, most in zip(kept, top, strict=True)]
+    top = np.array([np.abs(two).max() for two in second])
+    loud = over.audible(top, np.maximum(over.loudest[pose, mics], top))
     on = [n for n in range(len(mics)) if over.longest > 2 and (negligible == 0.0 or loud[n])]
     out = [_of_two(over, pose, int(mic), two, keep) for mic, two, keep in zip(mics, second, kept, strict=True)]
     if on:
