@@ -19,7 +19,7 @@ from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
 from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Sights
-from simulator.kirchhoff.spots import Spots, spots_of
+from simulator.kirchhoff.spots import Spots
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
@@ -47,8 +47,11 @@ class Light:
     alike: float
 
 
-def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Flags, Ints]:
+def lit_facets(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> tuple[Flags, Ints]:
     """Which facets can be seen: those that face an image, with nothing between on any segment.
+
+    Args:
+        spots: of these facets, of the light's size.
 
     Returns:
         (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
@@ -59,7 +62,6 @@ def lit_facets(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -
     coarse, of_view = views, np.arange(len(views))
     if light.held != light.held_along_borders:
         coarse, of_view = _held_views(tracing, facets, points, views, np.zeros(len(views), dtype=np.int64), light.held)
-    spots = spots_of(facets, light.spot_m)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     sampled = np.arange(len(spots.facet)) % every == 0
     sample = _reached_by_all(tracing, facets, coarse, spots.facet[sampled])

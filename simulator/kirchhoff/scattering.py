@@ -20,6 +20,7 @@ from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.lighting import Light, lit_facets, share_light
 from simulator.kirchhoff.path_length_grid import Grid
+from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading
@@ -51,19 +52,22 @@ def scattered_paths(search: Search, pairs: Pairs) -> list[tuple[Candidates, Comp
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, size_m = _fineness(search.fidelity, reading)
     facets = facets_of(reading, surface, pairs.obstacle, size_m)
+    spots = spots_of(facets, light.spot_m)
     pairs = pairs[np.lexsort((pairs.mic, pairs.pose))]
     share = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
     part = (pairs.pose / max(share * len(search.tracing.pose), 1.0)).astype(np.int64)
-    return [_scattered_in_part(search, facets, light, pairs[part == each]) for each in np.unique(part)]
+    return [_scattered_in_part(search, facets, spots, light, pairs[part == each]) for each in np.unique(part)]
 
 
-def _scattered_in_part(search: Search, facets: Facets, light: Light, pairs: Pairs) -> tuple[Candidates, Complexes]:
+def _scattered_in_part(
+    search: Search, facets: Facets, spots: Spots, light: Light, pairs: Pairs
+) -> tuple[Candidates, Complexes]:
     """The same at some of the poses."""
     tracing = search.tracing
     material = tracing.world.obstacles[pairs.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
-    lit, view = lit_facets(tracing, facets, sights, light)
+    lit, view = lit_facets(tracing, facets, spots, sights, light)
     seen = np.flatnonzero(share_light(lit, view[first], view[second]))
     used, which = np.unique([first[seen], second[seen]], return_inverse=True)
     ends = Ends.of(search, facets.obstacle, sights[used], view[used], lit)

@@ -11,7 +11,7 @@ from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.illuminating_images import Sights
 from simulator.kirchhoff.lighting import Light, _facet_by_facet, _paths_to, _Views, lit_facets
-from simulator.kirchhoff.spots import Spots
+from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest
@@ -67,7 +67,7 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
     none, sides = np.zeros(3, dtype=np.int64), np.arange(3)
     straight = Sights(none, sides, none, np.full((3, 0), -1), np.concatenate([tracing.source_m, tracing.mics_m[0]]))
     exact, by_spots, alike, shared = (
-        lit_facets(tracing, facets, straight, light)
+        lit_facets(tracing, facets, spots_of(facets, light.spot_m), straight, light)
         for light in (
             Light(1e-3, 0.0, 0.0, 0.0),
             Light(0.05, 0.2, 0.0, 0.0),
