@@ -15,6 +15,8 @@ from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.detector import FARTHEST_M
 
+FOLDS = 4
+"""Parts of the walks, each of which one network does not learn from; walks of one seed are in one part."""
 SETTLING_BEEPS = 8
 """First beeps, of which nothing is learned."""
 PAST_M = -0.02
@@ -26,7 +28,7 @@ class Examples:
     """n beeps.
 
     Attributes:
-        walk, reception: (n,) numbers of the walk and of its reception.
+        walk, reception: (n,) the walk, by the seed it is drawn from, and the number of its reception.
         collides: (n,) whether the walk is a collision.
         left_m: (n,) distance left to contact; NaN without one.
         evidence: (n, F) see `Evidence`.
@@ -58,6 +60,12 @@ class Examples:
         return np.where(self.collides, near, True)
 
     @property
+    def fold(self) -> Ints:
+        """(n,) which of the folds each walk is in."""
+        found: Ints = self.walk % FOLDS
+        return found
+
+    @property
     def received(self) -> Ints:
         """(n,) a number for each walk and reception."""
         found: Ints = 1000 * self.walk + self.reception
@@ -79,18 +87,18 @@ def joined(parts: Iterable[Examples]) -> Examples:
 
 
 def numbered(examples: Examples, first: int) -> Examples:
-    """The same, with numbers of walks from another on."""
+    """The same, with a number added to those of the walks."""
     return replace(examples, walk=examples.walk + first)
 
 
 def examples_of(cells: Sequence[Cell], receptions: int, jobs: int, folder: Path) -> Examples:
     """Examples of walks; each walk's are kept in a file, so that what is interrupted goes on from there."""
     folder.mkdir(parents=True, exist_ok=True)
-    work = (delayed(_of_walk)(cell, number, receptions, folder) for number, cell in enumerate(cells))
+    work = (delayed(_of_walk)(cell, receptions, folder) for cell in cells)
     return joined(Parallel(n_jobs=jobs)(work))
 
 
-def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples:
+def _of_walk(cell: Cell, receptions: int, folder: Path) -> Examples:
     path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
     if not path.exists():
         walk = recorded(cell)
@@ -100,7 +108,7 @@ def _of_walk(cell: Cell, number: int, receptions: int, folder: Path) -> Examples
             np.savez(file, **{name: getattr(kept, name) for name in Examples.__annotations__})
     with np.load(path) as stored:
         found = Examples(**stored)
-    return replace(found, walk=np.full(len(found), number))
+    return replace(found, walk=np.full(len(found), cell.seed, dtype=np.int64))
 
 
 def _of_reception(collides: bool, left_m: Floats, evidence: Floats, pictures: Halves, reception: int) -> Examples:

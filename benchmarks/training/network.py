@@ -15,13 +15,12 @@ from joblib import Parallel, delayed
 from torch import nn
 from torch.nn import functional
 
-from benchmarks.training.examples import Examples
+from benchmarks.training.examples import FOLDS, Examples
 from benchmarks.training.fit import stated
 from obstaclewatch.support.arrays import Floats, Ints, Singles
 from obstaclewatch.tracking.approach_picture import LAYERS, SHAPE
 from obstaclewatch.tracking.collision_model import KERNEL, POOLED_LAYERS, CollisionModel, Network, limited, scaled
 
-FOLDS = 4
 CHANNELS = (16, 24, 32)
 HIDDEN = 32
 DROPPED = 0.5
@@ -68,7 +67,7 @@ class _Net(nn.Module):
 
 def learned(examples: Examples, jobs: int = 1, seed: int = 0) -> tuple[CollisionModel, Floats]:
     """A model without thresholds, and (n,) probabilities at all beeps by the network that did not learn from them."""
-    used, fold = examples.used, examples.walk % FOLDS
+    used, fold = examples.used, examples.fold
     evidence = examples.evidence[used]
     usual = np.nan_to_num(np.nanmean(evidence, axis=0))
     spread = np.maximum(np.nan_to_num(np.nanstd(evidence, axis=0)), LEAST_SPREAD)

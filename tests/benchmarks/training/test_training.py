@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.special import expit, logit
 
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
-from benchmarks.training.__main__ import SEEDS, card, main, read_table, write_table
-from benchmarks.training.examples import Examples, examples_of
+from benchmarks.training.__main__ import APART, HELD_OUT, SEEDS, WALKS, card, main, read_table, shared, write_table
+from benchmarks.training.examples import FOLDS, Examples, examples_of
 from benchmarks.training.fit import alerts_by, calibration, distances_left, rates, stated, with_thresholds
 from benchmarks.training.walks import development_cells, with_people_drawn
 from obstaclewatch.tracking.approach_picture import SHAPE
@@ -46,13 +48,17 @@ def _worst(found, probability):
 
 
 def test_walks_are_of_the_development_split_and_never_shared():
-    learned = {r: development_cells(r, seed, 40) for r, seed in SEEDS["learned"].items()}
-    unseen = development_cells("paper", SEEDS["held out"]["paper"], 40)
-    seeds = [cell.seed for cells in (*learned.values(), unseen) for cell in cells]
-    assert len(set(seeds)) == len(seeds) == 120
-    assert not set(seeds) & {cell.seed for cell in plan_cells(load_suite("paper"), "full")}
-    assert len({cell.seed for cell in development_cells("paper", 2018, 1400)}) == 1400  # a second seed's follow
-    changed = [cell.scene_change.person_level_db != 0.0 for cell in with_people_drawn(learned["paper"])]
+    """All that the weights are learned from, or measured with. Where recipes share a seed, its walks share a fold."""
+    learned = {r: development_cells(r, SEEDS["learned"][r], count) for r, count in shared(WALKS).items()}
+    unseen = development_cells("paper", SEEDS["held out"]["paper"], HELD_OUT)
+    seeds = {recipe: {cell.seed for cell in cells} for recipe, cells in learned.items()}
+    assert {recipe: len(own) for recipe, own in seeds.items()} == shared(WALKS)
+    tested = {cell.seed for recipe in seeds for cell in plan_cells(load_suite("paper", [f"recipe={recipe}"]), "full")}
+    apart = set().union(*seeds.values()), {cell.seed for cell in unseen}, tested
+    assert all(not one & other for one, other in combinations(apart, 2))
+    assert APART % FOLDS == 0
+    assert max(apart[0]) < APART
+    changed = [cell.scene_change.person_level_db != 0.0 for cell in with_people_drawn(learned["paper"])[:40]]
     assert changed == [k % 2 == 1 for k in range(40)]
 
 
@@ -136,6 +142,5 @@ def test_the_card_is_that_of_the_weights():
 def test_stated_probabilities_are_observed_and_a_shift_is_seen():
     found, probability, *_ = read_table(TABLE)
     assert _worst(found, probability) < 4.0
-    log_odds = np.log(probability / (1.0 - probability))
     for shift in (-1.5, 1.5):
-        assert _worst(found, 1.0 / (1.0 + np.exp(-log_odds - shift))) > 4.0
+        assert _worst(found, expit(logit(probability) + shift)) > 4.0
