@@ -12,7 +12,6 @@ JOBS   ?= 2
 
 .PHONY: bench test gate baseline lint docs clean
 
-# Python compiles what is imported; pip would compile everything, for half a minute.
 bench: $(VENV)/.bench-installed
 	$(BIN)/obstaclewatch run paper --tier ci -j $(JOBS)
 
@@ -41,21 +40,21 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.bench-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable .
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
 	touch $@
 
 $(VENV)/.test-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable '.[test]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test]'
 	touch $@ $(VENV)/.bench-installed
 
 # All at once, for those who run everything: one search for what fits together instead of two.
 .PHONY: install
 install: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable '.[test,docs]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test,docs]'
 	touch $(addprefix $(VENV)/,.bench-installed .test-installed .docs-installed)
 
 $(VENV)/.docs-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable '.[docs]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
 	touch $@ $(VENV)/.bench-installed
 
 clean:
