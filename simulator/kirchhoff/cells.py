@@ -14,7 +14,7 @@ from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.facets import Facets
 
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
-STAND_M, ONE_IN = 0.02, 7  # apart are, on average, the facets of which one may stand for a cell; fewer of large ones
+STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets of which one may stand for a cell; fewer of large ones
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from simulator.world.world import Tracing
 
 CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
-FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.05  # under FINE_DB of tolerance, under COARSE_DB, and from there
+FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD, COARSE_HELD = 0.1, 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
 ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on

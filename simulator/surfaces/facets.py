@@ -24,7 +24,7 @@ MOST_FACETS = 800_000
 COARSEST_M = 0.025  # larger bodies, such as cars, get facets up to this size before there are too many
 FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on cars, bins and people
 DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
-BEND_M = 0.08  # radius down to which facets of full size stand for the curve: 12 mm then stand off by 0.2 mm
+TURN_RAD = 0.15  # of the normal along a facet of full size; where it turns faster, facets stand off no farther
 KEPT = 6  # bodies cut: a car in facets of 25 mm takes 30 MB
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
@@ -75,7 +75,7 @@ def _fitting_m(reading: MeshReading) -> float:
 
 
 def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
-    """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends more than at 8 cm.
+    """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends.
 
     Where that would be more than `MOST_FACETS`, edges grow up to `COARSEST_M`.
 
@@ -174,11 +174,11 @@ def _edge_between(corners: Ints, vertices: Ints) -> Ints:
 def _cut(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
     """Owners (R,) and places (R, 3, 2) of pieces whose edges are no longer than `size_m`.
 
-    Less where an edge stands off its chord more than at a radius of `BEND_M`.
+    Less where it bends: an edge stands off its chord by an eighth of length times turn, `size_m` / 53 at most.
     """
     every = np.arange(len(skin.corner_m))
     ends = [skin.at(every, np.repeat(_WHOLE[:, i], len(every), axis=0)) for i in range(3)]
     point, normal = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
     length = norm(point - np.roll(point, -1, axis=1))
     turn = norm(normal - np.roll(normal, -1, axis=1))
-    return cut_up(DIAGONAL * np.maximum(length, np.sqrt(BEND_M * length * turn)) / size_m)
+    return cut_up(DIAGONAL * np.maximum(length / size_m, np.sqrt(length * turn / (TURN_RAD * size_m))))
