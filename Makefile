@@ -9,6 +9,10 @@ PYTHON ?= python3.11
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOBS   ?= 2
+INSTALL = $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable
+
+# What is imported is compiled then, once: of what pip installs most never is, and one that forgets pays at every start.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: bench test gate baseline lint docs clean
 
@@ -40,21 +44,21 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.bench-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(INSTALL) .
 	touch $@
 
 $(VENV)/.test-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test]'
+	$(INSTALL) '.[test]'
 	touch $@ $(VENV)/.bench-installed
 
 # All at once, for those who run everything: one search for what fits together instead of two.
 .PHONY: install
 install: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test,docs]'
+	$(INSTALL) '.[test,docs]'
 	touch $(addprefix $(VENV)/,.bench-installed .test-installed .docs-installed)
 
 $(VENV)/.docs-installed: pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	$(INSTALL) '.[docs]'
 	touch $@ $(VENV)/.bench-installed
 
 clean:
