@@ -66,12 +66,18 @@ class _Net(nn.Module):
 
 
 def learned(examples: Examples, jobs: int = 1, seed: int = 0) -> tuple[CollisionModel, Floats]:
-    """A model without thresholds, and (n,) probabilities at all beeps by the network that did not learn from them."""
+    """A model without thresholds, and (n,) probabilities at all beeps by the network that did not learn from them.
+
+    Raises:
+        ValueError: all walks are in one fold, so that a network would have none to learn from.
+    """
     used, fold = examples.used, examples.fold
     evidence = examples.evidence[used]
     usual = np.nan_to_num(np.nanmean(evidence, axis=0))
     spread = np.maximum(np.nan_to_num(np.nanstd(evidence, axis=0)), LEAST_SPREAD)
     others = [np.flatnonzero(used & (fold != own)) for own in range(FOLDS)]
+    if not all(len(rows) for rows in others):
+        raise ValueError(f"walks must be in two of {FOLDS} folds or more, got {sorted(set(fold.tolist()))}: add walks")
     fitted = (delayed(_fitted)(examples, rows, usual, spread, seed + own) for own, rows in enumerate(others))
     networks = Parallel(n_jobs=jobs)(fitted)
     model = CollisionModel(tuple(networks), usual, spread, np.array([0.0, 1.0]), np.ones(2))

@@ -50,7 +50,7 @@ def _worst(found, probability):
 def test_walks_are_of_the_development_split_and_never_shared():
     """All that the weights are learned from, or measured with. Where recipes share a seed, its walks share a fold."""
     learned = {r: development_cells(r, SEEDS["learned"][r], count) for r, count in shared(WALKS).items()}
-    unseen = development_cells("paper", SEEDS["held out"]["paper"], HELD_OUT)
+    unseen = [cell for r, seed in SEEDS["held out"].items() for cell in development_cells(r, seed, HELD_OUT)]
     seeds = {recipe: {cell.seed for cell in cells} for recipe, cells in learned.items()}
     assert {recipe: len(own) for recipe, own in seeds.items()} == shared(WALKS)
     tested = {cell.seed for recipe in seeds for cell in plan_cells(load_suite("paper", [f"recipe={recipe}"]), "full")}
@@ -72,6 +72,13 @@ def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
     assert (stated(again, unseen) == found).all()
 
 
+def test_walks_of_one_fold_are_refused():
+    network = pytest.importorskip("benchmarks.training.network", reason="PyTorch comes with the extra `training`")
+    examples = _examples()
+    with pytest.raises(ValueError, match=r"walks must be in two of 4 folds or more, got \[0\]"):
+        network.learned(replace(examples, walk=FOLDS * examples.walk))
+
+
 def test_thresholds_are_those_that_cost_least():
     examples = _examples()
     rng = np.random.default_rng(2)
@@ -88,8 +95,8 @@ def test_thresholds_are_those_that_cost_least():
 
 
 def _learned_again(folder, output):
-    """Three walks to learn from and one held out."""
-    asked = ["--walks=3", "--held-out=1", "--receptions=2", f"--examples={folder}", "-o", str(output)]
+    """Four walks to learn from and one of each recipe held out."""
+    asked = ["--walks=4", "--held-out=1", "--receptions=2", f"--examples={folder}", "-o", str(output)]
     done = CliRunner().invoke(main, asked, catch_exceptions=False)
     assert done.exit_code == 0
     return [output.read_bytes(), output.with_suffix(".json").read_bytes()]
