@@ -2,7 +2,8 @@
 
 Halving the longest edge again and again keeps the angles of the triangle it began with: the side of a cylinder falls
 into needles 1 mm wide. Here a triangle is cut into rows along its shortest edge, and each row into as many pieces as
-it is wide.
+it is wide. Which corner is its left one goes by the lengths of its sides, so that a mesh wound the other way round has
+the same pieces.
 """
 
 from __future__ import annotations
@@ -22,11 +23,13 @@ def cut_up(excess: Floats) -> tuple[Ints, Floats]:
         excess: (T, 3) lengths of the edges 01, 12 and 20 re the longest that is allowed.
     """
     apex = (excess.argmin(axis=1) + 2) % 3  # the corner across from the shortest edge
+    after, before = (np.take_along_axis(excess, (apex + k)[:, None] % 3, axis=1)[:, 0] for k in (0, 2))
+    left = np.where(after >= before, apex + 1, apex + 2) % 3  # at the end of the longer side
     base = np.maximum(excess.min(axis=1), 1e-9)
     rows = np.maximum(np.ceil(excess.max(axis=1)), 1.0).astype(np.int64)
     count = _counts(rows, base)
     owner = np.repeat(np.arange(len(excess)), count)
-    return owner, _pieces(rows, base, apex, _CORNERS, int(count.sum()))
+    return owner, _pieces(rows, base, np.stack([apex, left, 3 - apex - left], axis=1), _CORNERS, int(count.sum()))
 
 
 @compiled
@@ -46,11 +49,11 @@ def _counts(rows, base):
 
 
 @compiled
-def _pieces(rows, base, apex, corners, count):
-    """(count, 3, 2) places of the pieces' corners."""
+def _pieces(rows, base, turn, corners, count):
+    """(count, 3, 2) places of the pieces' corners; `turn` (T, 3) has the apex, the left and the right corner."""
     place, at = np.empty((count, 3, 2)), 0
     for t in range(len(rows)):
-        top, left, right = corners[apex[t]], corners[(apex[t] + 1) % 3], corners[(apex[t] + 2) % 3]
+        top, left, right = corners[turn[t, 0]], corners[turn[t, 1]], corners[turn[t, 2]]
         for i in range(1, rows[t] + 1):
             upper, lower = _across(base[t], i - 1, rows[t]), _across(base[t], i, rows[t])
             here, there = (i - 1) / rows[t], i / rows[t]
