@@ -13,12 +13,11 @@ from functools import cached_property
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
-from simulator.scene.scene import Obstacle, with_area
+from simulator.scene.scene import Obstacle
+from simulator.surfaces.clean_meshes import cleaned, components
 from simulator.surfaces.cone_tips import tips_opened
 from simulator.surfaces.facet_bounds import Clusters, clusters
 from simulator.surfaces.quadratic_triangles import bulges
@@ -137,10 +136,7 @@ class MeshReading:
 
 def read_mesh(obstacle: Obstacle) -> MeshReading:
     """Tell the facets of an obstacle apart."""
-    mesh = _cleaned(obstacle.mesh)
-    closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
-    if not closed:
-        mesh = _wound_alike(_each_once(mesh))
+    mesh, closed = cleaned(obstacle.mesh)
     mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
     regions = _planar_regions(mesh)
     smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
@@ -180,63 +176,13 @@ def merge_patches(parts: list[PlanarPatches]) -> PlanarPatches:
     )  # fmt: skip
 
 
-def _cleaned(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A copy with equal vertices merged (triangle soups included) and without facets of no area."""
-    copy = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
-    copy.merge_vertices(merge_tex=True, merge_norm=True)
-    copy.update_faces(with_area(copy))
-    copy.remove_unreferenced_vertices()
-    return copy
-
-
-def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh without facets on the same corners as earlier ones, through which no facet would find its neighbour."""
-    first = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)[1]
-    return trimesh.Trimesh(mesh.vertices, mesh.faces[np.sort(first)], process=False)
-
-
-def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
-
-    Every facet has two copies, as it is and flipped; copies that agree across a shared edge are joined. On what
-    cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
-    """
-    if mesh.is_winding_consistent:
-        return mesh
-    pairs, edges, count = mesh.face_adjacency, mesh.face_adjacency_edges, len(mesh.faces)
-    one, other = pairs.T
-    against = _runs_along(mesh.faces[one], edges) == _runs_along(mesh.faces[other], edges)
-    as_is, over = (
-        np.column_stack([one, other + count * against]),
-        np.column_stack([one + count, other + count * ~against]),
-    )
-    copy = _components(np.concatenate([as_is, over]), 2 * count)
-    _, first, part = np.unique(_components(pairs, count), return_index=True, return_inverse=True)
-    flipped = copy[:count] != copy[first[part]]
-    faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
-    return trimesh.Trimesh(mesh.vertices, faces, process=False)
-
-
-def _runs_along(faces: Ints, edges: Ints) -> Flags:
-    """(A,) whether facets (A, 3) run through their edges (A, 2) from the first vertex to the second."""
-    forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
-    found: Flags = forth.any(axis=1)
-    return found
-
-
-def _components(pairs: Ints, count: int) -> Ints:
-    """(count,) component label of each facet under the pairs given."""
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
-
-
 def _planar_regions(mesh: trimesh.Trimesh) -> Ints:
     """(T,) label of the plane that each facet lies in; chains that bend away from their plane are cut again."""
     adjacency, angles = mesh.face_adjacency, mesh.face_adjacency_angles
-    labels = _components(adjacency[angles < COPLANAR_RAD], len(mesh.faces))
+    labels = components(adjacency[angles < COPLANAR_RAD], len(mesh.faces))
     bent = _plane_misfit(mesh, labels) > PLANE_FIT_M
     strict = (angles < COPLANAR_RAD) & ~bent[labels[adjacency[:, 0]]] | (angles < 1e-6)
-    return _components(adjacency[strict], len(mesh.faces))
+    return components(adjacency[strict], len(mesh.faces))
 
 
 def _plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
@@ -289,7 +235,7 @@ def _panels(mesh: trimesh.Trimesh, regions: Ints, area: NDArray, bends: Ints) ->
     normal = np.asarray(mesh.face_normals)
     slight = np.einsum("ax,ax->a", *normal[bends.T]) > np.cos(PANEL_BEND_RAD)
     joined = bends[slight & (area[bends] > PANEL_LEAST_M2).all(axis=1)]
-    label = _components(regions[joined], regions.max() + 1)[regions]
+    label = components(regions[joined], regions.max() + 1)[regions]
     mean = _region_normals(mesh, label)
     bent = np.zeros(len(mean), dtype=bool)
     np.logical_or.at(bent, label, np.einsum("tx,tx->t", normal, mean[label]) < np.cos(PANEL_BEND_RAD))
@@ -380,7 +326,7 @@ def _corner_groups(mesh: trimesh.Trimesh, smooth_edges: Ints) -> Ints:
     same = corner_of[0][:, :, None] == corner_of[1][:, None, :]
     row, first, second = np.nonzero(same)
     pairs = np.column_stack([3 * smooth_edges[row, 0] + first, 3 * smooth_edges[row, 1] + second])
-    return _components(pairs, 3 * len(mesh.faces)).reshape(-1, 3)
+    return components(pairs, 3 * len(mesh.faces)).reshape(-1, 3)
 
 
 def _neighbors(mesh: trimesh.Trimesh, faces: Ints, smooth_edges: Ints) -> Ints:

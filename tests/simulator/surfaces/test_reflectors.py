@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from scenes.obstacles.furniture import tree
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.surfaces.quadratic_triangles import edge_bulge
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
@@ -184,6 +185,15 @@ def test_parts_of_one_mesh_are_read_one_by_one():
     assert len(patches) == 2 + 6
     assert _pieces(smooth) == 2
     assert len(smooth) == 2 * 24 + len(ball.faces)
+
+
+def test_closed_parts_that_share_an_edge_are_closed_together():
+    """On the ring that boughs share more than two facets meet: trees were taken for open, and their insides echoed."""
+    one = trimesh.creation.box(bounds=[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+    other = trimesh.creation.box(bounds=[[1.0, 1.0, 0.0], [2.0, 2.0, 1.0]])
+    for mesh in (trimesh.util.concatenate([one, other]), tree()):
+        assert read_mesh(Obstacle(mesh, Material.rigid(), "body")).closed
+    assert _read(trimesh.util.concatenate([one, other]))[0].one_sided.all()
 
 
 def test_slivers_do_no_harm():

@@ -1,0 +1,78 @@
+"""Meshes as users have them, made fit to be read: joined at equal vertices, wound alike, each facet once."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from obstaclewatch.support.arrays import Flags, Ints
+from simulator.scene.scene import with_area
+
+
+def cleaned(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, bool]:
+    """A cleaned copy, and whether it is closed: watertight and consistently wound."""
+    copy = _joined(mesh)
+    closed = _is_closed(copy)
+    return copy if closed else _wound_alike(_each_once(copy)), closed
+
+
+def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy with equal vertices merged (triangle soups included) and without facets of no area.
+
+    Closed parts that touch along an edge stay apart: four facets on one edge belong to no closed surface, and a tree
+    whose boughs share a ring would be taken for open.
+    """
+    apart = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
+    merged = apart.copy()
+    merged.merge_vertices(merge_tex=True, merge_norm=True)
+    copy = apart if _is_closed(apart) and not _is_closed(merged) else merged
+    copy.update_faces(with_area(copy))
+    copy.remove_unreferenced_vertices()
+    return copy
+
+
+def _is_closed(mesh: trimesh.Trimesh) -> bool:
+    return bool(mesh.is_watertight and mesh.is_winding_consistent)
+
+
+def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh without facets on the same corners as earlier ones, through which no facet would find its neighbour."""
+    first = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)[1]
+    return trimesh.Trimesh(mesh.vertices, mesh.faces[np.sort(first)], process=False)
+
+
+def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
+
+    Every facet has two copies, as it is and flipped; copies that agree across a shared edge are joined. On what
+    cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
+    """
+    if mesh.is_winding_consistent:
+        return mesh
+    pairs, edges, count = mesh.face_adjacency, mesh.face_adjacency_edges, len(mesh.faces)
+    one, other = pairs.T
+    against = _runs_along(mesh.faces[one], edges) == _runs_along(mesh.faces[other], edges)
+    as_is, over = (
+        np.column_stack([one, other + count * against]),
+        np.column_stack([one + count, other + count * ~against]),
+    )
+    copy = components(np.concatenate([as_is, over]), 2 * count)
+    _, first, part = np.unique(components(pairs, count), return_index=True, return_inverse=True)
+    flipped = copy[:count] != copy[first[part]]
+    faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
+    return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+def _runs_along(faces: Ints, edges: Ints) -> Flags:
+    """(A,) whether facets (A, 3) run through their edges (A, 2) from the first vertex to the second."""
+    forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
+    found: Flags = forth.any(axis=1)
+    return found
+
+
+def components(pairs: Ints, count: int) -> Ints:
+    """(count,) component label of each facet under the pairs given."""
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
