@@ -14,7 +14,6 @@ from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.facets import Facets
 
 PATH_M, PLACE_M = 2e-3, 0.05  # misses of path and of place that weigh alike when a facet is chosen for a cell
-STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets of which one may stand for a cell; fewer of large ones
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def with_stand_ins(
     """
     pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
-    some = _standing(facets.area_m2)
+    some = np.flatnonzero(facets.stands)
     facet, length = _stand_ins(
         facets.middle_m[some], facets.normal[some], facets.area_m2[some], spot[some], facets.closed,
         ends.point_m, ends.view, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
@@ -185,9 +184,3 @@ def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, wid
         for j in range(count):
             if abs(path[j] - wanted[i]) < near:
                 near, facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]
-
-
-def _standing(area_m2: Floats) -> Ints:
-    """Facets, one in so many, that lie `STAND_M` apart on average; one in `ONE_IN` at the most."""
-    every = max(ONE_IN, round(STAND_M**2 / float(area_m2.mean())))
-    return np.arange(0, len(area_m2), every)

@@ -26,7 +26,10 @@ _PER_EIGHT, _SIXTH, _PER_24 = _F(1 / 8), _F(1 / 6), _F(1 / 24)
 _PER_4_PI = _F(0.25 / np.pi)
 
 
-def blocks_of(facets: Facets, spot: Ints) -> tuple[NDArray[np.float32], Ints, Ints]:
+Blocks = tuple[NDArray[np.float32], Ints, Ints]
+
+
+def blocks_of(facets: Facets, spot: Ints) -> Blocks:
     """What `add_facets` takes: (B, 13 * WIDE) columns and (B, WIDE) spots block by block, and (B,) their numbers."""
     size = np.diff(facets.start)
     used = np.arange(WIDE) < size[:, None]

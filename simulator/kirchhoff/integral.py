@@ -25,7 +25,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.kirchhoff.cells import Cells, CellSums, with_stand_ins
-from simulator.kirchhoff.facet_sums import add_facets, blocks_of
+from simulator.kirchhoff.facet_sums import Blocks, add_facets, blocks_of
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
@@ -57,9 +57,9 @@ def cell_sums(
     first, second = _in_order(ends.point_m, first, second)
     to_middle_m = np.linalg.norm(ends.point_m - facets.center_m, axis=1)
     middle_m = to_middle_m[first] + to_middle_m[second]
-    parts = [CellSums.none(len(grid.wavenumber_rad_m))]
+    parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], blocks_of(facets, spot)
     for rows in _portions(ends.group[first], grid.points):
-        part = _held_cells(facets, spot, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
+        part = _held_cells(facets, spot, blocks, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
         parts.append(replace(part, pair=part.pair + rows.start))
     return CellSums.joined(parts)
 
@@ -84,7 +84,7 @@ def _portions(group: Ints, points: int) -> list[slice]:
 
 
 def _held_cells(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
+    facets: Facets, spot: Ints, blocks: Blocks, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
     reflection: Complexes,
 ) -> CellSums:  # fmt: skip
     """Sums of all cells with anything in them; `middle_m` (R,) are the pairs' paths over the body's centre."""
@@ -100,7 +100,7 @@ def _held_cells(
     pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
     point = np.hstack([ends.point_m[chosen] - facets.center_m, ends.lean[chosen]]).astype(np.float32)
     add_facets(
-        *blocks_of(facets, spot), point, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
+        *blocks, point, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
         np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
         total,
     )  # type: ignore[call-arg]  # fmt: skip

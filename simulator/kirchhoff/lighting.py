@@ -2,7 +2,8 @@
 
 A spot is a patch of the skin, and one of its facets speaks for it. Where neighbouring spots differ, the border of a
 shadow runs: there each facet is asked by itself. A border known to 15 mm alone moves echoes of people by 0.3 dB, up to
-0.8. The poses of a walk that lie near each other may share an answer, and transducers of the phone that do.
+0.8. Along a walk the light on most of a body stays: of two poses in it everything is asked for, of those in between
+only what the two do not agree on. Transducers of the phone that lie near each other may share an answer.
 """
 
 from __future__ import annotations
@@ -13,18 +14,17 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.rows import Rows
-from simulator.images.given_planes import image_in
 from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
-from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Sights
 from simulator.kirchhoff.spots import Spots
+from simulator.kirchhoff.views import Between, Views
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
+DARK, LIT, ASKED = 0, 1, 2  # what a spot says of its facets
 AT_ONCE = 2**16  # rays: what is kept in memory of them, however many images there are
 SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
 
@@ -35,45 +35,43 @@ class Light:
 
     Attributes:
         spot_m: size of the spots; no larger than a facet asks for each facet.
-        held: how far the phone may move on, re its distance from the body, until it is asked for again; 0 asks for each
-            pose and each transducer.
-        held_along_borders: the same for facets along the borders of shadows.
+        held: how far the phone may move on, re its distance from the body, until light is asked for again, for all
+            transducers alike; 0 asks for each pose and each transducer.
+        agreed: how far it may move between two poses of which everything is asked for; 0 does so of each pose.
         alike: how far apart transducers may be, re the body's distance, to see it alike where each is asked for.
     """
 
     spot_m: float
     held: float
-    held_along_borders: float
+    agreed: float
     alike: float
 
 
-def lit_facets(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> tuple[Flags, Ints]:
+def lit_facets(
+    tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light
+) -> tuple[Facets, Flags, Ints]:
     """Which facets can be seen: those that face an image, with nothing between on any segment.
 
     Args:
         spots: of these facets, of the light's size.
 
     Returns:
-        (V, F) facets of each distinct view of the body, and (E,) the view that each image has, -1 if it sees nothing.
+        The facets that are seen from anywhere, and those around them; (V, F) which of these each distinct view of the
+        body shows; (E,) the view that each image has, -1 if it sees nothing.
     """
     points, first = _asked_from(tracing, facets, light.alike)
-    side = first[sights.pose, sights.side]
-    views, number = _held_views(tracing, facets, points, sights, side, light.held_along_borders)
-    coarse, of_view = views, np.arange(len(views))
-    if light.held != light.held_along_borders:
-        coarse, of_view = _held_views(tracing, facets, points, views, np.zeros(len(views), dtype=np.int64), light.held)
-    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
-    sampled = np.arange(len(spots.facet)) % every == 0
-    sample = _reached_by_all(tracing, facets, coarse, spots.facet[sampled])
-    seeing = np.flatnonzero(sample.any(axis=1))  # most images of second order see nothing of the body
-    lit = np.empty((len(seeing), len(sampled)), dtype=bool)
-    lit[:, sampled] = sample[seeing]
-    lit[:, ~sampled] = _reached_by_all(tracing, facets, coarse[seeing], spots.facet[~sampled])
-    kept = np.flatnonzero(np.isin(of_view, seeing))
+    views, number = _held_views(tracing, facets, points, sights, first[sights.pose, sights.side], light.held)
+    between = Between.of(views, _runs(tracing, facets, points.mean(axis=1), light.agreed))
     renumbered = np.full(len(views), -1)
+    kept = np.flatnonzero(_seeing(tracing, facets, spots, views, between))
     renumbered[kept] = np.arange(len(kept))
-    known = lit[np.searchsorted(seeing, of_view[kept])]
-    return _facet_by_facet(tracing, facets, spots, views[kept], known), renumbered[number]
+    views, between = views[kept], between.among(kept)
+    lit = _spot_by_spot(tracing, facets, spots, views, between)
+    wanted = spots.around(np.logical_or.reduce(lit, axis=0))
+    wanted[spots.of_facet[facets.creases.beside]] = True
+    some = facets[wanted[spots.of_facet]]
+    every = _facet_by_facet(tracing, some, spots.of(wanted), views, between, lit[:, wanted])
+    return some, every, renumbered[number]
 
 
 @compiled
@@ -92,99 +90,99 @@ def share_light(lit, first, second):
 
 
 def _held_views(
-    tracing: Tracing, facets: Facets, points_m: Floats, mirrors: Sights | _Views, side: Ints, held: float
-) -> tuple[_Views, Ints]:
+    tracing: Tracing, facets: Facets, points_m: Floats, mirrors: Sights | Views, side: Ints, held: float
+) -> tuple[Views, Ints]:
     """The distinct views from points (N, P, 3), or from the middle of them if answers are held, and which each is."""
     pose = mirrors.pose
     if held > 0.0:
         points_m = points_m.mean(axis=1, keepdims=True)
         pose, side = _held_poses(tracing, facets, points_m[:, 0], held)[pose], np.zeros_like(side)
-    return _Views.distinct(tracing, points_m, pose, side, mirrors)
+    return Views.distinct(tracing, points_m, pose, side, mirrors)
 
 
-def _facet_by_facet(tracing: Tracing, facets: Facets, spots: Spots, views: _Views, lit: Flags) -> Flags:
+def _seeing(tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between) -> Flags:
+    """(V,) whether a view shows any of the spots that are asked first, or either of the two that it lies between.
+
+    Most images of second order see nothing of the body.
+    """
+    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
+    in_full, seen = between.in_turn[0], np.zeros(len(views), dtype=bool)
+    sample = spots.facet[::every]
+    for some in _in_parts(len(in_full), len(sample)):
+        view, facet = np.repeat(in_full[some], len(sample)), np.tile(sample, len(in_full[some]))
+        seen[in_full[some]] = _reached(tracing, facets, views, view, facet).reshape(-1, len(sample)).any(axis=1)
+    seen = seen[between.before] | seen[between.after]
+    needed = seen.copy()
+    needed[between.before[seen]] = needed[between.after[seen]] = True
+    return needed
+
+
+def _spot_by_spot(tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between) -> Flags:
+    """(V, S) which spots each view shows."""
+    lit, every = np.empty((len(views), len(spots.facet)), dtype=bool), np.arange(len(spots.facet))
+    for chosen in between.in_turn:
+        for some in _in_parts(len(chosen), len(every)):
+            view, spot = np.repeat(chosen[some], len(every)), np.tile(every, len(chosen[some]))
+            _ask(tracing, facets, views, between, lit, view, spot, spots.facet)
+    return lit
+
+
+def _facet_by_facet(
+    tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between, lit: Flags
+) -> Flags:
     """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
     if len(spots.facet) == len(facets):
         return lit[:, spots.of_facet]
-    every = np.empty((len(views), len(facets)), dtype=bool)
+    every, facet = np.empty((len(views), len(facets)), dtype=bool), np.arange(len(facets))
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, np.einsum("fx,fx->f", facets.middle_m, facets.normal), facets.closed
-    for some in _in_parts(len(views), len(facets)):
-        view, facet = _spread(image[some], *skin, *spots, lit[some], every[some])  # type: ignore[call-arg]
-        every[some.start + view, facet] = _reached(tracing, facets, views, some.start + view, facet)
+    for chosen in between.in_turn:
+        for some in _in_parts(len(chosen), len(facets)):
+            view, asked = _spread(image, chosen[some], *skin, *spots, lit, every)  # type: ignore[call-arg]
+            _ask(tracing, facets, views, between, every, view, asked, facet)
     return every
 
 
+def _ask(
+    tracing: Tracing, facets: Facets, views: Views, between: Between, known: Flags, view: Ints, item: Ints,
+    speaker: Ints,
+) -> None:  # fmt: skip
+    """Fill in, in (V, I) `known`, what views (R,) show of items (R,), for which facets (I,) speak."""
+    rows = np.flatnonzero(between.in_doubt(known, view, item))
+    view, item = view[rows], item[rows]
+    known[view, item] = _reached(tracing, facets, views, view, speaker[item])
+
+
 @compiled
-def _spread(image, normal, height, closed, of_facet, speaker, beside, lit, every):
-    """Fill in for all facets (V, F) what is known of their spots (V, S); where a round body turns away none speaks.
+def _spread(image, chosen, normal, height, closed, of_facet, speaker, beside, lit, every):
+    """Fill in for all facets (V, F) of chosen views what is known of their spots (V, S).
 
     Facing an image needs no ray: it must be above the facet's plane, `height` (F,) over the origin. Returns (R,) views
     and (R,) facets to be asked: by spots that are lit beside one that is dark, or the other way round, where the dark
-    one does not merely face away.
+    one does not merely face away. Where a round body turns away no spot speaks.
     """
-    views, spots = lit.shape
-    view, facet = np.empty(every.size, np.int64), np.empty(every.size, np.int64)
-    faces, border = np.empty(spots, np.bool_), np.empty(spots, np.bool_)
+    spots, most = lit.shape[1], len(chosen) * len(of_facet)
+    view, facet = np.empty(most, np.int64), np.empty(most, np.int64)
+    faces, state = np.empty(spots, np.bool_), np.empty(spots, np.int8)
     count = 0
-    for v in range(views):
+    for v in chosen:
         for s in range(spots):
             f = speaker[s]
-            faces[s], border[s] = not closed or dot(image[v], normal[f]) > height[f], False
+            faces[s] = not closed or dot(image[v], normal[f]) > height[f]
+            state[s] = ASKED if not faces[s] else LIT if lit[v, s] else DARK
         for b in range(len(beside)):
             one, other = beside[b]
             if lit[v, one] != lit[v, other] and faces[other if lit[v, one] else one]:
-                border[one] = border[other] = True
+                state[one] = state[other] = ASKED
         for f in range(len(of_facet)):
-            s = of_facet[f]
-            facing = not closed or dot(image[v], normal[f]) > height[f]
-            every[v, f] = facing and lit[v, s]
-            if facing and (border[s] or not faces[s]):
+            known = state[of_facet[f]]
+            every[v, f] = known == LIT
+            if known != DARK and closed and not dot(image[v], normal[f]) > height[f]:
+                every[v, f] = False
+            elif known == ASKED:
                 view[count], facet[count] = v, f
                 count += 1
     return view[:count], facet[:count]
-
-
-@dataclass(frozen=True)
-class _Views(Rows):
-    """V images that ask what they see of a body.
-
-    Attributes:
-        start_m: (V, 3) where sound starts.
-        image_m: (V, 3) its image.
-        pose, order, sequence: (V,), (V,) and (V, N) mirrors from the start on, -1 padded.
-    """
-
-    start_m: Floats
-    image_m: Floats
-    pose: Ints
-    order: Ints
-    sequence: Ints
-
-    @classmethod
-    def distinct(
-        cls, tracing: Tracing, points_m: Floats, pose: Ints, point: Ints, mirrors: Sights | _Views
-    ) -> tuple[_Views, Ints]:
-        """The views from points (N, P, 3) at poses (E,) through mirrors, each once, and (E,) which each is."""
-        key = np.column_stack([pose, point, mirrors.sequence])
-        rows, which = distinct(key)
-        start = points_m[pose[rows], point[rows]]
-        return cls.of(tracing, start, pose[rows], mirrors.order[rows], mirrors.sequence[rows]), which
-
-    @classmethod
-    def of(cls, tracing: Tracing, start_m: Floats, pose: Ints, order: Ints, sequence: Ints) -> _Views:
-        """The views from points (V, 3) at poses."""
-        return cls(start_m, image_in(tracing.mirrors, start_m, pose, order, sequence), pose, order, sequence)
-
-
-def _reached_by_all(tracing: Tracing, facets: Facets, views: _Views, facet: Ints) -> Flags:
-    """(V, S) which of some facets face each image, and sound from its origin comes to."""
-    lit = np.empty((len(views), len(facet)), dtype=bool)
-    for some in _in_parts(len(views), len(facet)):
-        view = np.arange(some.start, some.stop)
-        rows = np.repeat(view, len(facet)), np.tile(facet, len(view))
-        lit[some] = _reached(tracing, facets, views, *rows).reshape(len(view), -1)
-    return lit
 
 
 def _in_parts(views: int, facets: int) -> list[slice]:
@@ -193,7 +191,7 @@ def _in_parts(views: int, facets: int) -> list[slice]:
     return [slice(first, min(first + most, views)) for first in range(0, views, most)]
 
 
-def _reached(tracing: Tracing, facets: Facets, views: _Views, view: Ints, facet: Ints) -> Flags:
+def _reached(tracing: Tracing, facets: Facets, views: Views, view: Ints, facet: Ints) -> Flags:
     """(R,) whether facets (R,) face the images of views (R,), in turn, and sound from their origins comes there."""
     skin = facets.middle_m, facets.normal, facets.standoff_m, facets.closed
     gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
@@ -280,16 +278,22 @@ def _asked_from(tracing: Tracing, facets: Facets, alike: float) -> tuple[Floats,
 
 
 def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
-    """(N,) the pose whose light each takes: the middle one of a run in which nothing moves far relative to the body."""
+    """(N,) the pose whose light each takes: the middle one of its run."""
+    run = _runs(tracing, facets, phone_m, held)
+    first, last = np.searchsorted(run, run), np.searchsorted(run, run, side="right") - 1
+    return (first + last) // 2
+
+
+def _runs(tracing: Tracing, facets: Facets, phone_m: Floats, apart: float) -> Ints:
+    """(N,) which run of poses each is of: within one nothing moves far, re the distance, relative to the body."""
     frame = tracing.placed[:, facets.obstacle]
     seen_from = into_rest(phone_m, frame)
     others = into_rest(tracing.placed[:, :, :3], frame[:, None])
     distance = np.linalg.norm(seen_from - facets.center_m, axis=1)
-    first = np.zeros(len(phone_m), dtype=np.int64)
+    run, k = np.zeros(len(phone_m), dtype=np.int64), 0
     for n in range(1, len(phone_m)):
-        k = first[n - 1]
         moved = np.linalg.norm(seen_from[n] - seen_from[k]) + np.linalg.norm(others[n] - others[k], axis=1).max()
-        first[n] = k if moved <= held * distance[n] else n
-    run = np.searchsorted(np.unique(first), first)
-    last = np.append(np.unique(first)[1:], len(first))[run] - 1
-    return (first + last) // 2
+        run[n] = run[n - 1]
+        if moved > apart * distance[n]:
+            run[n], k = run[n] + 1, n
+    return run

@@ -36,10 +36,11 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
-HELD, COARSE_HELD = 0.1, 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
+HELD = 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
+AGREED = 0.2  # of the body's distance: beside asking at each pose 0.4 % of the echoes differ by more than 0.5 dB
 ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
-LIT_AT_ONCE = 2**29  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
+LIT_AT_ONCE = 2**30  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
@@ -67,7 +68,7 @@ def _scattered_in_part(
     material = tracing.world.obstacles[pairs.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
-    lit, view = lit_facets(tracing, facets, spots, sights, light)
+    facets, lit, view = lit_facets(tracing, facets, spots, sights, light)
     seen = np.flatnonzero(share_light(lit, view[first], view[second]))
     used, which = np.unique([first[seen], second[seen]], return_inverse=True)
     ends = Ends.of(search, facets.obstacle, sights[used], view[used], lit)
@@ -145,5 +146,5 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
         light = Light(FINE_SPOT_M, 0.0, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
         return light, min(fidelity.facet_m, PLATE_FACET_M) if plates else fidelity.facet_m
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, HELD, 0.0, ALIKE), fidelity.facet_m
-    return Light(COARSE_SPOT_M, COARSE_HELD, COARSE_HELD, 0.0), fidelity.facet_m
+        return Light(SPOT_M, 0.0, AGREED, ALIKE), fidelity.facet_m
+    return Light(COARSE_SPOT_M, HELD, 0.0, 0.0), fidelity.facet_m

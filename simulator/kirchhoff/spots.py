@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.surfaces.facets import Facets
 
 BESIDE = 1.6  # spots whose facets are asked that far apart, re their size, are neighbours
@@ -26,6 +26,18 @@ class Spots(NamedTuple):
     of_facet: Ints
     facet: Ints
     beside: Ints
+
+    def around(self, some: Flags) -> Flags:
+        """(S,) some spots and their neighbours."""
+        around = some.copy()
+        around[self.beside[some[self.beside].any(axis=1)]] = True
+        return around
+
+    def of(self, wanted: Flags) -> Spots:
+        """Some of the spots (S,), of their facets alone."""
+        number, kept = np.cumsum(wanted) - 1, wanted[self.of_facet]
+        beside = self.beside[wanted[self.beside].all(axis=1)]
+        return Spots(number[self.of_facet[kept]], (np.cumsum(kept) - 1)[self.facet[wanted]], number[beside])
 
 
 def spots_of(facets: Facets, spot_m: float) -> Spots:

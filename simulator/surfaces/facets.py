@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.creases import Creases, creases_of
@@ -26,6 +26,7 @@ FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on c
 DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
 TURN_RAD = 0.15  # of the normal along a facet of full size; where it turns faster, facets stand off no farther
 KEPT = 6  # bodies cut: a car in facets of 25 mm takes 30 MB
+STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets that may stand for others; one in so many at the most
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
 _WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
@@ -42,6 +43,7 @@ class Facets:
         normal: (F, 3) unit normals over the triangle's middle.
         area_m2: (F,).
         standoff_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
+        stands: (F,) which may stand for the delay of what others add as well.
         start: (B + 1,) where each block begins.
         closed: only the outside scatters.
         creases: convex ones at which a smooth surface ends.
@@ -54,6 +56,7 @@ class Facets:
     normal: Floats
     area_m2: Floats
     standoff_m: Floats
+    stands: Flags
     start: Ints
     closed: bool
     creases: Creases
@@ -62,6 +65,15 @@ class Facets:
 
     def __len__(self) -> int:
         return len(self.area_m2)
+
+    def __getitem__(self, kept: Flags) -> Facets:
+        """Some of the facets (F,), those beside creases among them; what is said of the whole body stays."""
+        size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
+        number, rows = np.cumsum(kept) - 1, np.flatnonzero(kept)
+        names = ("corner_m", "middle_m", "normal", "area_m2", "standoff_m", "stands")
+        some = {name: getattr(self, name).take(rows, axis=0) for name in names}
+        start = np.append(0, np.cumsum(size[size > 0]))
+        return replace(self, **some, start=start, creases=replace(self.creases, beside=number[self.creases.beside]))
 
 
 def can_cut(reading: MeshReading, size_m: float) -> bool:
@@ -101,12 +113,13 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
     flat, sides = _means(corner_m), corner_m[:, 1:] - corner_m[:, :1]
     rise = 0.75 * (over - flat)  # mean over a quadratic triangle
-    every = corner_m.reshape(-1, 3)
+    area, every = 0.5 * norm(np.cross(sides[:, 0], sides[:, 1])), corner_m.reshape(-1, 3)
     center = 0.5 * np.array([axis.min() + axis.max() for axis in every.T])
     return Facets(
         obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
-        area_m2=0.5 * norm(np.cross(sides[:, 0], sides[:, 1])),
-        standoff_m=2.0 * skin.sag_m[owner] + norm(rise), start=start, closed=bool(reading.closed),
+        area_m2=area, standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
+        stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
+        start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
