@@ -5,11 +5,12 @@ On a rigid surface the pressure is taken as twice the incident one where both en
     p = 1/(4 pi) int [(jk + 1/l) cos a + (jk + 1/m) cos b] e^{-jk(l + m)} / (l m) dS
 
 with distances l, m and angles of incidence a, b of source and receiver: the mean of the integral and of its
-reciprocal, so that ends can be swapped. Over a facet the phase runs linearly, and the integral is closed: a divided
-difference of the exponential at the phases of the corners; the curvature of the surface shifts all three. Where the
-surface is not rigid each facet carries its own reflection factor, at the geometric mean of both cosines, which both
-ends agree on: over a clothed person it runs from 0.56 where sound falls square-on through 0 to -1 at grazing, and
-facets cancel by a factor of three.
+reciprocal, so that ends can be swapped. Over a flat facet the phase runs linearly, and the integral is closed: a
+divided difference of the exponential at the phases of the corners. What a rounded one stands off shifts all three by
+its mean, and the rest is kept to first order, in closed form as well (`facet_waves`). Where the surface is not rigid
+each facet carries its own reflection factor, at the geometric mean of both cosines, which both ends agree on: over a
+clothed person it runs from 0.56 where sound falls square-on through 0 to -1 at grazing, and facets cancel by a factor
+of three.
 
 Each facet is evaluated once, at the band's centre, and spread over a grid of path length; the band follows by a
 transform, as in a type-1 non-uniform FFT (Dutt and Rokhlin 1993, SIAM J. Sci. Comput. 14:1368). Where a smooth surface

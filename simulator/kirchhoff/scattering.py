@@ -18,9 +18,9 @@ from simulator.kirchhoff.cells import Cells, with_stand_ins
 from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
-from simulator.kirchhoff.lighting import Light, lit_facets, share_light
+from simulator.kirchhoff.light.lighting import Light, lit_facets, share_light
+from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
-from simulator.kirchhoff.spots import Spots, spots_of
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading

@@ -64,8 +64,8 @@ class Fidelity:
             `max_order` holds as well. First order is right to 0.1 dB until a panel is yawed by 10 degrees, to 1 dB by
             45, and 5 dB off at 75; three orders until 10 degrees before edge-on.
         facet_m: longest edge of the facets of Kirchhoff's integral where the surface is flat; facets are smaller where
-            it bends. At 18 mm 95 % of the echoes of people and cars are within 0.2 dB, at 36 mm within 0.5, at 80 mm
-            within 0.9.
+            it bends. Of all echoes of four walks past cars 95 % are within 0.2 dB of those at 12 mm with 2 cm, 0.4
+            with 4 cm, 0.6 with 6 cm and 0.8 with 8 cm.
 
     Raises:
         ValueError: what is not a number or out of its range, an unknown level or mechanism.
@@ -152,7 +152,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
         "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.01,
-        "facet_m": 0.012 if fine else 0.02,
+        "facet_m": 0.012 if fine else 0.025,
     }
 
 

@@ -42,6 +42,7 @@ class Facets:
         middle_m: (F, 3) centroid of the rounded surface over the triangle.
         normal: (F, 3) unit normals over the triangle's middle.
         area_m2: (F,).
+        bulge_m: (F, 3) how far the rounded surface stands off the middles of the edges 12, 20 and 01, along the normal.
         standoff_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
         stands: (F,) which may stand for the delay of what others add as well.
         start: (B + 1,) where each block begins.
@@ -55,6 +56,7 @@ class Facets:
     middle_m: Floats
     normal: Floats
     area_m2: Floats
+    bulge_m: Floats
     standoff_m: Floats
     stands: Flags
     start: Ints
@@ -70,7 +72,7 @@ class Facets:
         """Some of the facets (F,), those beside creases among them; what is said of the whole body stays."""
         size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
         number, rows = np.cumsum(kept) - 1, np.flatnonzero(kept)
-        names = ("corner_m", "middle_m", "normal", "area_m2", "standoff_m", "stands")
+        names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "stands")
         some = {name: getattr(self, name).take(rows, axis=0) for name in names}
         start = np.append(0, np.cumsum(size[size > 0]))
         return replace(self, **some, start=start, creases=replace(self.creases, beside=number[self.creases.beside]))
@@ -117,12 +119,22 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
     center = 0.5 * np.array([axis.min() + axis.max() for axis in every.T])
     return Facets(
         obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
-        area_m2=area, standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
+        area_m2=area, bulge_m=_bulge(skin, owner, place, corner_m, normal),
+        standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
         stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
         start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
+
+
+def _bulge(skin: _Skin, owner: Ints, place: Floats, corner_m: Floats, normal: Floats) -> Floats:
+    """(R, 3) how far the surface stands off the middles of the edges 12, 20 and 01 of pieces, along their normals."""
+    rises = []
+    for i, j in ((1, 2), (2, 0), (0, 1)):
+        point, _ = skin.at(owner, 0.5 * (place[:, i] + place[:, j]))
+        rises.append(dot(point - 0.5 * (corner_m[:, i] + corner_m[:, j]), normal))
+    return np.stack(rises, axis=1)
 
 
 def _means(corner: Floats) -> Floats:

@@ -13,9 +13,9 @@ from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, hel
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.illuminating_images import Sights
-from simulator.kirchhoff.lighting import Light, _facet_by_facet, _paths_to, lit_facets
-from simulator.kirchhoff.spots import Spots, spots_of
-from simulator.kirchhoff.views import Between, Views
+from simulator.kirchhoff.light.lighting import Light, _facet_by_facet, _paths_to, lit_facets
+from simulator.kirchhoff.light.spots import Spots, spots_of
+from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import facets_of
 from simulator.trace import still_tracing
 from simulator.world.frames import out_of_rest

@@ -17,8 +17,8 @@ from obstaclewatch.support.compiled import compiled, inlined
 from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Sights
-from simulator.kirchhoff.spots import Spots
-from simulator.kirchhoff.views import Between, Views
+from simulator.kirchhoff.light.spots import Spots
+from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
