@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.probes.resolved_echoes import resolved_errors
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.support.arrays import Complexes, Flags, Floats
@@ -40,7 +41,8 @@ def fidelity_result(cell: Cell) -> dict[str, Any]:
     """Errors of every point as `result["fidelity"]`, and what each cost as `cost["trace_cpu_s"]`.
 
     Each point has `level_db`, `delay_samples` (192 kHz) and `correlation` of the target's echo, `total_db` of all
-    echoes, a list over poses and microphones where the reference's echo is above `MATTERS_DB`, and its `paths`.
+    echoes, a list over poses and microphones where the reference's echo is above `MATTERS_DB`, and its `paths`; of the
+    target's echoes, each by itself, "resolved_db" and "resolved_samples".
 
     Raises:
         ValueError: an unknown scene, category or point, or poses below 1.
@@ -98,10 +100,14 @@ def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
     ours, theirs = (_envelopes(each, of_target(each, target)) for each in (paths, exact))
     whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
-    return envelope_errors(ours, theirs, LAGS * 20.0) | {
-        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
-        "paths": len(paths),
-    }
+    return (
+        envelope_errors(ours, theirs, LAGS * 20.0)
+        | resolved_errors(ours, theirs, LAGS * 20.0)
+        | {
+            "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
+            "paths": len(paths),
+        }
+    )
 
 
 def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
