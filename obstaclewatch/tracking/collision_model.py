@@ -104,11 +104,15 @@ class CollisionModel:
         """(n, F + tracks' numbers) what a network takes of the numbers of `Evidence`."""
         return scaled(evidence, self.usual, self.spread)
 
-    def suffices(self, probability: ArrayLike, left_m: ArrayLike) -> Flags:
-        """Whether probabilities are enough for an alert with so much left to walk."""
-        enough: Flags = np.asarray(probability) > np.interp(
-            np.asarray(left_m, dtype=np.float64), self.left_m, self.thresholds
-        )
+    def suffices(self, probability: ArrayLike, left_m: ArrayLike, false_alert_cost: float = 1.0) -> Flags:
+        """Whether probabilities are enough for an alert with so much left to walk.
+
+        The thresholds are for false alerts that cost as much as missed collisions. Odds must be higher in proportion
+        where they cost more (Bayes' rule).
+        """
+        least = np.interp(np.asarray(left_m, dtype=np.float64), self.left_m, self.thresholds)
+        told = np.asarray(probability, dtype=np.float64)
+        enough: Flags = told * (1.0 - least) > false_alert_cost * (1.0 - told) * least
         return enough
 
     def write(self, weights: Path) -> None:

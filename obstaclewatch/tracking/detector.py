@@ -65,6 +65,8 @@ class TrackingDetector(StreamingDetector):
         mic_phase_rad: what microphone 1's channel adds to the phase at the beep's centre, compared with microphone 0's:
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
             phones have; None for not known, then only changes of phase from beep to beep count.
+        false_alert_cost: what a false alert costs, re a collision without an alert. More means fewer alerts of both
+            kinds, and later ones; docs/tracking.md has what it does in the street.
 
     Attributes:
         evidence, picture: what the last beep's decision is based on.
@@ -101,9 +103,12 @@ class TrackingDetector(StreamingDetector):
         sound_speed_m_s: float = 343.0,
         pitch_rad: float | None = None,
         mic_phase_rad: float | None = 0.0,
+        false_alert_cost: float = 1.0,
     ) -> None:
         check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         check_mic_phase(mic_phase_rad)
+        if not 0.0 < false_alert_cost < np.inf:
+            raise ValueError(f"false_alert_cost must be positive and finite, got {false_alert_cost}")
         self.settings = TrackingSettings.of(settings)
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
@@ -111,6 +116,7 @@ class TrackingDetector(StreamingDetector):
         self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, likelihood)
         self._memory, self._model = ApproachMemory(self._finder.cells, self._finder.samples), collision_model()
+        self._false_alert_cost = false_alert_cost
         self.evidence, self.picture = NO_EVIDENCE, NO_PICTURE
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
         self._steps = OscillationEstimator(
@@ -231,7 +237,8 @@ class TrackingDetector(StreamingDetector):
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
         """Of the trajectories that rather collide, the first to do so; without any, what the sums say."""
         probability, left_m = self._model.probability(self.evidence, self.picture), self.evidence.distance_left_m
-        alert = left_m <= min(FARTHEST_M, self.settings.danger_m) and bool(self._model.suffices(probability, left_m))
+        near = left_m <= min(FARTHEST_M, self.settings.danger_m)
+        alert = near and bool(self._model.suffices(probability, left_m, self._false_alert_cost))
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
         if not likely:
             range_m, contact_s = (left_m + FRONT_M, left_m / WALKING_M_S) if alert else (np.nan, np.nan)

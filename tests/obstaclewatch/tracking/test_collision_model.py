@@ -65,6 +65,16 @@ def test_what_is_missing_is_marked_and_what_is_unusual_is_limited():
     assert found[:, len(Evidence._fields) :].tolist() == [[1.0] * OF_TRACKS, [0.0] * OF_TRACKS, [1.0] * OF_TRACKS]
 
 
+def test_odds_that_suffice_are_in_proportion_to_the_cost_of_a_false_alert():
+    """The threshold of 0.96 from 1 m on has odds of 24."""
+    model = replace(collision_model(), left_m=np.array([0.5, 1.0]), thresholds=np.array([0.8, 0.96]))
+    odds = np.array([7.9, 8.1, 47.0, 49.0])
+    probability = odds / (1.0 + odds)
+    assert model.suffices(probability, 0.5, 2.0).tolist() == [False, True, True, True]
+    assert model.suffices(probability, 1.0, 2.0).tolist() == [False, False, False, True]
+    assert (model.suffices(probability, 1.0) == (probability > 0.96)).all()
+
+
 def test_a_file_is_read_as_it_was_written_and_another_one_refused(tmp_path):
     model = collision_model()
     model.write(tmp_path / "model.npz")

@@ -157,6 +157,22 @@ def test_a_beep_takes_well_under_its_period():
     assert (time.process_time() - began) / count < 0.2 * BEEP.period_s
 
 
+def test_dearer_false_alerts_are_fewer_alerts_of_the_same_beeps():
+    walk = recording([GROUND, Point(5.0, 0.3, gain=0.05)], speed_m_s=1.3, **WALK)
+    alerts = {
+        cost: {d.index for d in TrackingDetector(BEEP, PHONE, false_alert_cost=cost).stream(walk) if d.decision.alert}
+        for cost in (0.01, 1.0, 1e6)
+    }
+    assert alerts[1e6] < alerts[1.0] < alerts[0.01]
+    assert alerts[1.0] == {d.index for d in TrackingDetector(BEEP, PHONE).stream(walk) if d.decision.alert}
+
+
+@pytest.mark.parametrize("cost", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_false_alert_costs_something(cost):
+    with pytest.raises(ValueError, match=f"false_alert_cost must be positive and finite, got {cost}"):
+        TrackingDetector(BEEP, PHONE, false_alert_cost=cost)
+
+
 @pytest.mark.parametrize("phase", [float("nan"), float("inf")])
 def test_a_phase_must_be_a_number_or_unknown(phase):
     with pytest.raises(ValueError, match="mic_phase_rad must be finite or None, got"):
