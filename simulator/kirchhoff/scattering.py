@@ -38,6 +38,7 @@ FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of toler
 FINE_DB, COARSE_DB = 0.3, 1.0
 HELD = 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
 AGREED = 0.1  # of the body's distance: beside asking at each pose 0.2 to 1 % of the echoes differ by more than 0.5 dB
+PLATES_AGREED = 0.2  # the same from COARSE_DB on: held light errs by more than 2 dB in one in 19 of a sign's echoes
 ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 LIT_AT_ONCE = 2**30  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
@@ -147,4 +148,6 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float]:
         return light, min(fidelity.facet_m, PLATE_FACET_M) if plates else fidelity.facet_m
     if fidelity.tolerance_db < COARSE_DB:
         return Light(SPOT_M, 0.0, AGREED, ALIKE), fidelity.facet_m
+    if plates:
+        return Light(COARSE_SPOT_M, 0.0, PLATES_AGREED, ALIKE), fidelity.facet_m
     return Light(COARSE_SPOT_M, HELD, 0.0, 0.0), fidelity.facet_m

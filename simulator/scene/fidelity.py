@@ -152,7 +152,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
         "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.01,
-        "facet_m": 0.012 if fine else 0.025,
+        "facet_m": 0.012 if fine else 0.02,
     }
 
 
