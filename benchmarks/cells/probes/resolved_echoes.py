@@ -1,4 +1,4 @@
-"""Errors of every echo that can be told from the others, not of the strongest alone."""
+"""Errors of every resolved echo, not of the strongest alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Echoes that can be told apart are judged one by one."""
+"""Resolved echoes are judged one by one."""
 
 import numpy as np
 import pytest
@@ -31,6 +31,6 @@ def test_what_is_lost_or_moved_far_is_an_error():
 
 
 @pytest.mark.parametrize("second", [(340, -10.5), (700, -46.0)], ids=["merged", "below the noise"])
-def test_what_cannot_be_told_apart_or_detected_does_not_count(second):
+def test_merged_and_faint_echoes_do_not_count(second):
     theirs = pulses((300, -10.0), second)
     assert len(resolved_errors(theirs, theirs, RATE_HZ)["resolved_db"]) == 1
