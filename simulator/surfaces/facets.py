@@ -20,12 +20,12 @@ from simulator.surfaces.subdivision import cut_up
 
 BLOCK = 256  # facets a block at most: neighbours that are lit or dark together, and fit a processor's cache
 NORMAL_M = 0.3  # normals that differ by one weigh as much as points this far apart when facets are put into blocks
-MOST_FACETS = 800_000
-COARSEST_M = 0.025  # larger bodies, such as cars, get facets up to this size before there are too many
+MOST_FACETS = 4_000_000  # finer ones grow; 0.7 GB
+COARSEST_M, MOST_COARSE = 0.025, 800_000  # a body of more facets of that size, or larger ones, is not cut: 70 m2
 FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on cars, bins and people
 DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
 TURN_RAD = 0.15  # of the normal along a facet of full size; where it turns faster, facets stand off no farther
-KEPT = 6  # bodies cut: a car in facets of 25 mm takes 30 MB
+KEPT = 6  # bodies cut: a car of 47 m2 takes 370 MB at 12 mm, 130 MB at 2 cm, 10 MB at 8 cm
 STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets that may stand for others; one in so many at the most
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
@@ -79,26 +79,26 @@ class Facets:
 
 
 def can_cut(reading: MeshReading, size_m: float) -> bool:
-    """Whether a mesh stays within `MOST_FACETS`, in facets of this size or of `COARSEST_M`."""
-    return _fitting_m(reading) <= max(size_m, COARSEST_M)
+    """Whether a mesh has at most `MOST_COARSE` facets of this size, or of `COARSEST_M` where that is larger."""
+    return _least_m(reading, MOST_COARSE) <= max(size_m, COARSEST_M)
 
 
-def _fitting_m(reading: MeshReading) -> float:
-    """The least size at which a mesh stays within `MOST_FACETS`."""
-    return float(np.sqrt(FACETS_A_SQUARE * reading.mesh.area / MOST_FACETS))
+def _least_m(reading: MeshReading, most: int) -> float:
+    """The least size of the facets at which a mesh has so many of them at most."""
+    return float(np.sqrt(FACETS_A_SQUARE * reading.mesh.area / most))
 
 
 def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
     """Cut a mesh into facets with no edge longer than `size_m`, shorter ones where it bends.
 
-    Where that would be more than `MOST_FACETS`, edges grow up to `COARSEST_M`.
+    Where that would be more than `MOST_FACETS`, edges are longer.
 
     Raises:
-        ValueError: more than `MOST_FACETS` facets would be needed.
+        ValueError: the mesh is too large, see `can_cut`.
     """
     if not can_cut(reading, size_m):
         raise ValueError(
-            f"facets of {size_m} m over {reading.mesh.area:.3g} m2 would be more than {MOST_FACETS}: "
+            f"facets of {max(size_m, COARSEST_M)} m over {reading.mesh.area:.3g} m2 would be more than {MOST_COARSE}: "
             "choose larger ones or leave this obstacle to the other mechanisms"
         )
     return replace(_cut_skin(reading, surface, size_m), obstacle=obstacle)
@@ -108,7 +108,7 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
 def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float) -> Facets:
     """The same of an obstacle of any number."""
     skin = _Skin.of(reading, surface)
-    owner, place = _cut(skin, max(size_m, _fitting_m(reading)))
+    owner, place = _cut(skin, max(size_m, _least_m(reading, MOST_FACETS)))
     over, normal = skin.at(owner, _means(place))
     facet, start = leaves(np.concatenate([over, NORMAL_M * normal], axis=1), BLOCK)
     owner, place, over, normal = owner[facet], *(column.take(facet, axis=0) for column in (place, over, normal))

@@ -1,0 +1,41 @@
+"""How many facets a body is cut into: as many as the size asks for, or none."""
+
+from __future__ import annotations
+
+import pytest
+import trimesh
+
+from simulator import Material, Obstacle
+from simulator.surfaces import facets as module
+from simulator.surfaces.facets import COARSEST_M, FACETS_A_SQUARE, can_cut, facets_of
+from simulator.surfaces.reflectors import read_mesh, reflectors_in
+
+
+def _ball():
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=0.2)
+    reading = read_mesh(Obstacle(mesh, Material.rigid(), "ball"))
+    return reading, reflectors_in(reading, 0)[1]
+
+
+def test_a_large_body_is_as_fine_as_asked_for(monkeypatch):
+    """At `reference` cars of 47 m2 had facets of 2 cm and not of 12 mm, as at `auto`: what both did wrong did not show."""
+    skin = _ball()
+    fitting = int(FACETS_A_SQUARE * skin[0].mesh.area / COARSEST_M**2) + 1
+    monkeypatch.setattr(module, "MOST_COARSE", fitting)
+    coarse, fine = (facets_of(*skin, 0, size_m) for size_m in (COARSEST_M, 0.4 * COARSEST_M))
+    assert len(fine) > 3.0 * len(coarse)
+
+
+def test_a_body_too_large_is_refused(monkeypatch):
+    skin = _ball()
+    monkeypatch.setattr(module, "MOST_COARSE", 1000)
+    assert not can_cut(skin[0], 0.01)
+    assert can_cut(skin[0], 0.1)
+    with pytest.raises(ValueError, match=r"facets of 0\.025 m over 0\.5 m2 would be more than 1000: choose larger"):
+        facets_of(*skin, 0, 0.01)
+
+
+def test_more_than_memory_takes_are_larger(monkeypatch):
+    skin = _ball()
+    monkeypatch.setattr(module, "MOST_FACETS", 20_000)
+    assert 10_000 < len(facets_of(*skin, 0, 0.002)) < 22_000
