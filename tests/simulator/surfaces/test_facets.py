@@ -18,7 +18,7 @@ def _ball():
 
 
 def test_a_large_body_is_as_fine_as_asked_for(monkeypatch):
-    """At `reference` cars of 47 m2 had facets of 2 cm and not of 12 mm, as at `auto`: what both did wrong did not show."""
+    """At `reference` cars of 47 m2 had facets of 2 cm and not of 12 mm, as at `auto`: errors of both did not show."""
     skin = _ball()
     fitting = int(FACETS_A_SQUARE * skin[0].mesh.area / COARSEST_M**2) + 1
     monkeypatch.setattr(module, "MOST_COARSE", fitting)
