@@ -64,8 +64,8 @@ class Fidelity:
             `max_order` holds as well. First order is right to 0.1 dB until a panel is yawed by 10 degrees, to 1 dB by
             45, and 5 dB off at 75; three orders until 10 degrees before edge-on.
         facet_m: longest edge of the facets of Kirchhoff's integral where the surface is flat; facets are smaller where
-            it bends. Of the echoes of ten cars 95 % are within 0.2 dB of those at 12 mm with 2 cm, 0.3 with 3 cm and 0.4
-            with 4 cm.
+            it bends. Of the echoes of ten cars 95 % are within 0.2 dB of those at 12 mm with 2 cm, 0.3 with 3 cm and
+            0.4 with 4 cm.
 
     Raises:
         ValueError: what is not a number or out of its range, an unknown level or mechanism.
