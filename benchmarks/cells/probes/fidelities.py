@@ -100,14 +100,12 @@ def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
     ours, theirs = (_envelopes(each, of_target(each, target)) for each in (paths, exact))
     whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
-    return (
-        envelope_errors(ours, theirs, LAGS * 20.0)
-        | resolved_errors(ours, theirs, LAGS * 20.0)
-        | {
-            "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
-            "paths": len(paths),
-        }
-    )
+    return {
+        **envelope_errors(ours, theirs, LAGS * 20.0),
+        **resolved_errors(ours, theirs, LAGS * 20.0),
+        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
+        "paths": len(paths),
+    }
 
 
 def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
