@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.probes.resolved_echoes import resolved_errors
+from benchmarks.cells.probes.resolved_echoes import AUDIBLE_DB, levels_db, resolved_errors
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.support.arrays import Complexes, Flags, Floats
@@ -32,7 +32,7 @@ POINTS: dict[str, dict[str, Any]] = {
     "facets of 3 cm": {"level": "reference", "facet_m": 0.03},
     "3 frequencies": {"level": "reference", "band_points": 3},
 }
-MATTERS_DB = -60.0  # re the free field at 1 m: 15 dB under a quiet street's noise after the matched filter
+MATTERS_DB = AUDIBLE_DB - 15.0  # re the free field at 1 m: well under a quiet street's noise
 FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)  # 50 ms of lag: the longest path of the search range is 41 ms
 LAGS = 8192
 
@@ -111,7 +111,7 @@ def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
 def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
     """Level, delay (samples of 192 kHz) and correlation of compressed echoes (R, L) against better ones, where these
     are above `MATTERS_DB`."""
-    level, best = (20.0 * np.log10(np.abs(each).max(axis=1) + 1e-12) for each in (ours, theirs))
+    level, best = (levels_db(each).max(axis=1) for each in (ours, theirs))
     loud = np.flatnonzero(best > MATTERS_DB)
     late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / rate_hz
     inner = np.real(np.sum(ours * np.conj(theirs), axis=1))
@@ -125,7 +125,8 @@ def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[
 
 def peak_levels_db(envelopes: Complexes) -> list[float]:
     """Levels of the highest peaks of compressed echoes (R, L), dB re the free field at 1 m."""
-    return (20.0 * np.log10(np.abs(envelopes).max(axis=1) + 1e-12)).tolist()
+    found: list[float] = levels_db(envelopes).max(axis=1).tolist()
+    return found
 
 
 def of_target(paths: Paths, target: str) -> Flags:

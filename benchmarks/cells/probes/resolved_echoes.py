@@ -22,7 +22,7 @@ def resolved_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[
     reach = round(NEAR_SAMPLES * rate_hz / 192_000.0)
     near = np.arange(-reach, reach + 1)
     louder, later = [], []
-    for got, best in zip(_levels_db(ours), _levels_db(theirs), strict=True):
+    for got, best in zip(levels_db(ours), levels_db(theirs), strict=True):
         peak, _ = find_peaks(best, height=AUDIBLE_DB, prominence=DIP_DB)
         found = got[(peak[:, None] + near) % lags]
         louder += (found.max(axis=1) - best[peak]).tolist()
@@ -30,5 +30,6 @@ def resolved_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[
     return {"resolved_db": louder, "resolved_samples": later}
 
 
-def _levels_db(envelopes: Complexes) -> Floats:
+def levels_db(envelopes: Complexes) -> Floats:
+    """Levels of compressed echoes (R, L), dB re the free field at 1 m; -240 where there is nothing."""
     return 20.0 * np.log10(np.abs(envelopes) + 1e-12)
