@@ -52,7 +52,7 @@ def run(
         seed, split: replace the suite's.
         settings: values by dotted key that replace the suite's, such as {"beep.start_hz": 16_000.0}.
         labels: cells whose label fits, such as "dustbin and not campus".
-        limit: so many of the cells at most, spread evenly.
+        limit: so many of the cells at most, spread over the suite.
         out: folder of all runs.
         allow_code: let a suite of somebody else import detectors and read files.
 

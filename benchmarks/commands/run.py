@@ -29,7 +29,7 @@ APPROACH_S = 15.0
 @click.option("--seed", type=click.IntRange(min=0), help="replaces the suite's seed")
 @click.option("--split", type=click.Choice(["dev", "test"]), help="which seeds: dev to tune, test to report")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="change one value of the suite")
-@click.option("--limit", type=click.IntRange(min=1), help="so many of the cells at most, spread evenly")
+@click.option("--limit", type=click.IntRange(min=1), help="so many of the cells at most, spread over the suite")
 @click.option("--only", metavar="LABEL", help="one cell alone, e.g. supermarket/dustbin/17")
 @click.option("-k", "expression", metavar="EXPR", help="cells whose label fits, e.g. 'dustbin and not campus'")
 @click.option("--executor", type=click.Choice(EXECUTORS), help="where cells are computed  [local if -j > 1]")

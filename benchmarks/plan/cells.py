@@ -23,6 +23,7 @@ from scenes import load_encounter
 
 MOST_CELLS = 200_000
 """A plan of so many takes 2 GB; the largest suite of the project has a hundredth of them."""
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
@@ -31,7 +32,7 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     A smaller tier holds the first walks of every stratum (scene x category, or category x distance), so its cells
     are also cells of the larger tiers and every stratum is present. Collision and non-collision walks, and the
     phones, alternate within a stratum. A sweep plans each of them at all of its points, one after the other. With
-    `limit`, the cells kept are taken evenly over the whole list.
+    `limit`, the cells kept are spread over the whole list.
 
     Raises:
         ValueError: an unknown tier, a limit below 1, a plan without a cell, with one twice or with more than
@@ -215,13 +216,14 @@ def _check(cells: Sequence[Cell]) -> None:
 
 
 def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
-    """At most so many cells, taken evenly from the first to the last; all without a limit.
+    """At most so many cells, spread over the list in steps of the golden section from the first on; all without a limit.
+
+    Even steps would keep step with what alternates, such as collisions and other walks. A larger limit adds cells.
 
     Raises:
         ValueError: a limit below 1.
     """
     if limit is not None and limit < 1:
         raise ValueError(f"limit must be at least 1, got {limit}")
-    if limit is None or limit >= len(cells):
-        return cells
-    return [cells[k] for k in np.linspace(0, len(cells) - 1, limit).round().astype(int)]
+    place = GOLDEN * np.arange(len(cells)) % 1.0
+    return [cells[k] for k in np.sort(np.argsort(np.argsort(place))[:limit])]

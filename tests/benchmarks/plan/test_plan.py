@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.cells.spec import Cell
-from benchmarks.plan.cells import cell_seed, is_collision, plan_cells, plan_digest
+from benchmarks.plan.cells import cell_seed, is_collision, plan_cells, plan_digest, thinned
 from benchmarks.plan.suite import list_suites, load_suite
 from scenes import DATA_COLLECTION
 
@@ -80,11 +82,25 @@ def test_what_is_measured_and_by_which_source_names_a_cell() -> None:
     assert plan_digest(cells, "v") != plan_digest(changed, "v")
 
 
-def test_limit_takes_evenly_from_first_to_last() -> None:
+def test_limit_spreads_cells_over_the_list_and_a_larger_one_adds_some() -> None:
     whole = plan_cells(load_suite("paper"), "ci")
-    few = plan_cells(load_suite("paper"), "ci", limit=7)
-    assert len(few) == 7
-    assert (few[0], few[-1]) == (whole[0], whole[-1])
+    kept = [plan_cells(load_suite("paper"), "ci", limit=limit) for limit in (1, 7, 20)]
+    assert kept[0] == whole[:1]
+    for few, more in pairwise([*kept, whole]):
+        assert all(cell in more for cell in few)
+    place = [whole.index(cell) for cell in kept[2]]
+    assert place == sorted(place)
+    assert np.diff([*place, len(whole)]).max() < 2.0 * len(whole) / 20
+
+
+@pytest.mark.parametrize("parts", [2, 3, 4])
+def test_limit_does_not_keep_step_with_what_alternates(parts: int) -> None:
+    """Every other walk of the full tier was all of a campus's collisions and none of its other walks."""
+    every = walks("full")
+    kept = thinned(every, len(every) // parts)
+    for scene in ("supermarket", "campus"):
+        collisions = [cell.collision for cell in kept if cell.scene == scene]
+        assert 0.4 < np.mean(collisions) < 0.6, scene
 
 
 def test_a_stored_cell_can_be_read_back() -> None:
