@@ -216,7 +216,7 @@ def _check(cells: Sequence[Cell]) -> None:
 
 
 def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
-    """At most so many cells, spread over the list in steps of the golden section from the first on; all without a limit.
+    """At most so many cells, from the first on in steps of the golden section; all without a limit.
 
     Even steps would keep step with what alternates, such as collisions and other walks. A larger limit adds cells.
 

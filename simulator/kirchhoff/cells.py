@@ -56,9 +56,7 @@ class CellSums(Rows):
         return cls(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128))
 
 
-def with_stand_ins(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, sums: CellSums
-) -> Cells:
+def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid, sums: CellSums) -> Cells:
     """Cells and the facets that stand for their delays.
 
     Args:
@@ -69,7 +67,7 @@ def with_stand_ins(
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
     some = np.flatnonzero(facets.stands)
     facet, length = _stand_ins(
-        facets.middle_m[some], facets.normal[some], facets.area_m2[some], spot[some], facets.closed,
+        facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
         ends.point_m, ends.view, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
     )  # type: ignore[call-arg]  # fmt: skip
     found = np.flatnonzero(facet >= 0)
@@ -90,15 +88,15 @@ def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
 
 @compiled
 def _stand_ins(
-    middle, normal, area, spot, closed, ends, view, lit, first, second, pair, slot, centre, wanted, width
+    middle, normal, area, facet_of, closed, ends, view, lit, first, second, pair, slot, centre, wanted, width
 ):  # fmt: skip
     """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted, and (M,) its path.
 
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
 
     Args:
-        middle, normal, area, spot: (F,) of the facets that may stand in.
-        ends, view, lit: (E, 3), (E,), (V, S) of the ends.
+        middle, normal, area: (S, 3), (S, 3), (S,) of the facets that may stand in; facet_of: (S,) which these are.
+        ends, view, lit: (E, 3), (E,), (V, F) of the ends.
         first, second: (R,) ends of the pairs.
         pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
@@ -112,7 +110,7 @@ def _stand_ins(
         r, high = pair[low], low
         while high < len(pair) and pair[high] == r:
             high += 1
-        count = _lit_paths(middle, normal, spot, closed, ends, view, lit, first[r], second[r], path, at)
+        count = _lit_paths(middle, normal, facet_of, closed, ends, view, lit, first[r], second[r], path, at)
         origin = centre[low] - slot[low] * width
         place = _centroids(middle, area, path, at, count, origin, width, slot[high - 1] + 2)
         _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length)
@@ -121,11 +119,11 @@ def _stand_ins(
 
 
 @inlined
-def _lit_paths(middle, normal, spot, closed, ends, view, lit, a, b, path, at):
+def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at):
     """Fill in the paths over the facets that both ends see, and which these are; return their number."""
     count, here, there = 0, lit[view[a]], lit[view[b]]
-    for f in range(len(spot)):
-        if not (here[spot[f]] and there[spot[f]]):
+    for f in range(len(facet_of)):
+        if not (here[facet_of[f]] and there[facet_of[f]]):
             continue
         l = m = up = down = 0.0
         for k in range(3):

@@ -19,11 +19,13 @@ WIDE = BLOCK  # a constant: offsets known to the compiler spare it a check of ev
 _PER_EIGHT, _SIXTH, _PER_24 = SINGLE(1 / 8), SINGLE(1 / 6), SINGLE(1 / 24)
 _PER_4_PI = SINGLE(0.25 / np.pi)
 
+NOTHING, QUARTERS, SOME = range(3)  # what a view shows of a block: no facet, quarters of facets that are lit, others
+
 Blocks = tuple[NDArray[np.float32], Ints, Ints]
 
 
-def blocks_of(facets: Facets, spot: Ints) -> Blocks:
-    """What `add_facets` takes: (B, 16 * WIDE) columns and (B, WIDE) spots block by block, and (B,) their numbers."""
+def blocks_of(facets: Facets) -> Blocks:
+    """What `add_facets` takes: (B, 16 * WIDE) columns block by block, (B + 1,) where each begins, (F,) `part_of`."""
     size = np.diff(facets.start)
     used = np.arange(WIDE) < size[:, None]
     one, other, third = facets.corner_m.transpose(1, 2, 0)
@@ -33,14 +35,12 @@ def blocks_of(facets: Facets, spot: Ints) -> Blocks:
     rows = np.zeros((len(size), 16, WIDE), dtype=np.float32)
     for column, value in enumerate(values):
         rows[:, column][used] = value
-    spots = np.zeros((len(size), WIDE), dtype=np.int64)
-    spots[used] = spot
-    return rows.reshape(len(size), -1), spots, size
+    return rows.reshape(len(size), -1), facets.start, facets.part_of
 
 
 @compiled
 def add_facets(
-    rows, spot, size, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
+    rows, start, part_of, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
     total,
 ):  # fmt: skip
     """Add all facets to the grids of all pairs, group by group of ends.
@@ -48,10 +48,10 @@ def add_facets(
     Args:
         rows: (B, 16 * WIDE) float32, block by block and one after the other: x, y, z of the centroids about the body's
             centre, normal, area, first and second corner about the corners' mean, the edges' bulges.
-        spot: (B, WIDE) which spot's light falls on each facet.
-        size: (B,) facets of each block.
+        start: (B + 1,) the facet with which each block begins.
+        part_of: (F,) the facet that each is a quarter of, -1 where it is none.
         ends: (E, 6) float32 points about the body's centre, then leans; end_start: (G + 1,) those of each group.
-        view: (E,) which view each end has; lit: (V, S) bool, spots that each view shows.
+        view: (E,) which view each end has; lit: (V, F) bool, facets that each view shows.
         first, second: (R,) ends of each pair; pair_start: (G + 1,) those of each group.
         wavenumber: at the band's centre.
         table: (Q, C, 2) float32 parts of the reflection at C cosines of incidence.
@@ -61,52 +61,62 @@ def add_facets(
     most = 0
     for g in range(len(end_start) - 1):
         most = max(most, end_start[g + 1] - end_start[g])
-    segments = np.empty((most, 8 * WIDE), np.float32)
+    segments = np.empty((most, 9 * WIDE), np.float32)
     pair = np.empty(6 * WIDE, np.float32)
-    shown = _shown(lit, spot, size)
+    shown = _shown(lit, start, part_of)
     for g in range(len(end_start) - 1):
         first_end = end_start[g]
-        for block in range(len(size)):
-            count, part = size[block], rows[block]
+        for block in range(len(rows)):
+            begin, part, best = start[block], rows[block], NOTHING
+            count = start[block + 1] - begin
             for e in range(first_end, end_start[g + 1]):
-                if shown[view[e], block]:
+                best = max(best, shown[view[e], block])
+            if best != SOME:
+                continue
+            for e in range(first_end, end_start[g + 1]):
+                if shown[view[e], block] != NOTHING:
                     segment = segments[e - first_end]
-                    _light(lit[view[e]], spot[block], count, segment[6 * WIDE :])
+                    _light(lit[view[e]], begin, count, part_of, segment[6 * WIDE :])
                     _segment(part, count, ends[e], wavenumber, closed, segment)
             for r in range(pair_start[g], pair_start[g + 1]):
                 a, b = first[r], second[r]
-                if shown[view[a], block] and shown[view[b], block]:
+                here, there = shown[view[a], block], shown[view[b], block]
+                if min(here, there) != NOTHING and max(here, there) == SOME:
                     here, there = segments[a - first_end], segments[b - first_end]
                     _pair(part, count, here, there, wavenumber, lead, ONE / step, pair)
                     _onto_grid(pair, count, table, total[r])
 
 
 @inlined
-def _shown(lit, spot, size):
-    """(V, B) whether a view shows any facet of a block."""
-    shown = np.zeros((len(lit), len(size)), np.bool_)
+def _shown(lit, start, part_of):
+    """(V, B) what each view shows of each block."""
+    shown = np.full((len(lit), len(start) - 1), NOTHING, np.int8)
     for v in range(len(lit)):
-        for block in range(len(size)):
-            for p in range(size[block]):
-                if lit[v, spot[block, p]]:
-                    shown[v, block] = True
-                    break
+        for block in range(len(start) - 1):
+            for f in range(start[block], start[block + 1]):
+                if lit[v, f]:
+                    shown[v, block] = QUARTERS
+                    if part_of[f] < 0 or not lit[v, part_of[f]]:
+                        shown[v, block] = SOME
+                        break
     return shown
 
 
 @inlined
-def _light(lit, spot, count, light):
-    """Fill in 1 for the facets that are lit, 0 for the others."""
+def _light(lit, begin, count, part_of, light):
+    """Fill rows: 1 for the facets that are lit, 0 for others; two rows on 1 for quarters of a facet that is."""
     for p in range(count):
-        light[p] = lit[spot[p]]
+        whole = part_of[begin + p]
+        light[p] = lit[begin + p]
+        light[2 * WIDE + p] = whole >= 0 and lit[whole]
 
 
 @inlined
 def _segment(part, count, end, wavenumber, closed, segment):
     """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
 
-    Row 6 says beforehand which facets are lit. The transducer's directivity is taken facet by facet: that of one facet
-    for a cell moved echoes of people by 0.5 dB, however fine the facets.
+    Row 6 says beforehand which facets are lit, row 8 which are quarters of such. The transducer's directivity is taken
+    facet by facet: that of one facet for a cell moved echoes of people by 0.5 dB, however fine the facets.
     """
     sx, sy, sz = end[0], end[1], end[2]
     lx, ly, lz = end[3], end[4], end[5]
@@ -151,7 +161,8 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         level = THIRD * (one + other + third)  # the centroid lies on the rounded surface: its phase has the mean
         bent_real, bent_imag = bent_real - level * mean_real, bent_imag - level * mean_imag
         mean_real, mean_imag = mean_real - bent_imag, mean_imag + bent_real
-        weight = _PER_4_PI * part[6 * WIDE + p] * either(both)
+        apart = ONE - a[8 * WIDE + p] * b[8 * WIDE + p]  # 0 where the whole facet adds what its quarters would
+        weight = _PER_4_PI * part[6 * WIDE + p] * either(both) * apart
         ca, cb = abs(a[WIDE + p]), abs(b[WIDE + p])
         near, far = weight * (ca * a[2 * WIDE + p] + cb * b[2 * WIDE + p]), weight * wavenumber * (ca + cb)
         both_real = a[6 * WIDE + p] * b[6 * WIDE + p] - a[7 * WIDE + p] * b[7 * WIDE + p]

@@ -31,13 +31,12 @@ ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts can
 
 
 def add_fringe_waves(
-    creases: Creases, spot: Ints, ends: Ends, first: Ints, second: Ints, reflection: Complexes, middle_m: Floats,
+    creases: Creases, ends: Ends, first: Ints, second: Ints, reflection: Complexes, middle_m: Floats,
     grid: Grid, total: Floats,
 ) -> None:  # fmt: skip
     """Add the fringe waves of all creases to grids of path length, at the band's centre.
 
     Args:
-        spot: (F,) spot of each facet.
         first, second: (R,) ends of each pair.
         reflection: (Q, C) parts of the surface's reflection at C cosines of incidence from 0 to 1 in even steps.
         middle_m: (R,) path over the body's centre.
@@ -45,7 +44,7 @@ def add_fringe_waves(
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        spot[creases.beside], ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
+        creases.beside, ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
         np.ascontiguousarray(reflection), middle_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 

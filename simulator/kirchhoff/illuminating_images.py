@@ -38,7 +38,7 @@ class Ends:
         lean: (E, 3) of the transducers (`Transducer.lean`), in that frame and mirrored as the points are.
         group: (E,) sorted.
         view: (E,) which of the views each has.
-        lit: (V, S) spots of the body that nothing hides in each view.
+        lit: (V, F) facets of the body that nothing hides in each view.
     """
 
     point_m: Floats

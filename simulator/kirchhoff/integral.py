@@ -36,21 +36,16 @@ RANK_SHARE = 1e-3  # of a surface's echo: what it varies by beyond that over fre
 POINTS_AT_ONCE = 2**20  # of all pairs' grids: what is kept in memory, however long the walk is
 
 
-def scattered(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes
-) -> Cells:
+def scattered(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes) -> Cells:
     """Kirchhoff's sum for R pairs of ends, each within its group: all cells, and the facets that stand for them."""
-    sums = cell_sums(facets, spot, ends, first, second, grid, reflection)
-    return with_stand_ins(facets, spot, ends, first, second, grid, sums)
+    sums = cell_sums(facets, ends, first, second, grid, reflection)
+    return with_stand_ins(facets, ends, first, second, grid, sums)
 
 
-def cell_sums(
-    facets: Facets, spot: Ints, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes
-) -> CellSums:
+def cell_sums(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid, reflection: Complexes) -> CellSums:
     """The sums of all cells with anything in them, for R pairs of ends, each within its group.
 
     Args:
-        spot: (F,) spot of each facet.
         first, second: (R,) ends of each pair, rising by group.
         grid: of path length about the body, for K wavenumbers.
         reflection: (C, K) factors of the surface at C cosines of incidence from 0 to 1 in even steps.
@@ -58,9 +53,9 @@ def cell_sums(
     first, second = _in_order(ends.point_m, first, second)
     to_middle_m = np.linalg.norm(ends.point_m - facets.center_m, axis=1)
     middle_m = to_middle_m[first] + to_middle_m[second]
-    parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], blocks_of(facets, spot)
+    parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], blocks_of(facets)
     for rows in _portions(ends.group[first], grid.points):
-        part = _held_cells(facets, spot, blocks, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
+        part = _held_cells(facets, blocks, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
         parts.append(replace(part, pair=part.pair + rows.start))
     return CellSums.joined(parts)
 
@@ -85,7 +80,7 @@ def _portions(group: Ints, points: int) -> list[slice]:
 
 
 def _held_cells(
-    facets: Facets, spot: Ints, blocks: Blocks, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
+    facets: Facets, blocks: Blocks, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
     reflection: Complexes,
 ) -> CellSums:  # fmt: skip
     """Sums of all cells with anything in them; `middle_m` (R,) are the pairs' paths over the body's centre."""
@@ -108,7 +103,7 @@ def _held_cells(
     parts = [(total.view(np.complex128)[..., 0], over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))]
     if len(facets.creases):
         rims = np.zeros_like(total)
-        add_fringe_waves(facets.creases, spot, ends, first, second, part, middle_m, grid, rims)
+        add_fringe_waves(facets.creases, ends, first, second, part, middle_m, grid, rims)
         parts.append((rims.view(np.complex128)[..., 0], over_band))
     pair, slot = np.nonzero(np.logical_or.reduce([grid.held(sums) for sums, _ in parts]))
     gain = sum(np.einsum("mqk,qk->mk", grid.cell_sums(sums, pair, slot), weight) for sums, weight in parts)

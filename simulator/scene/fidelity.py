@@ -64,8 +64,8 @@ class Fidelity:
             `max_order` holds as well. First order is right to 0.1 dB until a panel is yawed by 10 degrees, to 1 dB by
             45, and 5 dB off at 75; three orders until 10 degrees before edge-on.
         facet_m: longest edge of the facets of Kirchhoff's integral where the surface is flat; facets are smaller where
-            it bends. Of the echoes of ten cars 95 % are within 0.2 dB of those at 12 mm with 2 cm, 0.3 with 3 cm and
-            0.4 with 4 cm.
+            it bends, and at `auto` where the border of a shadow runs. So with 4 cm 95 % of 82 echoes of 14 cars were
+            within 0.4 dB of those with 12 mm.
 
     Raises:
         ValueError: what is not a number or out of its range, an unknown level or mechanism.
@@ -152,7 +152,7 @@ def _for_tolerance(tolerance_db: float) -> dict[str, Any]:
         "edge_order": 3 if tolerance_db < 3.0 else 1,
         "edge_floor_db": -80.0 if fine else -75.0 if tolerance_db < 1.0 else -60.0,
         "mirror_m2": 0.0 if tolerance_db < 1.0 else 0.01,
-        "facet_m": 0.012 if fine else 0.02,
+        "facet_m": 0.012 if fine else 0.04,
     }
 
 

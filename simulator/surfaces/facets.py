@@ -24,8 +24,8 @@ MOST_FACETS = 4_000_000  # finer ones grow; 0.7 GB
 COARSEST_M, MOST_COARSE = 0.025, 800_000  # a body of more facets of that size, or larger ones, is not cut: 70 m2
 FACETS_A_SQUARE = 7.0  # for each square of their longest edge, as measured on cars, bins and people
 DIAGONAL = 1.6  # longest edge of a piece, somewhat skewed and bulged, re the side of the square that it halves
-TURN_RAD = 0.15  # of the normal along a facet of full size; where it turns faster, facets stand off no farther
-KEPT = 6  # bodies cut: a car of 47 m2 takes 370 MB at 12 mm, 130 MB at 2 cm, 10 MB at 8 cm
+CHORD = 0.15 / 8.0  # of a facet's size, from which an edge may stand off: of full size, it turns by 0.15 rad
+KEPT = 6  # bodies cut: a car of 47 m2 takes 370 MB at 12 mm, 40 MB at 4 cm, 12 MB at 8 cm
 STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets that may stand for others; one in so many at the most
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
 
@@ -45,6 +45,8 @@ class Facets:
         bulge_m: (F, 3) how far the rounded surface stands off the middles of the edges 12, 20 and 01, along the normal.
         standoff_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
         stands: (F,) which may stand for the delay of what others add as well.
+        part_of: (F,) the facet that each is a quarter of, -1 where it is none. Where all of that one is in the light,
+            it adds what its quarters would.
         start: (B + 1,) where each block begins.
         closed: only the outside scatters.
         creases: convex ones at which a smooth surface ends.
@@ -59,6 +61,7 @@ class Facets:
     bulge_m: Floats
     standoff_m: Floats
     stands: Flags
+    part_of: Ints
     start: Ints
     closed: bool
     creases: Creases
@@ -71,9 +74,10 @@ class Facets:
     def __getitem__(self, kept: Flags) -> Facets:
         """Some of the facets (F,), those beside creases among them; what is said of the whole body stays."""
         size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
-        number, rows = np.cumsum(kept) - 1, np.flatnonzero(kept)
+        number, rows = np.append(np.cumsum(kept) - 1, -1), np.flatnonzero(kept)
         names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "stands")
         some = {name: getattr(self, name).take(rows, axis=0) for name in names}
+        some["part_of"] = number[self.part_of[rows]]
         start = np.append(0, np.cumsum(size[size > 0]))
         return replace(self, **some, start=start, creases=replace(self.creases, beside=number[self.creases.beside]))
 
@@ -88,10 +92,13 @@ def _least_m(reading: MeshReading, most: int) -> float:
     return float(np.sqrt(FACETS_A_SQUARE * reading.mesh.area / most))
 
 
-def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float) -> Facets:
+def facets_of(
+    reading: MeshReading, surface: SmoothSurface | None, obstacle: int, size_m: float, chord_m: float = np.inf
+) -> Facets:
     """Cut a mesh into facets with edges up to `size_m`, shorter ones where it bends.
 
-    Skewed pieces are longer, 2 % of a car's skin; and all are where that would be more than `MOST_FACETS`.
+    There edges stand off their chords by `chord_m` at most, and by `CHORD` of their size where that is less. Skewed
+    pieces are longer, 2 % of a car's skin; and all are where that would be more than `MOST_FACETS`.
 
     Raises:
         ValueError: the mesh is too large, see `can_cut`.
@@ -101,14 +108,15 @@ def facets_of(reading: MeshReading, surface: SmoothSurface | None, obstacle: int
             f"facets of {max(size_m, COARSEST_M)} m over {reading.mesh.area:.3g} m2 would be more than {MOST_COARSE}: "
             "choose larger ones or leave this obstacle to the other mechanisms"
         )
-    return replace(_cut_skin(reading, surface, size_m), obstacle=obstacle)
+    return replace(_cut_skin(reading, surface, size_m, chord_m), obstacle=obstacle)
 
 
 @lru_cache(KEPT)
-def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float) -> Facets:
+def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float, chord_m: float) -> Facets:
     """The same of an obstacle of any number."""
     skin = _Skin.of(reading, surface)
-    owner, place = _cut(skin, max(size_m, _least_m(reading, MOST_FACETS)))
+    size_m = max(size_m, _least_m(reading, MOST_FACETS))
+    owner, place = _cut(skin, size_m, min(chord_m, CHORD * size_m))
     over, normal = skin.at(owner, _means(place))
     facet, start = leaves(np.concatenate([over, NORMAL_M * normal], axis=1), BLOCK)
     owner, place, over, normal = owner[facet], *(column.take(facet, axis=0) for column in (place, over, normal))
@@ -122,7 +130,7 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
         area_m2=area, bulge_m=_bulge(skin, owner, place, corner_m, normal),
         standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
         stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
-        start=start, closed=bool(reading.closed),
+        part_of=np.full(len(area), -1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
@@ -196,14 +204,14 @@ def _edge_between(corners: Ints, vertices: Ints) -> Ints:
     return (missing + 1) % 3
 
 
-def _cut(skin: _Skin, size_m: float) -> tuple[Ints, Floats]:
+def _cut(skin: _Skin, size_m: float, chord_m: float) -> tuple[Ints, Floats]:
     """Owners (R,) and places (R, 3, 2) of pieces whose edges are no longer than `size_m`.
 
-    Less where it bends: an edge stands off its chord by an eighth of length times turn, `size_m` / 53 at most.
+    Less where it bends: an edge stands off its chord by an eighth of length times turn, `chord_m` at most.
     """
     every = np.arange(len(skin.corner_m))
     ends = [skin.at(every, np.repeat(_WHOLE[:, i], len(every), axis=0)) for i in range(3)]
     point, normal = (np.stack(part, axis=1) for part in zip(*ends, strict=True))
     length = norm(point - np.roll(point, -1, axis=1))
     turn = norm(normal - np.roll(normal, -1, axis=1))
-    return cut_up(DIAGONAL * np.maximum(length / size_m, np.sqrt(length * turn / (TURN_RAD * size_m))))
+    return cut_up(DIAGONAL * np.maximum(length / size_m, np.sqrt(0.125 * length * turn / chord_m)))

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.probes.resolved_echoes import AUDIBLE_DB, levels_db, resolved_errors
+from benchmarks.cells.probes.compressed_echoes import LAG_RATE_HZ, compressed, of_target, peak_levels_db
+from benchmarks.cells.probes.echo_errors import envelope_errors, resolved_errors
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign
-from obstaclewatch.support.arrays import Complexes, Flags, Floats
+from obstaclewatch.support.arrays import Floats
 from scenes import make_approach
 from simulator import Fidelity, Paths, Phone, Pose, PreparedScene, Scene, trace_paths
 
@@ -32,9 +32,6 @@ POINTS: dict[str, dict[str, Any]] = {
     "facets of 3 cm": {"level": "reference", "facet_m": 0.03},
     "3 frequencies": {"level": "reference", "band_points": 3},
 }
-MATTERS_DB = AUDIBLE_DB - 15.0  # re the free field at 1 m: well under a quiet street's noise
-FREQUENCY_HZ = np.arange(18_000.0, 23_000.0, 20.0)  # 50 ms of lag: the longest path of the search range is 41 ms
-LAGS = 8192
 
 
 def fidelity_result(cell: Cell) -> dict[str, Any]:
@@ -51,7 +48,7 @@ def fidelity_result(cell: Cell) -> dict[str, Any]:
     points = _points(cell.probe.get("points", list(POINTS)))
     scene, phone, pose, time_s, target = _drawn(cell, **chosen)
     exact, cost = timed_paths(scene, phone, pose, time_s, {"level": "reference"})
-    found: dict[str, Any] = {"reference": {"level_db": peak_levels_db(_envelopes(exact, of_target(exact, target)))}}
+    found: dict[str, Any] = {"reference": {"level_db": peak_levels_db(compressed(exact, of_target(exact, target)))}}
     costs = {"reference": cost}
     for name, settings in points.items():
         paths, costs[name] = timed_paths(scene, phone, pose, time_s, settings)
@@ -98,53 +95,11 @@ def timed_paths(
 
 def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
-    ours, theirs = (_envelopes(each, of_target(each, target)) for each in (paths, exact))
-    whole, all_of_it = (np.abs(_envelopes(each, each.order > 0)).max(axis=1) for each in (paths, exact))
+    ours, theirs = (compressed(each, of_target(each, target)) for each in (paths, exact))
+    whole, all_of_it = (np.abs(compressed(each, each.order > 0)).max(axis=1) for each in (paths, exact))
     return {
-        **envelope_errors(ours, theirs, LAGS * 20.0),
-        **resolved_errors(ours, theirs, LAGS * 20.0),
+        **envelope_errors(ours, theirs, LAG_RATE_HZ),
+        **resolved_errors(ours, theirs, LAG_RATE_HZ),
         "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
         "paths": len(paths),
     }
-
-
-def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
-    """Level, delay (samples of 192 kHz) and correlation of compressed echoes (R, L) against better ones, where these
-    are above `MATTERS_DB`."""
-    level, best = (levels_db(each).max(axis=1) for each in (ours, theirs))
-    loud = np.flatnonzero(best > MATTERS_DB)
-    late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / rate_hz
-    inner = np.real(np.sum(ours * np.conj(theirs), axis=1))
-    norms = np.linalg.norm(ours, axis=1) * np.linalg.norm(theirs, axis=1)
-    return {
-        "level_db": (level - best)[loud].tolist(),
-        "delay_samples": late[loud].tolist(),
-        "correlation": (inner / np.maximum(norms, 1e-300))[loud].tolist(),
-    }
-
-
-def peak_levels_db(envelopes: Complexes) -> list[float]:
-    """Levels of the highest peaks of compressed echoes (R, L), dB re the free field at 1 m."""
-    found: list[float] = levels_db(envelopes).max(axis=1).tolist()
-    return found
-
-
-def of_target(paths: Paths, target: str) -> Flags:
-    """(P,) paths that meet the target."""
-    return np.array([target in met for met in paths.obstacles_met()], dtype=bool)
-
-
-def _envelopes(paths: Paths, mask: Flags) -> Complexes:
-    """(2 N, LAGS) compressed beeps of some paths, pose by pose and microphone by microphone."""
-    some = paths[mask]
-    gain = some.gain_at(FREQUENCY_HZ) * np.exp(-2j * np.pi * FREQUENCY_HZ * some.delay_s[:, None])
-    total = np.zeros((paths.poses * 2, len(FREQUENCY_HZ)), dtype=np.complex128)
-    np.add.at(total, some.pose * 2 + some.mic, gain)
-    return np.fft.ifft(total * _beep_power(), n=LAGS, axis=1) * LAGS
-
-
-def _beep_power() -> Floats:
-    beep = BeepDesign()
-    time = np.arange(round(beep.duration_s * 192_000.0)) / 192_000.0
-    power = np.abs(np.exp(-2j * np.pi * FREQUENCY_HZ[:, None] * time) @ beep.waveform(time)) ** 2
-    return power / power.sum()

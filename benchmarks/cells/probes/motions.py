@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from benchmarks.cells.probes.fidelities import envelope_errors, of_target, peak_levels_db, priced
+from benchmarks.cells.probes.compressed_echoes import of_target, peak_levels_db
+from benchmarks.cells.probes.echo_errors import envelope_errors
+from benchmarks.cells.probes.fidelities import priced
 from benchmarks.cells.spec import Cell
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.support.arrays import Complexes

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.cells.probes.echo_errors import AUDIBLE_DB, DIP_DB
 from benchmarks.cells.probes.fidelities import POINTS
 from benchmarks.cells.probes.motions import DEGREES, degree_named
-from benchmarks.cells.probes.resolved_echoes import AUDIBLE_DB, DIP_DB
 from benchmarks.cells.probes.tessellations import SEGMENTS, segments_named
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData

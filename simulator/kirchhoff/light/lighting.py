@@ -12,19 +12,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Bytes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import dot, norm
 from simulator.images.image_method import REACHED, backtrack, fill_images
-from simulator.images.image_tree import dot
 from simulator.kirchhoff.illuminating_images import Sights
+from simulator.kirchhoff.light.quarters import quartered
 from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
-from simulator.surfaces.facets import Facets
+from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
 from simulator.world.frames import into_rest
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
-DARK, LIT, ASKED = 0, 1, 2  # what a spot says of its facets
+DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
 AT_ONCE = 2**16  # rays: what is kept in memory of them, however many images there are
 SAMPLE_M = 0.08  # apart are, on average, the spots that are asked first: an image that sees none sees nothing
 
@@ -39,12 +40,14 @@ class Light:
             transducers alike; 0 asks for each pose and each transducer.
         agreed: how far it may move between two poses of which everything is asked for; 0 does so of each pose.
         alike: how far apart transducers may be, re the body's distance, to see it alike where each is asked for.
+        border_m: facets longer than this, on average, are asked for in quarters where the border of a shadow runs.
     """
 
     spot_m: float
     held: float
     agreed: float
     alike: float
+    border_m: float = np.inf
 
 
 def lit_facets(
@@ -69,9 +72,13 @@ def lit_facets(
     lit = _spot_by_spot(tracing, facets, spots, views, between)
     wanted = spots.around(np.logical_or.reduce(lit, axis=0))
     wanted[spots.of_facet[facets.creases.beside]] = True
-    some = facets[wanted[spots.of_facet]]
-    every = _facet_by_facet(tracing, some, spots.of(wanted), views, between, lit[:, wanted])
-    return some, every, renumbered[number]
+    facets, spots, lit = facets[wanted[spots.of_facet]], spots.of(wanted), lit[:, wanted]
+    if len(spots.facet) == len(facets):
+        return facets, lit[:, spots.of_facet], renumbered[number]
+    state = _said(tracing, facets, spots, views, lit)
+    large = facets.area_m2 > light.border_m**2 / FACETS_A_SQUARE
+    facets = quartered(facets, large & (state == BORDER).any(axis=0)[spots.of_facet])
+    return facets, _facet_by_facet(tracing, facets, spots.of_facet, views, between, state), renumbered[number]
 
 
 @compiled
@@ -127,18 +134,36 @@ def _spot_by_spot(tracing: Tracing, facets: Facets, spots: Spots, views: Views, 
     return lit
 
 
-def _facet_by_facet(
-    tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between, lit: Flags
-) -> Flags:
-    """(V, F) what is known of each facet's spot (V, S), and asked for anew where that differs from a neighbour's."""
-    if len(spots.facet) == len(facets):
-        return lit[:, spots.of_facet]
-    every, facet = np.empty((len(views), len(facets)), dtype=bool), np.arange(len(facets))
+def _said(tracing: Tracing, facets: Facets, spots: Spots, views: Views, lit: Flags) -> Bytes:
+    """(V, S) what spots say of their facets, where (V, S) of them are lit."""
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
-    skin = facets.normal, np.einsum("fx,fx->f", facets.middle_m, facets.normal), facets.closed
+    middle, normal = facets.middle_m[spots.facet], facets.normal[spots.facet]
+    apart, rise = np.zeros((2, len(spots.facet)))
+    np.maximum.at(apart, spots.of_facet, norm(facets.normal - normal[spots.of_facet]))
+    np.maximum.at(rise, spots.of_facet, dot(facets.normal, middle[spots.of_facet] - facets.middle_m))
+    found: Bytes = _states(image, middle, normal, apart, rise, facets.closed, spots.beside, lit)  # type: ignore[call-arg]
+    return found
+
+
+def _facet_by_facet(
+    tracing: Tracing, facets: Facets, of_facet: Ints, views: Views, between: Between, state: Bytes
+) -> Flags:
+    """(V, F) which facets each view shows: what their spots say (V, S), or what is asked of each by itself.
+
+    Args:
+        of_facet: spots of the facets, without those that are quarters of others.
+    """
+    by_spot = np.argsort(of_facet, kind="stable")
+    begin = np.searchsorted(of_facet, np.arange(state.shape[1] + 1), sorter=by_spot)
+    quarters = np.full(len(of_facet), -1)
+    quarters[facets.part_of[len(of_facet) :: 4]] = np.arange(len(of_facet), len(facets), 4)
+    every, facet = np.zeros((len(views), len(facets)), dtype=bool), np.arange(len(facets))
+    image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
+    skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
+    room = np.empty((2, max(AT_ONCE, len(facets))), dtype=np.int64)  # made anew for each call it takes half of its time
     for chosen in between.in_turn:
         for some in _in_parts(len(chosen), len(facets)):
-            view, asked = _spread(image, chosen[some], *skin, *spots, lit, every)  # type: ignore[call-arg]
+            view, asked = _spread(image, chosen[some], *skin, state, every, room)  # type: ignore[call-arg]
             _ask(tracing, facets, views, between, every, view, asked, facet)
     return every
 
@@ -154,35 +179,79 @@ def _ask(
 
 
 @compiled
-def _spread(image, chosen, normal, height, closed, of_facet, speaker, beside, lit, every):
-    """Fill in for all facets (V, F) of chosen views what is known of their spots (V, S).
+def _states(image, middle, normal, apart, rise, closed, beside, lit):
+    """(V, S) what spots say of their facets, where (V, S) of them are lit.
 
-    Facing an image needs no ray: it must be above the facet's plane, `height` (F,) over the origin. Returns (R,) views
-    and (R,) facets to be asked: by spots that are lit beside one that is dark, or the other way round, where the dark
-    one does not merely face away. Where a round body turns away no spot speaks.
+    Facing an image needs no ray: it must be above the speaker's plane. A border runs through spots that are lit beside
+    one that is dark, and through that one, where it does not merely face away. Where a round body turns away no spot
+    speaks; of those farther on all facets face away.
+
+    Args:
+        middle, normal: (S, 3) of the speakers.
+        apart, rise: (S,) the most by which a facet's normal differs, and by which its plane is above the speaker.
     """
-    spots, most = lit.shape[1], len(chosen) * len(of_facet)
-    view, facet = np.empty(most, np.int64), np.empty(most, np.int64)
-    faces, state = np.empty(spots, np.bool_), np.empty(spots, np.int8)
-    count = 0
-    for v in chosen:
-        for s in range(spots):
-            f = speaker[s]
-            faces[s] = not closed or dot(image[v], normal[f]) > height[f]
-            state[s] = ASKED if not faces[s] else LIT if lit[v, s] else DARK
+    state, faces = np.empty(lit.shape, np.int8), np.empty(lit.shape[1], np.bool_)
+    for v in range(len(lit)):
+        for s in range(lit.shape[1]):
+            height = square = 0.0
+            for k in range(3):
+                away = image[v, k] - middle[s, k]
+                height, square = height + away * normal[s, k], square + away * away
+            faces[s] = not closed or height > 0.0
+            if faces[s]:
+                state[v, s] = LIT if lit[v, s] else DARK
+            else:
+                state[v, s] = AWAY if height + apart[s] * np.sqrt(square) + rise[s] > 0.0 else DARK
         for b in range(len(beside)):
             one, other = beside[b]
             if lit[v, one] != lit[v, other] and faces[other if lit[v, one] else one]:
-                state[one] = state[other] = ASKED
-        for f in range(len(of_facet)):
-            known = state[of_facet[f]]
-            every[v, f] = known == LIT
-            if known != DARK and closed and not dot(image[v], normal[f]) > height[f]:
-                every[v, f] = False
-            elif known == ASKED:
-                view[count], facet[count] = v, f
-                count += 1
+                state[v, one] = state[v, other] = BORDER
+    return state
+
+
+@compiled
+def _spread(image, chosen, normal, height, closed, by_spot, begin, quarters, state, every, room):
+    """Fill in for the facets (V, F) of chosen views, all dark so far, what their spots say (V, S) where they face it.
+
+    Args:
+        by_spot, begin: facets spot by spot, and (S + 1,) where each spot begins among them.
+        quarters: the first of the four quarters of each facet, -1 where it has none.
+        room: (2, F) or more.
+
+    Returns (R,) views and (R,) facets to be asked one by one, in `room`: quarters instead of facets that have them.
+    """
+    view, facet = room
+    count = 0
+    for v in chosen:
+        x, y, z = image[v, 0], image[v, 1], image[v, 2]
+        for s in range(len(begin) - 1):
+            says = state[v, s]
+            if says == DARK:
+                continue
+            for i in range(begin[s], begin[s + 1]):
+                f = by_spot[i]
+                if closed and not _faces(x, y, z, normal, height, f):
+                    continue
+                first = quarters[f]
+                if says == LIT:
+                    every[v, f] = True
+                    for q in range(first, first + 4 if first >= 0 else first):
+                        every[v, q] = True
+                elif first < 0:
+                    view[count], facet[count] = v, f
+                    count += 1
+                else:
+                    for q in range(first, first + 4):
+                        if not closed or _faces(x, y, z, normal, height, q):
+                            view[count], facet[count] = v, q
+                            count += 1
     return view[:count], facet[:count]
+
+
+@inlined
+def _faces(x, y, z, normal, height, f):
+    """Whether a point lies above the plane of a facet."""
+    return x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2] > height[f]
 
 
 def _in_parts(views: int, facets: int) -> list[slice]:
@@ -208,50 +277,53 @@ def _reached(tracing: Tracing, facets: Facets, views: Views, view: Ints, facet: 
 def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, view, facet):
     """Which of some views (R,) and facets (R,) face each other through the mirrors of the view.
 
-    Returns (P,) rows, and (K + 2, P, 3) where sound starts, its crossings of the mirrors lifted off them by `gap`, and
-    the middle of the facet lifted by its clearance: the last ones of K + 2 where the view has fewer mirrors.
+    Returns (P,) rows, and (K + 2, P, 3) where sound starts, its crossings of the mirrors `gap` off them, and
+    the middle of the facet, off it by its clearance: the last ones of K + 2 where the view has fewer mirrors.
     """
+    # numbers, not parts of arrays, as in `backtrack`
     width = sequence.shape[1]
     row, stops = np.empty(len(view), np.int64), np.empty((width + 2, len(view), 3))
-    images, hits, point, across = np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3), np.empty(3)
-    count, c, s = 0, 1.0, 0.0
+    turns, images, hits, foot = np.empty(width, np.int64), np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3)
+    count, c, s, x, y, z = 0, 1.0, 0.0, 0.0, 0.0, 0.0
     for r in range(len(view)):
         v, f = view[r], facet[r]
         n, last = pose[v], order[v]
         if r == 0 or view[r - 1] != v:
-            fill_images(mirrors, n, start[v], sequence[v], last, images)
+            for k in range(width):
+                turns[k] = sequence[v, k]
+            fill_images(mirrors, n, start[v], turns, last, images)
             c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
-        point[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
-        point[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
-        point[2] = middle[f, 2] + frame[v, 2]
-        across[0], across[1] = c * normal[f, 0] - s * normal[f, 1], s * normal[f, 0] + c * normal[f, 1]
-        across[2] = normal[f, 2]
-        rise = _rise(images[last], point, across)
-        if (closed and rise <= 0.0) or backtrack(mirrors, n, images, sequence[v], last, point, hits) != REACHED:
+            east, north, z = images[last, 0] - frame[v, 0], images[last, 1] - frame[v, 1], images[last, 2] - frame[v, 2]
+            x, y = c * east + s * north, c * north - s * east
+        i, j, k = normal[f, 0], normal[f, 1], normal[f, 2]
+        rise = (x - middle[f, 0]) * i + (y - middle[f, 1]) * j + (z - middle[f, 2]) * k
+        if closed and rise <= 0.0:
             continue
-        _lift(stops[width - last, count], start[v], across, 0.0)
-        for k in range(last):
-            plane = mirrors.normal[n, sequence[v, k]]
-            before = start[v] if k == 0 else hits[k - 1]
-            side = gap if _rise(before, hits[k], plane) >= 0.0 else -gap
-            _lift(stops[width - last + 1 + k, count], hits[k], plane, side)
-        _lift(stops[width + 1, count], point, across, clearance[f] if rise >= 0.0 else -clearance[f])
+        foot[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
+        foot[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
+        foot[2] = middle[f, 2] + frame[v, 2]
+        if backtrack(mirrors, n, images, turns, last, foot, hits) != REACHED:
+            continue
+        offset = clearance[f] if rise >= 0.0 else -clearance[f]
+        i, j = c * i - s * j, s * i + c * j
+        _put(stops, width + 1, count, foot[0] + offset * i, foot[1] + offset * j, foot[2] + offset * k)
+        here, there, up = start[v, 0], start[v, 1], start[v, 2]
+        _put(stops, width - last, count, here, there, up)
+        for m in range(last):
+            i, j, k = mirrors.normal[n, turns[m], 0], mirrors.normal[n, turns[m], 1], mirrors.normal[n, turns[m], 2]
+            above = (here - hits[m, 0]) * i + (there - hits[m, 1]) * j + (up - hits[m, 2]) * k
+            offset = gap if above >= 0.0 else -gap
+            here, there, up = hits[m, 0], hits[m, 1], hits[m, 2]
+            _put(stops, width - last + 1 + m, count, here + offset * i, there + offset * j, up + offset * k)
         row[count] = r
         count += 1
     return row[:count], stops[:, :count]
 
 
 @inlined
-def _rise(end, point, normal):
-    """How far an end lies above the plane through a point."""
-    return dot(end, normal) - dot(point, normal)
-
-
-@inlined
-def _lift(stop, point, normal, height):
-    """Fill in a point lifted off its plane."""
-    for x in range(3):
-        stop[x] = point[x] + height * normal[x]
+def _put(stops, place, row, x, y, z):
+    """Fill in one of the stops of a path."""
+    stops[place, row, 0], stops[place, row, 1], stops[place, row, 2] = x, y, z
 
 
 def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
 from simulator.kirchhoff.distinct_rows import distinct
@@ -86,7 +87,16 @@ class Between:
 
     def in_doubt(self, known: Flags, view: Ints, item: Ints) -> Flags:
         """(R,) whether items (R,) have to be asked for in views (R,); the others are filled in, in (V, I) `known`."""
-        one, other = known[self.before[view], item], known[self.after[view], item]
-        agreed = (one == other) & (self.before[view] != view)
-        known[view[agreed], item[agreed]] = one[agreed]
-        return ~agreed
+        found: Flags = _in_doubt(self.before, self.after, known, view, item)  # type: ignore[call-arg]
+        return found
+
+
+@compiled
+def _in_doubt(before, after, known, view, item):
+    """`Between.in_doubt`."""
+    doubt = np.ones(len(view), np.bool_)
+    for r in range(len(view)):
+        v, i = view[r], item[r]
+        if before[v] != v and known[before[v], i] == known[after[v], i]:
+            known[v, i], doubt[r] = known[before[v], i], False
+    return doubt

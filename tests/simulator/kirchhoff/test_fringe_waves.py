@@ -114,7 +114,7 @@ def fringe_sum(facets, source, receiver, lit, wavenumber):
     one = np.array([0]), np.array([1])
     rigid = np.ones((1, 3), dtype=complex)
     middle_m = sum(np.linalg.norm(ends.point_m - facets.center_m, axis=1), np.zeros(1))
-    add_fringe_waves(facets.creases, np.arange(len(facets)), ends, *one, rigid, middle_m, grid, total)
+    add_fringe_waves(facets.creases, ends, *one, rigid, middle_m, grid, total)
     every = np.arange(grid.cells)
     sums = grid.cell_sums(total.view(np.complex128)[..., 0], 0 * every, every)[:, 0]
     centre = grid.centre_m(middle_m, every)

@@ -186,9 +186,9 @@ def test_ends_can_be_swapped():
 
 def _cells(facets, source, receiver, k, reflection):
     """Kirchhoff's sum between two points that see every facet."""
-    every, ends = np.arange(len(facets)), np.stack([source, receiver])
+    ends = np.stack([source, receiver])
     ends = Ends(ends, 0.0 * ends, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
-    return scattered(facets, every, ends, np.array([0]), np.array([1]), Grid.over(facets.radius_m, k), reflection)
+    return scattered(facets, ends, np.array([0]), np.array([1]), Grid.over(facets.radius_m, k), reflection)
 
 
 def _rigid(k):

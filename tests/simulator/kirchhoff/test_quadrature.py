@@ -15,9 +15,10 @@ import trimesh
 from simulator import Material, Obstacle
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.integral import scattered
+from simulator.kirchhoff.light.quarters import quartered
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.surfaces.creases import no_creases
-from simulator.surfaces.facets import facets_of
+from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
 from simulator.waves import band
 from tests.references import chirp
@@ -109,16 +110,20 @@ def shortest_m(name: str) -> float:
     return float(sum(np.linalg.norm(end - SHAPES[name](u, v), axis=-1) for end in PHONE).min())
 
 
-def summed(name: str, size_m: float) -> np.ndarray:
-    """The production sum between two points that see all facets, at the chirp's frequencies."""
+def cut(name: str, size_m: float) -> Facets:
+    """The production's facets of a surface."""
     reading = read_mesh(Obstacle(mesh_of(name, size_m), Material.rigid(), name, surface="smooth"))
-    facets = replace(facets_of(reading, reflectors_in(reading, 0)[1], 0, size_m), creases=no_creases())
+    return replace(facets_of(reading, reflectors_in(reading, 0)[1], 0, size_m), creases=no_creases())
+
+
+def summed(name: str, facets: Facets, lit: np.ndarray) -> np.ndarray:
+    """The production sum between two points that see some facets (F,), at the chirp's frequencies."""
     nodes = band.nodes_hz(12)
     table = Material.named(MATERIALS[name]).reflection(nodes, np.linspace(0.0, 1.0, 257)[:, None])
-    ends = Ends(PHONE, LEAN, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
+    ends = Ends(PHONE, LEAN, *np.zeros((2, 2), dtype=np.int64), lit[None])
     one = np.array([0]), np.array([1])
     grid = Grid.over(facets.radius_m, 2.0 * np.pi * nodes / C)
-    cells = scattered(facets, np.arange(len(facets)), ends, *one, grid, table)
+    cells = scattered(facets, ends, *one, grid, table)
     gain = band.evaluate(band.coefficients(cells.gain), chirp.nodes_hz())
     return np.sum(gain * np.exp(-2j * np.pi * chirp.nodes_hz() * cells.length_m[:, None] / C), axis=0)
 
@@ -129,6 +134,21 @@ def test_the_sum_converges_to_plain_quadrature(name):
     exact = quadrature(name, 2.0 * np.pi * chirp.nodes_hz() / C)
     coarse = {} if name == "body" else {COARSE_M: COARSE_TOLERANCE}  # whose dents a coarse mesh does not have
     for size_m, (level_db, samples) in (TOLERANCE | coarse).items():
-        found = chirp.difference(summed(name, size_m), exact, shortest_m(name) / C)
+        facets = cut(name, size_m)
+        found = chirp.difference(summed(name, facets, np.ones(len(facets), bool)), exact, shortest_m(name) / C)
         assert abs(found.level_db) < level_db, (size_m, found)
         assert abs(found.delay_samples) < samples, (size_m, found)
+
+
+@pytest.mark.parametrize("name", list(SHAPES))
+def test_a_surface_is_summed_once_in_whole_facets_and_in_quarters(name):
+    facets = cut(name, 0.04)
+    some = np.arange(len(facets)) % 3 == 0
+    both = quartered(facets, some)
+    every = np.ones(len(both), dtype=bool)
+    whole = summed(name, facets, np.ones(len(facets), dtype=bool))
+    np.testing.assert_allclose(summed(name, both, every), whole, atol=1e-4 * np.abs(whole).max())
+    every[: len(facets)] = ~some
+    found = chirp.difference(summed(name, both, every), whole, shortest_m(name) / C)
+    assert abs(found.level_db) < 0.2, found
+    assert abs(found.delay_samples) < 0.2, found

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.cells.probes.fidelities import _envelopes, of_target, peak_levels_db
-from benchmarks.cells.probes.resolved_echoes import AUDIBLE_DB
+from benchmarks.cells.probes.compressed_echoes import compressed, of_target, peak_levels_db
+from benchmarks.cells.probes.echo_errors import AUDIBLE_DB
 from scenes import make_approach
 from simulator import Fidelity, PreparedScene, trace_paths
 
@@ -20,7 +20,7 @@ def test_a_walk_past_a_sign_has_the_echoes_of_each_pose():
 
     def levels_db(at_s):
         paths = trace_paths(scene, approach.phone, approach.walk.pose(at_s), Fidelity(level="standard"), at_s)
-        return np.array(peak_levels_db(_envelopes(paths, of_target(paths, approach.target))))
+        return np.array(peak_levels_db(compressed(paths, of_target(paths, approach.target))))
 
     together, alone = levels_db(time_s), np.concatenate([levels_db(time_s[[n]]) for n in range(len(time_s))])
     off = np.abs(together - alone)[alone > AUDIBLE_DB]

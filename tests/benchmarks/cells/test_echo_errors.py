@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.cells.probes.resolved_echoes import resolved_errors
+from benchmarks.cells.probes.echo_errors import resolved_errors
 
 RATE_HZ = 163_840.0
 

@@ -1,13 +1,15 @@
-"""Errors of every resolved echo, not of the strongest alone."""
+"""Errors of compressed echoes: of the strongest, and of every one that is resolved."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.signal import find_peaks
 
-from obstaclewatch.support.arrays import Complexes, Floats
+from benchmarks.cells.probes.compressed_echoes import levels_db
+from obstaclewatch.support.arrays import Complexes
 
 AUDIBLE_DB = -45.0  # re the free field at 1 m: a quiet street's noise after the matched filter
+MATTERS_DB = AUDIBLE_DB - 15.0  # well under that noise
 DIP_DB = 3.0  # between an echo and any louder one
 NEAR_SAMPLES = 12.0  # of 192 kHz, either way: where the same echo is looked for
 
@@ -30,6 +32,16 @@ def resolved_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[
     return {"resolved_db": louder, "resolved_samples": later}
 
 
-def levels_db(envelopes: Complexes) -> Floats:
-    """Levels of compressed echoes (R, L), dB re the free field at 1 m; -240 where there is nothing."""
-    return 20.0 * np.log10(np.abs(envelopes) + 1e-12)
+def envelope_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[str, list[float]]:
+    """Level, delay (samples of 192 kHz) and correlation of compressed echoes (R, L) against better ones, where these
+    are above `MATTERS_DB`."""
+    level, best = (levels_db(each).max(axis=1) for each in (ours, theirs))
+    loud = np.flatnonzero(best > MATTERS_DB)
+    late = (np.abs(ours).argmax(axis=1) - np.abs(theirs).argmax(axis=1)) * 192_000.0 / rate_hz
+    inner = np.real(np.sum(ours * np.conj(theirs), axis=1))
+    norms = np.linalg.norm(ours, axis=1) * np.linalg.norm(theirs, axis=1)
+    return {
+        "level_db": (level - best)[loud].tolist(),
+        "delay_samples": late[loud].tolist(),
+        "correlation": (inner / np.maximum(norms, 1e-300))[loud].tolist(),
+    }
