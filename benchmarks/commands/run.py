@@ -69,7 +69,8 @@ def run(
 
     chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, only, expression, limit)
-    memory = "" if scheduler else check_workers(jobs, _longest_s(cells), chosen.beep.sample_rate_hz)
+    walk = _longest_s(cells), chosen.beep.sample_rate_hz
+    memory = "" if scheduler else check_workers(jobs, *walk, _process_bytes(cells))
     if dry_run:
         _print_plan(chosen, tier, cells)
         click.echo(memory)
@@ -127,6 +128,14 @@ def _longest_s(cells: list[Cell]) -> float:
 
     own = {(cell.approach["file"], cell.seed, cell.approach["phone"]) for cell in cells if cell.kind == "scene"}
     return max((load_encounter(*walk).walk.duration_s for walk in own), default=APPROACH_S)
+
+
+def _process_bytes(cells: list[Cell]) -> float:
+    """What a process takes beside its walk, where the finest of the cells needs most."""
+    from benchmarks.cells.memory import PROCESS_BYTES, REFERENCE_BYTES
+
+    finest = any(cell.kind == "fidelity" or cell.fidelity.get("level") == "reference" for cell in cells)
+    return REFERENCE_BYTES if finest else PROCESS_BYTES
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:
