@@ -9,6 +9,7 @@ only what the two do not agree on. Transducers of the phone that lie near each o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -115,7 +116,7 @@ def _seeing(tracing: Tracing, facets: Facets, spots: Spots, views: Views, betwee
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
     in_full, seen = between.in_turn[0], np.zeros(len(views), dtype=bool)
     sample = spots.facet[::every]
-    for some in _in_parts(len(in_full), len(sample)):
+    for some in _in_parts(np.full(len(in_full), len(sample))):
         view, facet = np.repeat(in_full[some], len(sample)), np.tile(sample, len(in_full[some]))
         seen[in_full[some]] = _reached(tracing, facets, views, view, facet).reshape(-1, len(sample)).any(axis=1)
     seen = seen[between.before] | seen[between.after]
@@ -128,7 +129,7 @@ def _spot_by_spot(tracing: Tracing, facets: Facets, spots: Spots, views: Views, 
     """(V, S) which spots each view shows."""
     lit, every = np.empty((len(views), len(spots.facet)), dtype=bool), np.arange(len(spots.facet))
     for chosen in between.in_turn:
-        for some in _in_parts(len(chosen), len(every)):
+        for some in _in_parts(np.full(len(chosen), len(every))):
             view, spot = np.repeat(chosen[some], len(every)), np.tile(every, len(chosen[some]))
             _ask(tracing, facets, views, between, lit, view, spot, spots.facet)
     return lit
@@ -160,11 +161,14 @@ def _facet_by_facet(
     every, facet = np.zeros((len(views), len(facets)), dtype=bool), np.arange(len(facets))
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
-    room = np.empty((2, max(AT_ONCE, len(facets))), dtype=np.int64)  # made anew for each call it takes half of its time
+    asked = np.bincount(of_facet, np.where(quarters < 0, 1, 4), state.shape[1])
+    rays = ((state >= BORDER) @ asked).astype(np.int64)
+    # made anew for each call the room takes half of the time of all
+    room = np.empty((2, AT_ONCE + int(rays.max(initial=0))), dtype=np.int64)
     for chosen in between.in_turn:
-        for some in _in_parts(len(chosen), len(facets)):
-            view, asked = _spread(image, chosen[some], *skin, state, every, room)  # type: ignore[call-arg]
-            _ask(tracing, facets, views, between, every, view, asked, facet)
+        for some in _in_parts(rays[chosen]):
+            view, item = _spread(image, chosen[some], *skin, state, every, room)  # type: ignore[call-arg]
+            _ask(tracing, facets, views, between, every, view, item, facet)
     return every
 
 
@@ -216,7 +220,7 @@ def _spread(image, chosen, normal, height, closed, by_spot, begin, quarters, sta
     Args:
         by_spot, begin: facets spot by spot, and (S + 1,) where each spot begins among them.
         quarters: the first of the four quarters of each facet, -1 where it has none.
-        room: (2, F) or more.
+        room: (2, R) or more.
 
     Returns (R,) views and (R,) facets to be asked one by one, in `room`: quarters instead of facets that have them.
     """
@@ -254,10 +258,10 @@ def _faces(x, y, z, normal, height, f):
     return x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2] > height[f]
 
 
-def _in_parts(views: int, facets: int) -> list[slice]:
-    """Views some at a time: what is kept in memory of their rays stays small."""
-    most = max(1, AT_ONCE // max(facets, 1))
-    return [slice(first, min(first + most, views)) for first in range(0, views, most)]
+def _in_parts(rays: Ints) -> list[slice]:
+    """Views with so many rays (V,) each, some at a time: what is kept in memory of them stays small."""
+    stop = np.flatnonzero(np.diff(np.cumsum(rays) // AT_ONCE, append=-1)) + 1
+    return [slice(first, last) for first, last in pairwise([0, *stop.tolist()])]
 
 
 def _reached(tracing: Tracing, facets: Facets, views: Views, view: Ints, facet: Ints) -> Flags:
