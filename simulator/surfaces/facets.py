@@ -72,7 +72,10 @@ class Facets:
         return len(self.area_m2)
 
     def __getitem__(self, kept: Flags) -> Facets:
-        """Some of the facets (F,), those beside creases among them; what is said of the whole body stays."""
+        """Some of the facets (F,), among them those beside creases and those that others are quarters of.
+
+        What is said of the whole body stays.
+        """
         size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
         number, rows = np.append(np.cumsum(kept) - 1, -1), np.flatnonzero(kept)
         names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "stands")

@@ -60,8 +60,8 @@ def lit_facets(
         spots: of these facets, of the light's size.
 
     Returns:
-        The facets that are seen from anywhere, and those around them; (V, F) which of these each distinct view of the
-        body shows; (E,) the view that each image has, -1 if it sees nothing.
+        The facets that are seen from anywhere, those around them, and quarters where borders run; (V, F) which of these
+        each distinct view of the body shows; (E,) the view that each image has, -1 if it sees nothing.
     """
     points, first = _asked_from(tracing, facets, light.alike)
     views, number = _held_views(tracing, facets, points, sights, first[sights.pose, sights.side], light.held)
