@@ -16,9 +16,10 @@ PROCESS_BYTES = 1.5e9
 the paper's ci tier 0.80 GB, and 1.09 GB where they compiled as well; over its smoke tier after two other suites in one
 process 1.10 GB, level from the twelfth walk on."""
 
-REFERENCE_BYTES = 3.0e9
-"""The same at level `reference`, margin and all: 2.6 GB where cars are near, as a body of 47 m2 takes 0.4 GB and six
-bodies are kept."""
+FINE_FACET_M = 0.02
+FINE_BYTES = 3.0e9
+"""The same where facets are smaller than that, as at level `reference`: there it was 2.6 GB where cars are near, as a
+body of 47 m2 takes 0.4 GB and six bodies are kept."""
 
 BYTES_A_FRAME = 6
 """Of a WAV: two channels of 24 bits."""

@@ -131,11 +131,12 @@ def _longest_s(cells: list[Cell]) -> float:
 
 
 def _process_bytes(cells: list[Cell]) -> float:
-    """What a process takes beside its walk, where the finest of the cells needs most."""
-    from benchmarks.cells.memory import PROCESS_BYTES, REFERENCE_BYTES
+    """What a process takes beside its walk; cells that compare levels run the finest as well."""
+    from benchmarks.cells.memory import FINE_BYTES, FINE_FACET_M, PROCESS_BYTES
+    from simulator import Fidelity
 
-    finest = any(cell.kind == "fidelity" or cell.fidelity.get("level") == "reference" for cell in cells)
-    return REFERENCE_BYTES if finest else PROCESS_BYTES
+    fine = any(cell.kind == "fidelity" or Fidelity(**cell.fidelity).facet_m < FINE_FACET_M for cell in cells)
+    return FINE_BYTES if fine else PROCESS_BYTES
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:

@@ -40,9 +40,8 @@ def _quarters(corner_m: Floats, normal: Floats, bulge_m: Floats) -> dict[str, An
     """What `Facets` says of the quarters (4 R) of facets: about each corner one, and that in the middle."""
     opposite = 0.5 * (corner_m[:, [1, 2, 0]] + corner_m[:, [2, 0, 1]]) + bulge_m[..., None] * normal[:, None]
     corner = np.repeat(opposite[:, None], 4, axis=1)
-    for i in range(3):
-        corner[:, i] = opposite[:, [(3 - i - j) % 3 for j in range(3)]]
-        corner[:, i, i] = corner_m[:, i]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        corner[:, i, i], corner[:, i, j], corner[:, i, k] = corner_m[:, i], opposite[:, k], opposite[:, j]
     own, across = _flat(corner)
     whole, _ = _flat(corner_m)
     faces = np.sign(dot(whole, normal))[:, None]

@@ -36,8 +36,15 @@ def test_a_run_says_what_it_takes_and_refuses_more_than_there_is(tmp_path: Path,
         CliRunner().invoke(cli, [*call, "-j", "8"], catch_exceptions=False, standalone_mode=False)
 
 
-@pytest.mark.parametrize("more", [["tolerance"], ["paper", "--set", "fidelity.level=reference"]])
-def test_the_reference_level_takes_more(tmp_path: Path, monkeypatch, more: list[str]) -> None:
+@pytest.mark.parametrize(
+    "more",
+    [
+        ["tolerance"],
+        ["paper", "--set", "fidelity.level=reference"],
+        ["paper", "--set", "fidelity={level: auto, tolerance_db: 0.1}"],
+    ],
+)
+def test_fine_facets_take_more(tmp_path: Path, monkeypatch, more: list[str]) -> None:
     """Cause: two workers beside cars took 5.2 GB, and the run had said 3.1."""
     monkeypatch.setattr(memory, "free_bytes", lambda: 9e9)
     call = ["run", *more, "--tier", "smoke", "-n", "-o", str(tmp_path), "-j", "2"]
