@@ -15,6 +15,7 @@ from obstaclewatch.support.vectors import norm
 MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the flat facets miss at 64 segments
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32
 SPARE = 3  # vertices beyond the number of unknowns that must agree before a fit counts
+MUCH = 4.0  # times what a fit may miss by, no fit is tried: its radius is known by a guess
 FEW = 96  # vertices that are asked first of a mesh of many: what they do not lie on, all of them do not
 
 
@@ -71,10 +72,23 @@ def _cone(point: Floats, facet_normal: Floats, slack: float) -> tuple[Floats, Fl
         if not np.abs(_misfit(guess, point, start, basis)).max() < 0.1:
             return None
     few = point[:: max(len(point) // FEW, 1)]
+    if not _on_quadric(few, MUCH * (MISFIT * float(norm(_radial(guess, few, start, basis)[1]).max()) + slack)):
+        return None
     if len(few) < len(point) and _fitted(guess, few, start, basis, slack) is None:
         return None
     shape = _fitted(guess, point, start, basis, slack)
     return None if shape is None else _cone_geometry(shape, point, start, basis)
+
+
+def _on_quadric(point: Floats, most: float) -> bool:
+    """Whether the values of some quadric with coefficients of norm 1 are within `most` at points (V, 3), rms.
+
+    A cone is a quadric whose coefficients have a norm of sqrt(2) and of twice the radius at least: its values are no
+    more than the points' distances from it.
+    """
+    x, y, z = point.T
+    columns = np.column_stack([x * x, y * y, z * z, x * y, y * z, z * x, x, y, z, np.ones(len(point))])
+    return bool(np.linalg.eigvalsh(columns.T @ columns)[0] <= len(point) * most**2)
 
 
 def _fitted(guess: Floats, point: Floats, start: Floats, basis: Floats, slack: float) -> Floats | None:

@@ -22,7 +22,7 @@ RIDGE_SLOPE, RIDGE_BEND = 1e-7, 1e-9
 RIDGE = np.diag([RIDGE_SLOPE] * 2 + [RIDGE_BEND] * 6)
 STEEPEST = 2.0  # secant of 60 degrees: a fit that turns the normal farther than that is refused
 NO_QUADRIC = 0.02  # share of the heights (over distance squared) that a fit may miss and still count as a quadric
-AT_A_TIME = 2000  # vertices that are fitted together: some 20 MB
+AT_A_TIME = 512  # vertices that are fitted together: some 3 MB, what stays near the processor
 HUB = 16  # neighbours are not shared through a vertex of more edges than this (the pole of a fan)
 
 
@@ -57,50 +57,57 @@ def fit_quadrics(point_m: Floats, normal: Floats, held: Flags, ring: csr_matrix)
     """
     out, curvature = normal.copy(), np.full((len(point_m), 3, 3), np.nan)
     true = np.zeros(len(point_m), dtype=bool)
-    vertices = np.flatnonzero(np.diff(ring.indptr))
+    count = np.diff(ring.indptr)
+    fewest_first = np.argsort(count, kind="stable")  # so that few rows are padded
+    vertices = fewest_first[count[fewest_first] > 0]
     for first in range(0, len(vertices), AT_A_TIME):
         block = vertices[first : first + AT_A_TIME]
-        around = ring[block]
-        center = np.repeat(block, np.diff(around.indptr))
-        gap = point_m[around.indices] - point_m[center]
-        accepted, *fit = _fit(gap, around.indptr[:-1], normal[block], held[block])
+        gap = point_m[_padded(ring[block], block)] - point_m[block, None]
+        accepted, *fit = _fit(gap, normal[block], held[block])
         for whole, part in zip((out, curvature, true), fit, strict=True):
             whole[block[accepted]] = part[accepted]
     return out, curvature, true
 
 
-def _fit(gap: Floats, start: Ints, normal: Floats, held: Flags) -> tuple[Flags, Floats, Floats, Flags]:
+def _padded(around: csr_matrix, vertex: Ints) -> Ints:
+    """(B, R) neighbours of B vertices, filled up with the vertex itself, from which a fit learns nothing."""
+    count = np.diff(around.indptr)
+    taken = np.arange(count.max()) < count[:, None]
+    out = np.where(taken, 0, vertex[:, None])
+    out[taken] = around.indices
+    return out
+
+
+def _fit(gap: Floats, normal: Floats, held: Flags) -> tuple[Flags, Floats, Floats, Flags]:
     """(B,) whether each of B fits is accepted, and of each what `fit_quadrics` returns.
 
     Args:
-        gap: (N, 3) from each vertex to its neighbours, vertex by vertex.
-        start: (B,) where those of each vertex begin.
+        gap: (B, R, 3) from each vertex to its neighbours.
         normal, held: (B, 3) and (B,) of the vertices.
     """
-    row = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(gap))))
-    frame = _frames(gap, start, row, normal)
-    basis, height = _columns(np.einsum("nij,nj->ni", frame[row], gap), held[row])
-    size = np.sqrt(np.add.reduceat(basis**2, start)) + 1e-300
-    basis /= size[row]
-    gram = np.add.reduceat(basis[:, :, None] * basis[:, None, :], start) + RIDGE
-    scaled = np.linalg.solve(gram, np.add.reduceat(basis * height[:, None], start)[..., None])[..., 0]
-    off = np.abs(np.einsum("nk,nk->n", basis, scaled[row]) - height)
-    true = np.maximum.reduceat(off, start) <= NO_QUADRIC * np.maximum.reduceat(np.abs(height), start)
-    a, b, c, d, e, g, h, i = (scaled / size).T
+    frame = _frames(gap, normal)
+    back = frame.transpose(0, 2, 1)
+    basis, height = _columns(gap @ back, held)
+    size = np.sqrt((basis**2).sum(axis=1)) + 1e-300
+    basis /= size[:, None]
+    across = basis.transpose(0, 2, 1)
+    scaled = np.linalg.solve(across @ basis + RIDGE, across @ height[..., None])
+    off = np.abs((basis @ scaled)[..., 0] - height)
+    true = off.max(axis=1) <= NO_QUADRIC * np.abs(height).max(axis=1)
+    a, b, c, d, e, g, h, i = (scaled[..., 0] / size).T
     gradient = np.stack([-a, -b, np.ones(len(a))], axis=1)
     length = norm(gradient)
     gradient /= length[:, None]
     hessian = -np.stack([c, d, g, d, e, h, g, h, i], axis=1).reshape(-1, 3, 3) / length[:, None, None]
     onto = np.eye(3) - gradient[:, :, None] * gradient[:, None, :]
-    back = frame.transpose(0, 2, 1)
-    accepted = np.isfinite(scaled).all(axis=1) & (length <= STEEPEST)
+    accepted = np.isfinite(scaled).all(axis=(1, 2)) & (length <= STEEPEST)
     return accepted, np.einsum("vij,vj->vi", back, gradient), back @ (onto @ hessian @ onto) @ frame, true
 
 
-def _frames(gap: Floats, start: Ints, row: Ints, normal: Floats) -> Floats:
+def _frames(gap: Floats, normal: Floats) -> Floats:
     """(B, 3, 3) in rows: the principal directions of the neighbours at right angles to the normal, and the normal."""
-    flat = gap - np.einsum("ni,ni->n", gap, normal[row])[:, None] * normal[row]
-    _, vector = np.linalg.eigh(np.add.reduceat(flat[:, :, None] * flat[:, None, :], start))
+    flat = gap - (gap @ normal[..., None]) * normal[:, None]
+    _, vector = np.linalg.eigh(flat.transpose(0, 2, 1) @ flat)
     axis = vector[:, :, 2] - np.einsum("vi,vi->v", vector[:, :, 2], normal)[:, None] * normal
     with np.errstate(invalid="ignore"):  # neighbours at the vertex itself have no direction: such a fit is refused
         axis /= norm(axis)[:, None]
@@ -108,14 +115,14 @@ def _frames(gap: Floats, start: Ints, row: Ints, normal: Floats) -> Floats:
 
 
 def _columns(gap: Floats, held: Flags) -> tuple[Floats, Floats]:
-    """(N, 8) weighted columns of the quadric (slopes 0 where the normal is held) and (N,) weighted heights.
+    """(B, R, 8) weighted columns of the quadric (slopes 0 where the normal is held) and (B, R) weighted heights.
 
     Weights fall as the heights grow, so that the nearest decide where no quadric fits.
     """
-    x, y, z = gap.T
-    slope = np.where(held, 0.0, 1.0)
+    x, y, z = np.moveaxis(gap, -1, 0)
+    slope = np.where(held, 0.0, 1.0)[:, None]
     columns = [slope * x, slope * y, 0.5 * x * x, x * y, 0.5 * y * y, x * z, y * z, 0.5 * z * z]
     square = x * x + y * y + z * z
-    # nothing to learn from the same vertex across a crease
+    # nothing to learn from the same vertex, across a crease or where rows are filled up
     weight = np.divide(1.0, square, out=np.zeros_like(square), where=square > 0.0)
-    return np.stack(columns, axis=1) * weight[:, None], weight * z
+    return np.stack(columns, axis=-1) * weight[..., None], weight * z
