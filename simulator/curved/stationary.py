@@ -23,6 +23,7 @@ from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tens
 
 MAX_HITS = 32  # stationary points of one surface kept for one pair of points
 CONVERGED = 1e-8  # last step of Newton's method, in facet coordinates: what is left after it is its square
+STEPS = 16  # of Newton: on streets what lies on a facet takes 9 at most; more are spent where nothing lies
 HALVINGS = 8
 LEAST = 1e-5  # smaller steps than this fail to lower the mismatch by rounding alone
 STRAY = 1.5  # how far from a facet's middle Newton's method may stray before the facet is given up
@@ -217,7 +218,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
     """
     _facet_axes(corner, work[3], work[4])
     f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
-    for _ in range(40):
+    for _ in range(STEPS):
         a, b, c, d = slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1]
         det = a * d - b * c
         if det == 0.0:
