@@ -9,8 +9,9 @@ benchmarks.training` learns the weights and writes their card; docs/tracking.md 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -37,13 +38,13 @@ tells by its place and phase, not by how loud it is."""
 
 @dataclass(frozen=True)
 class Network:
-    """Weights, single precision, of input to output.
+    """Weights, single precision, of input to output; those of several networks together have another axis before (...).
 
     Attributes:
-        kernels: of every layer (outputs, inputs, 3, 3).
-        kernel_offsets: (outputs,) each.
-        hidden, hidden_offset: (H, C + F) and (H,), of what the last layer saw and the numbers.
-        output, output_offset: (H,) and (), to log odds.
+        kernels: of every layer (..., outputs, inputs, 3, 3).
+        kernel_offsets: (..., outputs) each.
+        hidden, hidden_offset: (..., H, C + F) and (..., H), of what the last layer saw and the numbers.
+        output, output_offset: (..., H) and (...), to log odds.
     """
 
     kernels: tuple[Singles, ...]
@@ -53,16 +54,26 @@ class Network:
     output: Singles
     output_offset: Singles
 
+    @classmethod
+    def together(cls, networks: Sequence[Network]) -> Network:
+        """All of some networks of the same shapes, in half the time of one after the other, beep by beep."""
+        of_layers = (
+            tuple(np.stack(layer) for layer in zip(*(getattr(network, name) for network in networks), strict=True))
+            for name in ("kernels", "kernel_offsets")
+        )
+        return cls(*of_layers, *(np.stack([getattr(network, name) for network in networks]) for name in DENSE))
+
     def log_odds(self, pictures: Singles, numbers: Singles) -> Singles:
-        """(n,) of a collision, by (n, *SHAPE) pictures as `limited` and (n, F) numbers as `scaled` gives them."""
-        seen = pictures
+        """(..., n) of a collision, by (n, *SHAPE) pictures as `limited` and (n, F) numbers as `scaled` gives them."""
+        seen = pictures.reshape(*(1,) * self.output_offset.ndim, *pictures.shape)
         for layer, (kernel, offset) in enumerate(zip(self.kernels, self.kernel_offsets, strict=True)):
             seen = _convolved(seen, kernel, offset)
             if layer < POOLED_LAYERS:
                 seen = _greatest_of_four(seen)
-        joined = np.concatenate([seen.reshape(len(seen), -1), numbers], axis=1)
-        hidden = np.maximum(joined @ self.hidden.T + self.hidden_offset, 0.0)
-        found: Singles = hidden @ self.output + self.output_offset
+        seen = seen.reshape(*seen.shape[:-3], -1)
+        joined = np.concatenate([seen, np.broadcast_to(numbers, (*seen.shape[:-1], numbers.shape[1]))], axis=-1)
+        hidden = np.maximum(joined @ self.hidden.swapaxes(-1, -2) + self.hidden_offset[..., None, :], 0.0)
+        found: Singles = (hidden @ self.output[..., None])[..., 0] + self.output_offset[..., None]
         return found
 
 
@@ -96,9 +107,13 @@ class CollisionModel:
     def probabilities(self, evidence: Floats, pictures: Singles) -> Floats:
         """(n,) of a collision, by (n, F) numbers of `Evidence` and (n, *SHAPE) pictures."""
         numbers, seen = self.numbers(evidence), limited(pictures)
-        log_odds = np.mean([network.log_odds(seen, numbers) for network in self.networks], axis=0, dtype=np.float64)
+        log_odds = np.mean(self._together.log_odds(seen, numbers), axis=0, dtype=np.float64)
         found: Floats = 1.0 / (1.0 + np.exp(-log_odds))
         return found
+
+    @cached_property
+    def _together(self) -> Network:
+        return Network.together(self.networks)
 
     def numbers(self, evidence: Floats) -> Singles:
         """(n, F + tracks' numbers) what a network takes of the numbers of `Evidence`."""
@@ -177,21 +192,23 @@ def _network(stored: np.lib.npyio.NpzFile, k: int) -> Network:
 
 
 def _convolved(values: Singles, kernel: Singles, offset: Singles) -> Singles:
-    """(n, outputs, H, W) positive part of (n, inputs, H, W) correlated with kernels, zeros around.
+    """(..., n, outputs, H, W) positive part of (..., n, inputs, H, W) correlated with kernels, zeros around.
 
     Row by row: products of this size stay in one thread, and threads would cost more than they bring.
     """
-    edge = KERNEL // 2
-    padded = np.pad(values, ((0, 0), (0, 0), (edge, edge), (edge, edge)))
-    count, _, height, width = values.shape
-    windows = sliding_window_view(padded, (KERNEL, KERNEL), axis=(2, 3)).transpose(0, 2, 1, 4, 5, 3)
-    rows = kernel.reshape(len(kernel), -1) @ windows.reshape(count, height, -1, width)
-    found: Singles = np.maximum(rows + offset[:, None], 0.0).transpose(0, 2, 1, 3)
+    edge, *before, height, width = KERNEL // 2, *values.shape
+    padded = np.zeros((*before, height + 2 * edge, width + 2 * edge), dtype=np.float32)
+    padded[..., edge : edge + height, edge : edge + width] = values
+    windows = np.moveaxis(sliding_window_view(padded, (KERNEL, KERNEL), axis=(-2, -1)), (-5, -3), (-4, -1))
+    rows = kernel.reshape(*kernel.shape[:-4], 1, 1, kernel.shape[-4], -1) @ windows.reshape(
+        *before[:-1], height, -1, width
+    )
+    found: Singles = np.maximum(rows + offset[..., None, None, :, None], 0.0).swapaxes(-3, -2)
     return found
 
 
 def _greatest_of_four(values: Singles) -> Singles:
-    """(n, C, H / 2, W / 2) the greatest of every 2 x 2."""
-    of_rows = np.maximum(values[:, :, ::2], values[:, :, 1::2])
+    """(..., C, H / 2, W / 2) the greatest of every 2 x 2."""
+    of_rows = np.maximum(values[..., ::2, :], values[..., 1::2, :])
     found: Singles = np.maximum(of_rows[..., ::2], of_rows[..., 1::2])
     return found
