@@ -57,11 +57,10 @@ class Network:
     @classmethod
     def together(cls, networks: Sequence[Network]) -> Network:
         """All of some networks of the same shapes, in half the time of one after the other, beep by beep."""
-        of_layers = (
-            tuple(np.stack(layer) for layer in zip(*(getattr(network, name) for network in networks), strict=True))
-            for name in ("kernels", "kernel_offsets")
-        )
-        return cls(*of_layers, *(np.stack([getattr(network, name) for network in networks]) for name in DENSE))
+        kernels = zip(*(network.kernels for network in networks), strict=True)
+        offsets = zip(*(network.kernel_offsets for network in networks), strict=True)
+        dense = (np.stack([getattr(network, name) for network in networks]) for name in DENSE)
+        return cls(tuple(map(np.stack, kernels)), tuple(map(np.stack, offsets)), *dense)
 
     def log_odds(self, pictures: Singles, numbers: Singles) -> Singles:
         """(..., n) of a collision, by (n, *SHAPE) pictures as `limited` and (n, F) numbers as `scaled` gives them."""

@@ -54,11 +54,13 @@ def apart(obstacle: Obstacle, others: Sequence[Occupied], duration_s: float, gap
     """Whether the obstacle's bounding circle keeps a gap in plan from all the others while time runs to a duration."""
     low, high = obstacle.mesh.bounds[:, :2]
     center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-    velocity = obstacle.velocity_m_s[:2]
-    tracks = (np.stack([center, center + duration_s * (velocity - other.velocity_m_s)]) for other in others)
-    return all(
-        other.slab.distance(track[None])[0] >= radius + gap_m for other, track in zip(others, tracks, strict=True)
-    )
+    velocity, keep_m = obstacle.velocity_m_s[:2], radius + gap_m
+
+    def clears(other: Occupied) -> bool:
+        track = np.stack([center, center + duration_s * (velocity - other.velocity_m_s)])[None]
+        return other.slab.far_from(track, keep_m) or bool(other.slab.distance(track)[0] >= keep_m)
+
+    return all(clears(other) for other in others)
 
 
 def extents(obstacle: Obstacle, direction: Floats, height_m: float) -> tuple[float, float]:

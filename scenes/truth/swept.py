@@ -91,6 +91,14 @@ class Slab:
         )[1]
         return distance
 
+    def far_from(self, segment_m: Floats, gap_m: float) -> bool:
+        """Whether segments (N, 2, 2) keep more than a gap from the slab's bounding box, and so from the slab."""
+        if len(self.triangle_m) == 0:
+            return True
+        low, high = self.triangle_m.min(axis=(0, 1)), self.triangle_m.max(axis=(0, 1))
+        box = shapely.box(*low, *high)
+        return bool((shapely.distance(shapely.linestrings(segment_m), box) > gap_m + ROUNDING_M).all())
+
     def distance_where_near(self, segment_m: Floats, near_m: float = 0.0, beyond_least_m: float = 0.0) -> Floats:
         """As `distance` for N consecutive segments wherever they are near, and elsewhere bounds from below.
 

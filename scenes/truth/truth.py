@@ -234,8 +234,8 @@ def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float) -> bool:
     """Whether an obstacle ever comes within a gap of the walker's body; quicker than the exact clearance."""
     body = Body()
     _, _, core = _track(obstacle, walk, body)
-    distance = Slab.of(obstacle.mesh, 0.0, body.height_m).distance_where_near(core)
-    return bool(distance.min() <= body.half_width_m + gap_m)
+    slab, within_m = Slab.of(obstacle.mesh, 0.0, body.height_m), body.half_width_m + gap_m
+    return not slab.far_from(core, within_m) and bool(slab.distance_where_near(core).min() <= within_m)
 
 
 def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05) -> float:
