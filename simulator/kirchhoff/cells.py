@@ -111,11 +111,20 @@ def _stand_ins(
         while high < len(pair) and pair[high] == r:
             high += 1
         count = _lit_paths(middle, normal, facet_of, closed, ends, view, lit, first[r], second[r], path, at)
-        origin = centre[low] - slot[low] * width
-        place = _centroids(middle, area, path, at, count, origin, width, slot[high - 1] + 2)
-        _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length)
+        origin, row = centre[low] - slot[low] * width, _rows(slot, low, high)
+        place = _centroids(middle, area, path, at, count, origin, width, row)
+        _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length)
         low = high
     return facet, length
+
+
+@inlined
+def _rows(slot, low, high):
+    """(C,) the row from `low` to `high` of each cell along a pair's path, -1 of those that are not asked for."""
+    row = np.full(slot[high - 1] + 2, -1, np.int64)
+    for i in range(low, high):
+        row[slot[i]] = i
+    return row
 
 
 @inlined
@@ -136,12 +145,15 @@ def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at
 
 
 @inlined
-def _centroids(middle, area, path, at, count, origin, width, cells):
-    """(cells, 3) centroids of the facets that each cell overlaps with; 0 where there is none."""
+def _centroids(middle, area, path, at, count, origin, width, row):
+    """(C, 3) centroids of the facets that each cell asked for overlaps with; 0 where there is none."""
+    cells = len(row)
     place, weight = np.zeros((cells, 3)), np.zeros(cells)
     for i in range(count):
         here = (path[i] - origin) / width
         below = int(np.floor(here))
+        if not (0 <= below < cells and row[below] >= 0) and not (0 <= below + 1 < cells and row[below + 1] >= 0):
+            continue
         lower = np.cos(0.5 * np.pi * (here - below)) ** 2
         for c, part in ((below, lower), (below + 1, 1.0 - lower)):
             if 0 <= c < cells:
@@ -157,13 +169,9 @@ def _centroids(middle, area, path, at, count, origin, width, cells):
 
 
 @inlined
-def _choose(middle, path, at, count, place, slot, wanted, low, high, origin, width, facet, length):
+def _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length):
     """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
-    best, row = np.empty(high - low), np.empty(slot[high - 1] + 2, np.int64)
-    for c in range(len(row)):
-        row[c] = -1
-    for i in range(low, high):
-        row[slot[i]], best[i - low] = i, np.inf
+    best = np.full(high - low, np.inf)
     for j in range(count):
         below = int(np.floor((path[j] - origin) / width))
         for c in (below, below + 1):
