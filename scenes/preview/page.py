@@ -253,8 +253,8 @@ def _by_obstacle(paths: Paths, sound_speed_m_s: float) -> list[str]:
 def _listed(lines: Sequence[str]) -> Trace:
     head = ["<b>echoes at the top microphone</b>"] if lines else []
     return {
-        "text": "<br>".join([*head, *lines]), "x": 0.01, "y": 0.02, "xref": "paper", "yref": "paper", "align": "left",
-        "showarrow": False, "bgcolor": "rgba(255,255,255,.8)", "xanchor": "left", "yanchor": "bottom",
+        "text": "<br>".join([*head, *lines]), "x": 0.99, "y": 0.02, "xref": "paper", "yref": "paper", "align": "left",
+        "showarrow": False, "bgcolor": "rgba(255,255,255,.8)", "xanchor": "right", "yanchor": "bottom",
     }  # fmt: skip
 
 
@@ -275,7 +275,7 @@ def _layout(scene: Scene, walk: Walk | None, low: Floats, high: Floats, frames: 
         "scene": {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": camera, "dragmode": "turntable"},
         "legend": {"itemsizing": "constant", "x": 0.01, "y": 0.98, "bgcolor": "rgba(255,255,255,.8)"},
         "uirevision": "kept", "annotations": [frame["layout"]["annotations"][0] for frame in frames[:1]],
-        "sliders": [{"steps": steps, "x": 0.3, "len": 0.6, "pad": {"t": 0}}] if steps else [],
+        "sliders": [{"steps": steps, "x": 0.3, "len": 0.6, "pad": {"t": 0, "b": 12}}] if steps else [],
     }  # fmt: skip
 
 
