@@ -64,7 +64,7 @@ class Network:
 
     def log_odds(self, pictures: Singles, numbers: Singles) -> Singles:
         """(..., n) of a collision, by (n, *SHAPE) pictures as `limited` and (n, F) numbers as `scaled` gives them."""
-        seen = pictures.reshape(*(1,) * self.output_offset.ndim, *pictures.shape)
+        seen = pictures[(None,) * self.output_offset.ndim]
         for layer, (kernel, offset) in enumerate(zip(self.kernels, self.kernel_offsets, strict=True)):
             seen = _convolved(seen, kernel, offset)
             if layer < POOLED_LAYERS:

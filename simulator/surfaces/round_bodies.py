@@ -15,7 +15,7 @@ from obstaclewatch.support.vectors import norm
 MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the flat facets miss at 64 segments
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32
 SPARE = 3  # vertices beyond the number of unknowns that must agree before a fit counts
-MUCH = 4.0  # times what a fit may miss by, no fit is tried: its radius is known by a guess
+NO_CONE = 4.0  # times what a cone may miss by: what misses every quadric by more is none (its radius is a guess)
 FEW = 96  # vertices that are asked first of a mesh of many: what they do not lie on, all of them do not
 
 
@@ -72,7 +72,7 @@ def _cone(point: Floats, facet_normal: Floats, slack: float) -> tuple[Floats, Fl
         if not np.abs(_misfit(guess, point, start, basis)).max() < 0.1:
             return None
     few = point[:: max(len(point) // FEW, 1)]
-    if not _on_quadric(few, MUCH * (MISFIT * float(norm(_radial(guess, few, start, basis)[1]).max()) + slack)):
+    if not _on_quadric(few, NO_CONE * (MISFIT * float(norm(_radial(guess, few, start, basis)[1]).max()) + slack)):
         return None
     if len(few) < len(point) and _fitted(guess, few, start, basis, slack) is None:
         return None

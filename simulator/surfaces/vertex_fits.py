@@ -22,7 +22,7 @@ RIDGE_SLOPE, RIDGE_BEND = 1e-7, 1e-9
 RIDGE = np.diag([RIDGE_SLOPE] * 2 + [RIDGE_BEND] * 6)
 STEEPEST = 2.0  # secant of 60 degrees: a fit that turns the normal farther than that is refused
 NO_QUADRIC = 0.02  # share of the heights (over distance squared) that a fit may miss and still count as a quadric
-AT_A_TIME = 512  # vertices that are fitted together: some 3 MB, what stays near the processor
+AT_A_TIME = 8192  # neighbours of vertices that are fitted together: some 3 MB, what stays near the processor
 HUB = 16  # neighbours are not shared through a vertex of more edges than this (the pole of a fan)
 
 
@@ -58,10 +58,9 @@ def fit_quadrics(point_m: Floats, normal: Floats, held: Flags, ring: csr_matrix)
     out, curvature = normal.copy(), np.full((len(point_m), 3, 3), np.nan)
     true = np.zeros(len(point_m), dtype=bool)
     count = np.diff(ring.indptr)
-    fewest_first = np.argsort(count, kind="stable")  # so that few rows are padded
-    vertices = fewest_first[count[fewest_first] > 0]
-    for first in range(0, len(vertices), AT_A_TIME):
-        block = vertices[first : first + AT_A_TIME]
+    left = np.argsort(-count, kind="stable")[: np.count_nonzero(count)]  # so that few rows are filled up
+    while len(left):
+        block, left = np.split(left, [max(1, AT_A_TIME // count[left[0]])])
         gap = point_m[_padded(ring[block], block)] - point_m[block, None]
         accepted, *fit = _fit(gap, normal[block], held[block])
         for whole, part in zip((out, curvature, true), fit, strict=True):
