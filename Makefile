@@ -3,6 +3,7 @@
 #   make test    install, then run the tests
 # and for those who change it:
 #   make gate      `make bench`, then hold the run against the stored baseline and the exact physics
+#   make doctor    try every part of the installation on something with a known answer
 #   make docs      build the pages, build/docs/index.html; a warning is an error
 #   make baseline REASON="what changed"    `make bench`, then make that run the stored baseline
 PYTHON ?= python3.11
@@ -14,7 +15,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --no-compile --constraint constra
 # What is imported is compiled then, once: of what pip installs most never is, and one that forgets pays at every start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: bench test gate baseline lint docs clean
+.PHONY: bench test gate baseline lint doctor docs clean
 
 bench: $(VENV)/.bench-installed
 	$(BIN)/obstaclewatch run paper --tier ci -j $(JOBS)
@@ -36,6 +37,9 @@ lint: $(VENV)/.test-installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+doctor: $(VENV)/.bench-installed
+	$(BIN)/obstaclewatch doctor
 
 docs: $(VENV)/.docs-installed
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -E -b html docs build/docs
