@@ -43,7 +43,7 @@ BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border o
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2
 ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
-LIT_AT_ONCE = 2**28  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
+LIT_AT_ONCE = 2**27  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
