@@ -96,10 +96,10 @@ def timed_paths(
 def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
     ours, theirs = (compressed(each, of_target(each, target)) for each in (paths, exact))
-    whole, all_of_it = (np.abs(compressed(each, each.order > 0)).max(axis=1) for each in (paths, exact))
+    whole, all_of_it = (np.array(peak_levels_db(compressed(each, each.order > 0))) for each in (paths, exact))
     return {
         **envelope_errors(ours, theirs, LAG_RATE_HZ),
         **resolved_errors(ours, theirs, LAG_RATE_HZ),
-        "total_db": (20.0 * np.log10(whole / all_of_it)).tolist(),
+        "total_db": (whole - all_of_it).tolist(),
         "paths": len(paths),
     }
