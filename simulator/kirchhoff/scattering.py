@@ -43,6 +43,7 @@ BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border o
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2
 ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
+COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
 LIT_AT_ONCE = 2**27  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
@@ -151,5 +152,5 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
     if fidelity.tolerance_db < COARSE_DB:
         return Light(SPOT_M, 0.0, AGREED, ALIKE, BORDER_M), size_m, CHORD_M
     if plates:
-        return Light(COARSE_SPOT_M, 0.0, PLATES_AGREED, ALIKE), size_m, np.inf
+        return Light(SPOT_M, 0.0, PLATES_AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
     return Light(COARSE_SPOT_M, HELD, 0.0, 0.0), size_m, np.inf

@@ -64,8 +64,8 @@ class Fidelity:
             `max_order` holds as well. First order is right to 0.1 dB until a panel is yawed by 10 degrees, to 1 dB by
             45, and 5 dB off at 75; three orders until 10 degrees before edge-on.
         facet_m: longest edge of the facets of Kirchhoff's integral where the surface is flat; facets are smaller where
-            it bends, and at `auto` of 0.3 to 1 dB where the border of a shadow runs. So with 4 cm 95 % of 82 echoes of
-            14 cars were within 0.4 dB of those with 12 mm.
+            it bends, on thin plates, and at `auto` of 0.3 to 1 dB where the border of a shadow runs. So with 4 cm 95 %
+            of 82 echoes of 14 cars were within 0.4 dB of those with 12 mm.
 
     Raises:
         ValueError: what is not a number or out of its range, an unknown level or mechanism.
