@@ -37,7 +37,7 @@ NOT_MODELLED = (
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
     "a diffraction and a curve in one path",
-    "the border of a rounded body's shadow on planes: a plane's ray is there, or hidden, as its reflection point is",
+    "what is diffracted into the shadow of a rounded body: a ray is there or hidden, and so is a facet",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
