@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.probes.compressed_echoes import LAG_RATE_HZ, compressed, of_target, peak_levels_db
+from benchmarks.cells.probes.compressed_echoes import LAG_RATE_HZ, compressed, levels_db, of_target, peak_levels_db
 from benchmarks.cells.probes.echo_errors import envelope_errors, resolved_errors
 from benchmarks.cells.spec import Cell
 from obstaclewatch.support.arrays import Floats
@@ -96,7 +96,7 @@ def timed_paths(
 def compared(paths: Paths, exact: Paths, target: str) -> dict[str, Any]:
     """Errors of a target's compressed echo against a better tracing of the same poses; see `fidelity_result`."""
     ours, theirs = (compressed(each, of_target(each, target)) for each in (paths, exact))
-    whole, all_of_it = (np.array(peak_levels_db(compressed(each, each.order > 0))) for each in (paths, exact))
+    whole, all_of_it = (levels_db(compressed(each, each.order > 0)).max(axis=1) for each in (paths, exact))
     return {
         **envelope_errors(ours, theirs, LAG_RATE_HZ),
         **resolved_errors(ours, theirs, LAG_RATE_HZ),

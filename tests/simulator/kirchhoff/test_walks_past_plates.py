@@ -37,8 +37,8 @@ def test_a_plate_behind_its_post_echoes_alike_wherever_north_is(away_m):
     phone = Phone.ideal([0.0, 0.07, 0.0], [[0.0, 0.07, 0.005], [0.0, -0.07, 0.0]])
 
     def levels_db(north_rad, level):
-        north, sign = Rotation.from_rotvec([0.0, 0.0, north_rad]), pole_sign(0.5, 1.25, "square")
-        sign.vertices = (Rotation.from_rotvec([0.0, 0.0, np.pi]) * north).apply(sign.vertices)
+        north, sign = Rotation.from_euler("z", north_rad), pole_sign(0.5, 1.25, "square")
+        sign.vertices = Rotation.from_euler("z", north_rad + np.pi).apply(sign.vertices)  # its post towards the phone
         scene = Scene([Obstacle(sign, Material.rigid(), "sign")])
         pose = Pose(north.apply([-away_m, 0.1, 1.3]), held_rotation(north_rad, 0.5))
         paths = trace_paths(scene, phone, pose, Fidelity(level=level))
