@@ -15,6 +15,7 @@ from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
+from simulator.field.rounded_shadows import behind_rounded, passes_around
 from simulator.field.stacked_sheets import covered
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
@@ -37,7 +38,7 @@ NOT_MODELLED = (
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
     "a diffraction and a curve in one path",
-    "what is diffracted into the shadow of a rounded body: a ray is there or hidden, and so is a facet",
+    "diffraction round rounded bodies of all but rays off planes: a facet is lit or hidden, and so is an edge",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
@@ -101,10 +102,15 @@ def traced(search: Search) -> tuple[Paths, Candidates]:
     found, sums = searched(search)
     for reason, mask in MASKS.items():
         found = _passed(search, reason, found, mask(search, found), sums)
-    gain = path_gain(search, found, sums, search.band_hz)
+    gain = _gain(search, found, sums, search.band_hz)
     kept = _over_noise(search, found, gain) | (found.order == 0)
     found = _passed(search, Reason.UNDER_NOISE, found, kept, sums)
     return _paths(search, found, gain[kept]), found
+
+
+def _gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
+    """(C, K) complex gain of each path, without its travel phase, past the rounded bodies on its way."""
+    return path_gain(search, found, sums, frequency_hz) * behind_rounded(search, found, frequency_hz)
 
 
 def _passed(search: Search, reason: Reason, found: Candidates, kept: Flags, sums: Complexes) -> Candidates:
@@ -112,7 +118,7 @@ def _passed(search: Search, reason: Reason, found: Candidates, kept: Flags, sums
 
     def described() -> Rejected:
         rejected = found[~kept]
-        gain = path_gain(search, rejected, sums, np.array([REFERENCE_HZ]))
+        gain = _gain(search, rejected, sums, np.array([REFERENCE_HZ]))
         return Rejected(np.minimum(np.abs(gain[:, 0]), FOCUS_GAIN / rejected.length_m), rejected.__getitem__)
 
     count = len(found) - int(kept.sum())
@@ -126,10 +132,14 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 
 
 def _unhidden(search: Search, found: Candidates) -> Flags:
-    """(C,) whether nothing stands in the way; facets of cells and edges of chains were asked before."""
-    alone = found.cell < 0
-    free = ~alone
-    free[alone] = segments_free(search.tracing, found if alone.all() else found[alone])
+    """(C,) whether nothing stands in the way.
+
+    Facets of cells and edges of chains were asked before, and what passes around rounded bodies is weakened by them.
+    """
+    world, free = search.tracing.world, found.cell >= 0
+    around = passes_around(world, found)
+    for rows, blockers in ((around, world.sharp), (~(around | free), world.blockers)):
+        free[rows] = segments_free(search.tracing, found[rows], blockers)
     return free
 
 

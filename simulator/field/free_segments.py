@@ -8,16 +8,16 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.diffraction.single import off_faces, point_slot
 from simulator.world.candidates import Candidates
 from simulator.world.line_of_sight import free_between
-from simulator.world.visibility import COINCIDENT_M, OFFSET
+from simulator.world.visibility import COINCIDENT_M, OFFSET, Blocker
 from simulator.world.world import Tracing
 
 
-def segments_free(tracing: Tracing, found: Candidates) -> Flags:
-    """(C,) whether nothing stands between any two points of a path in turn."""
+def segments_free(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
+    """(C,) whether none of the blockers stands between any two points of a path in turn."""
     start, end = _displaced_segments(tracing, found)
     free = np.ones(len(found), dtype=bool)
     row, k = np.nonzero(np.arange(start.shape[1]) <= found.order[:, None])
-    free[row[~free_between(tracing, start[row, k], end[row, k], found.pose[row])]] = False
+    free[row[~free_between(tracing, start[row, k], end[row, k], found.pose[row], blockers)]] = False
     return free
 
 

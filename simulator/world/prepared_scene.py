@@ -35,6 +35,7 @@ from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
 from simulator.world.frames import Carrier, Frames
 from simulator.world.mirrors import facing
+from simulator.world.rounded_parts import facets_of, rounded_facets, rounded_parts
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
 
@@ -193,17 +194,34 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     crack, strip = cracks(faces, moves)
     patches = closed(faces, crack, strip) if "specular" in mechanisms else merge_patches([])
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
-    blockers = _blockers(obstacles, shifts, moves, faces.obstacle[crack], strip)
+    meshes = [
+        (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
+    ]
+    blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
         corners = corner_wedges(patches, velocities(obstacles), carried)
         wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
+    readings = [part.reading for part in parts]
+    rounded = rounded_facets(readings if "curved" in mechanisms else [], wedges)
+    sharp = blockers
+    if rounded:
+        left = [
+            _mesh_of(r, ~own) if own.any() else mesh for r, own, mesh in zip(readings, rounded, meshes, strict=True)
+        ]
+        sharp = _blockers(left, moves, faces.obstacle[crack], strip)
     return World(
         obstacles, carried, origin_m, patches, facing(patches, moves),
         tuple(surfaces if "curved" in mechanisms else []), wedges,
-        tuple((part.reading, part.surface) for part in parts), blockers,
+        tuple((part.reading, part.surface) for part in parts), blockers, rounded_parts(readings, rounded), sharp,
     )  # fmt: skip
+
+
+def _mesh_of(reading: MeshReading, chosen: Flags) -> tuple[Floats, Ints]:
+    """Some facets of a mesh as vertices and faces."""
+    corner = facets_of(reading, chosen)
+    return corner.reshape(-1, 3), np.arange(3 * len(corner)).reshape(-1, 3)
 
 
 def _patches(parts: list[Parts]) -> PlanarPatches:
@@ -218,13 +236,8 @@ def _numbered(wedges: Wedges, obstacle: int, first_patch: int) -> Wedges:
     return replace(wedges, patch=patch, obstacle=np.full(len(wedges), obstacle))
 
 
-def _blockers(
-    obstacles: tuple[Obstacle, ...], shifts: list[Floats], moves: Flags, cracked: Ints, strip_m: Floats
-) -> tuple[Blocker, ...]:
-    """What casts shadows: the obstacles with the strips (K, 4, 3) that close the cracks of obstacles (K,)."""
-    meshes = [
-        (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
-    ]
+def _blockers(meshes: list[tuple[Floats, Ints]], moves: Flags, cracked: Ints, strip_m: Floats) -> tuple[Blocker, ...]:
+    """What casts shadows: (vertices, faces) of all obstacles, and strips (K, 4, 3) that close cracks of some (K,)."""
     resting = np.flatnonzero(~moves)
     groups = [list(resting)] if len(resting) else []
     groups += [[index] for index in np.flatnonzero(moves)]
@@ -233,5 +246,6 @@ def _blockers(
         own = strip_m[np.isin(cracked, group)]
         corner = 4 * np.arange(len(own))[:, None]
         strips = own.reshape(-1, 3), np.concatenate([corner + [0, 1, 2], corner + [0, 2, 3]])
-        found.append(blocker([meshes[i] for i in group] + [strips], int(group[0])))
+        if sum(len(meshes[i][1]) for i in group):
+            found.append(blocker([meshes[i] for i in group] + [strips], int(group[0])))
     return tuple(found)

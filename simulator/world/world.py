@@ -16,6 +16,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
+from simulator.world.rounded_parts import RoundedParts
 from simulator.world.visibility import Blocker
 
 
@@ -33,6 +34,8 @@ class World:
         wedges: sharp edges of all obstacles.
         skins: what the facets of each obstacle are, and its smooth surface, for sums over it.
         blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
+        rounded: the rounded facets of all obstacles; none without curved surfaces.
+        sharp: as `blockers`, without the rounded facets.
     """
 
     obstacles: tuple[Obstacle, ...]
@@ -44,6 +47,8 @@ class World:
     wedges: Wedges
     skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
     blockers: tuple[Blocker, ...]
+    rounded: RoundedParts
+    sharp: tuple[Blocker, ...]
 
     @cached_property
     def borders(self) -> tuple[Border, ...]:

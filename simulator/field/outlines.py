@@ -1,0 +1,199 @@
+"""The field behind the outline of bodies, compiled: Kirchhoff's integral over what an opaque screen leaves open.
+
+A path over a point at depth s and distance r from a ray of length L is longer by d = r^2 (1/s + 1/(L - s)) / 2. In the
+plane of w, |w| = sqrt(2 d), the phase of the integral is k |w|^2 / 2 whatever the depth, and along each direction
+from w = 0 it is closed: it depends on where the outline begins and ends along that direction alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.compiled import compiled, inlined
+
+REACH_RAD = 16.0  # of phase at mid-band: what is farther out counts for nothing, and less and less towards it
+DIRECTIONS = 180  # twice as many change the field by less than 0.01
+LONGEST_M = 0.1  # of a facet: over longer ones w is not linear
+TOUCHING = 1e-9  # of the reach: rounding of facets that share an edge
+DEEPEST = 64  # halvings of a facet that wait at once: enough for a hundred kilometres
+SPANS = 8  # along one direction, to begin with
+
+
+@compiled
+def behind_outlines(
+    corner, ball, first, part, start, end, ahead, across, facing, before, total, ray, rays, wavenumber, reach
+):
+    """(R, K) field behind the outlines of facets round each of R rays, re the free field, at K wavenumbers.
+
+    Args:
+        corner: (F, 3, 3) of the facets; those of part p are `first[p]` to `first[p + 1]`.
+        ball: (F, 4) middle and radius of a ball that holds each.
+        part: (Q,) a part in the way of a segment of a ray, in whose rest frame all vectors of the segment are.
+        start, end: (Q, 3) of the segment.
+        ahead: (Q, 3) unit vector along it.
+        across: (Q, 2, 3) unit vectors at right angles to it, the same in all segments of the unfolded ray.
+        facing: (Q, 2, 3) normals of the mirrors at its start and end: what lies behind them is not in its way; 0 at the
+            ends of the ray.
+        before, total: (Q,) length of the ray up to the segment, and of all of it.
+        ray: (Q,) rising.
+        reach: greatest |w|, sqrt(m).
+    """
+    field = np.ones((rays, len(wavenumber)), np.complex128)
+    turn = 2.0 * np.pi / DIRECTIONS
+    cosine, sine = np.cos(turn * np.arange(DIRECTIONS)), np.sin(turn * np.arange(DIRECTIONS))
+    stack, facet, x, y = np.empty((DEEPEST, 3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    spans, count = np.empty((DIRECTIONS, SPANS, 2)), np.empty(DIRECTIONS, np.int64)
+    q = 0
+    for r in range(rays):
+        count[:], fullest = 0, 0
+        while q < len(ray) and ray[q] == r:
+            wide = 0.5 * reach * np.sqrt(total[q])
+            for f in range(first[part[q]], first[part[q] + 1]):
+                if _apart(ball[f], start[q], ahead[q], wide):
+                    continue
+                stack[0], waiting = corner[f], 1
+                while waiting:
+                    waiting -= 1
+                    facet[:] = stack[waiting]
+                    if _away(facet, start[q], end[q], ahead[q], facing[q], before[q], total[q], wide):
+                        continue
+                    if _halved(facet, stack, waiting):
+                        waiting += 2
+                        continue
+                    if _projected(facet, start[q], ahead[q], across[q], before[q], total[q], reach, x, y):
+                        if fullest == spans.shape[1]:
+                            spans = np.concatenate((spans, np.empty_like(spans)), axis=1)
+                        fullest = max(fullest, _cover(x, y, cosine, sine, reach, spans, count))
+            q += 1
+        _darken(spans, count, reach, wavenumber, field[r])
+    return field
+
+
+@inlined
+def _apart(ball, start, ahead, wide):
+    """Whether a ball is farther than `wide` off the line from a point."""
+    x, y, z = ball[0] - start[0], ball[1] - start[1], ball[2] - start[2]
+    depth = x * ahead[0] + y * ahead[1] + z * ahead[2]
+    return x * x + y * y + z * z - depth * depth > (wide + ball[3]) ** 2
+
+
+@inlined
+def _away(facet, start, end, ahead, facing, before, total, wide):
+    """Whether a facet is farther off the segment than `wide`, beyond the ends of the ray, or mostly behind a mirror."""
+    depth, square, here, there, radius = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        middle = (facet[0, k] + facet[1, k] + facet[2, k]) / 3.0
+        step = middle - start[k]
+        depth += step * ahead[k]
+        square += step * step
+        here += step * facing[0, k]
+        there += (middle - end[k]) * facing[1, k]
+        for i in range(3):
+            radius = max(radius, abs(facet[i, k] - middle))
+    radius *= 1.75  # sqrt(3) of the greatest coordinate holds all corners
+    aside = np.sqrt(max(square - depth * depth, 0.0))
+    depth += before
+    return here < 0.0 or there < 0.0 or aside > wide + radius or depth < -radius or depth > total + radius
+
+
+@inlined
+def _halved(facet, stack, at):
+    """Whether a facet is too long: if so, its halves are put on the stack."""
+    widest, i = 0.0, 0
+    for n in range(3):
+        length = 0.0
+        for k in range(3):
+            length += (facet[n, k] - facet[n - 1, k]) ** 2
+        if length > widest:
+            widest, i = length, n
+    if widest <= LONGEST_M * LONGEST_M:
+        return False
+    for k in range(3):  # the edge from corner i - 1 to i is the longest
+        half = 0.5 * (facet[i, k] + facet[i - 1, k])
+        stack[at, 0, k], stack[at, 1, k], stack[at, 2, k] = facet[i - 2, k], facet[i - 1, k], half
+        stack[at + 1, 0, k], stack[at + 1, 1, k], stack[at + 1, 2, k] = facet[i - 2, k], half, facet[i, k]
+    return True
+
+
+@inlined
+def _projected(facet, start, ahead, across, before, total, reach, x, y):
+    """Fill in the corners of a facet in the plane of w; whether it is between the ends and may be within reach."""
+    nearest, widest = np.inf, 0.0
+    for i in range(3):
+        depth, one, other = before, 0.0, 0.0
+        for k in range(3):
+            step = facet[i, k] - start[k]
+            depth += step * ahead[k]
+            one += step * across[0, k]
+            other += step * across[1, k]
+        left = total - depth
+        if depth <= 0.0 or left <= 0.0:
+            return False
+        scale = np.sqrt(1.0 / depth + 1.0 / left)
+        x[i], y[i] = scale * one, scale * other
+        nearest = min(nearest, x[i] * x[i] + y[i] * y[i])
+    for i in range(3):
+        widest = max(widest, (x[i] - x[i - 1]) ** 2 + (y[i] - y[i - 1]) ** 2)
+    return np.sqrt(nearest) - np.sqrt(widest) < reach
+
+
+@inlined
+def _cover(x, y, cosine, sine, reach, spans, count):
+    """Add what a triangle covers along each direction from 0 that crosses it; the most spans that one now has."""
+    low, high, per, most = 0.0, 0.0, DIRECTIONS / (2.0 * np.pi), 0
+    for i in range(1, 3):
+        apart = np.arctan2(y[i] * x[0] - x[i] * y[0], x[i] * x[0] + y[i] * y[0])
+        low, high = min(low, apart), max(high, apart)
+    angle = np.arctan2(y[0], x[0])
+    begin, last = int(np.ceil((angle + low) * per)), int(np.floor((angle + high) * per))
+    if high - low > np.pi:  # 0 is within the triangle
+        begin, last = 0, DIRECTIONS - 1
+    for n in range(begin, last + 1):
+        c, s = cosine[n % DIRECTIONS], sine[n % DIRECTIONS]
+        near, far = np.inf, -np.inf
+        for i in range(3):
+            one, other = y[i - 1] * c - x[i - 1] * s, y[i] * c - x[i] * s
+            if (one < 0.0) != (other < 0.0):
+                share = one / (one - other)
+                along = (x[i - 1] + share * (x[i] - x[i - 1])) * c + (y[i - 1] + share * (y[i] - y[i - 1])) * s
+                near, far = min(near, along), max(far, along)
+        near = max(near, 0.0)
+        if far > near and near < reach:
+            _absorb(near, min(far, reach), TOUCHING * reach, spans, count, n % DIRECTIONS)
+            most = max(most, count[n % DIRECTIONS])
+    return most
+
+
+@inlined
+def _absorb(near, far, touching, spans, count, n):
+    """Add a span to those of a direction, which stay apart: it swallows all that it touches."""
+    m = 0
+    while m < count[n]:
+        if spans[n, m, 0] <= far + touching and near <= spans[n, m, 1] + touching:
+            near, far = min(near, spans[n, m, 0]), max(far, spans[n, m, 1])
+            count[n] -= 1
+            spans[n, m] = spans[n, count[n]]
+            m = 0
+        else:
+            m += 1
+    spans[n, m, 0], spans[n, m, 1] = near, far
+    count[n] += 1
+
+
+@inlined
+def _darken(spans, count, reach, wavenumber, field):
+    """Take the mean over all directions of what spans cover off a free field."""
+    for n in range(DIRECTIONS):
+        for m in range(count[n]):
+            for k in range(len(wavenumber)):
+                begin = _wave(spans[n, m, 0], reach, wavenumber[k])
+                field[k] -= (begin - _wave(spans[n, m, 1], reach, wavenumber[k])) / DIRECTIONS
+
+
+@inlined
+def _wave(place, reach, wavenumber):
+    """e^{-jkd} at |w| = `place`, faded out towards the reach."""
+    share = place / reach
+    fade = (1.0 - share**4) ** 2
+    phase = 0.5 * wavenumber * place * place
+    return fade * complex(np.cos(phase), -np.sin(phase))
