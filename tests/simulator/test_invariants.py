@@ -172,7 +172,7 @@ def test_more_fidelity_keeps_what_less_has_found(world):
 
 @laws(name=st.sampled_from(["brick", "asphalt", "glass", "coat"]))
 def test_no_path_gains_energy(world, name):
-    """No path is louder than a rigid mirror of its length, but for the bright fringes beside the post; where mirrors and
+    """No path is louder than a rigid mirror of its length, bright fringes beside the post apart; where mirrors and
     convex bodies reflect, no material is louder than the rigid one. (Where the waves of an edge's two faces cancel,
     another material may be.)"""
     rigid, other = world.paths(), world.paths(material=Material.named(name))
