@@ -12,18 +12,34 @@ import numpy as np
 from obstaclewatch.support.compiled import compiled, inlined
 
 REACH_RAD = 20.0  # of phase at mid-band: farther out nothing counts, and less and less towards it; errs by 0.04 at most
-DIRECTIONS = 180  # twice as many change the field by less than 0.01
 LONGEST_M = 0.1  # of a facet: over longer ones w is not linear
 TOUCHING = 1e-9  # of the reach: rounding of facets that share an edge
 DEEPEST = 64  # halvings of a facet that wait at once: enough for a hundred kilometres
 SPANS = 8  # along one direction, to begin with
+_TURN = 2.0 * np.pi / 180.0 * np.arange(180)  # twice as many directions change the field by less than 0.01
+DIRECTION = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 
 
 @compiled
 def behind_outlines(
-    corner, ball, first, part, start, end, ahead, across, facing, before, total, ray, rays, wavenumber, reach
+    corner,
+    ball,
+    first,
+    part,
+    start,
+    end,
+    ahead,
+    across,
+    facing,
+    before,
+    total,
+    ray,
+    wavenumber,
+    reach,
+    direction,
+    field,
 ):
-    """(R, K) field behind the outlines of facets round each of R rays, re the free field, at K wavenumbers.
+    """Fill in the field behind the outlines of facets round each of R rays, re the free field, at K wavenumbers.
 
     Args:
         corner: (F, 3, 3) of the facets; those of part p are `first[p]` to `first[p + 1]`.
@@ -37,24 +53,26 @@ def behind_outlines(
         before, total: (Q,) length of the ray up to the segment, and of all of it.
         ray: (Q,) rising.
         reach: greatest |w|, sqrt(m).
+        direction: (D, 2) cosine and sine, `DIRECTION`.
+        field: (R, K), of ones.
     """
-    field = np.ones((rays, len(wavenumber)), np.complex128)
-    turn = 2.0 * np.pi / DIRECTIONS
-    cosine, sine = np.cos(turn * np.arange(DIRECTIONS)), np.sin(turn * np.arange(DIRECTIONS))
     stack, facet, x, y = np.empty((DEEPEST, 3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    spans, count = np.empty((DIRECTIONS, SPANS, 2)), np.empty(DIRECTIONS, np.int64)
+    spans, count = np.empty((len(direction), SPANS, 2)), np.empty(len(direction), np.int64)
     q = 0
-    for r in range(rays):
-        count[:], fullest = 0, 0
+    for r in range(len(field)):
+        fullest = 0
+        for n in range(len(count)):
+            count[n] = 0
         while q < len(ray) and ray[q] == r:
             wide = 0.5 * reach * np.sqrt(total[q])
             for f in range(first[part[q]], first[part[q] + 1]):
                 if _apart(ball[f], start[q], ahead[q], wide):
                     continue
-                stack[0], waiting = corner[f], 1
+                _copy(corner[f], stack[0])
+                waiting = 1
                 while waiting:
                     waiting -= 1
-                    facet[:] = stack[waiting]
+                    _copy(stack[waiting], facet)
                     if _away(facet, start[q], end[q], ahead[q], facing[q], before[q], total[q], wide):
                         continue
                     if _halved(facet, stack, waiting):
@@ -62,11 +80,29 @@ def behind_outlines(
                         continue
                     if _projected(facet, start[q], ahead[q], across[q], before[q], total[q], reach, x, y):
                         if fullest == spans.shape[1]:
-                            spans = np.concatenate((spans, np.empty_like(spans)), axis=1)
-                        fullest = max(fullest, _cover(x, y, cosine, sine, reach, spans, count))
+                            spans = _with_room(spans)
+                        fullest = max(fullest, _cover(x, y, direction, reach, spans, count))
             q += 1
         _darken(spans, count, reach, wavenumber, field[r])
-    return field
+
+
+@inlined
+def _copy(one, other):
+    """Fill in the corners of another facet."""
+    for i in range(3):
+        for k in range(3):
+            other[i, k] = one[i, k]
+
+
+@inlined
+def _with_room(spans):
+    """The same with room for twice as many."""
+    directions, many, _ = spans.shape
+    found = np.empty((directions, 2 * many, 2))
+    for n in range(directions):
+        for m in range(many):
+            found[n, m, 0], found[n, m, 1] = spans[n, m, 0], spans[n, m, 1]
+    return found
 
 
 @inlined
@@ -138,9 +174,10 @@ def _projected(facet, start, ahead, across, before, total, reach, x, y):
 
 
 @inlined
-def _cover(x, y, cosine, sine, reach, spans, count):
+def _cover(x, y, direction, reach, spans, count):
     """Add what a triangle covers along each direction from 0 that crosses it; the most spans that one now has."""
-    low, high, per, most = 0.0, 0.0, DIRECTIONS / (2.0 * np.pi), 0
+    turns, low, high, most = len(direction), 0.0, 0.0, 0
+    per = turns / (2.0 * np.pi)
     at_corner = abs(x[0]) + abs(y[0]) < TOUCHING * reach
     for i in range(1, 3):
         at_corner |= abs(x[i]) + abs(y[i]) < TOUCHING * reach
@@ -149,9 +186,9 @@ def _cover(x, y, cosine, sine, reach, spans, count):
     angle = np.arctan2(y[0], x[0])
     begin, last = int(np.ceil((angle + low) * per)), int(np.floor((angle + high) * per))
     if at_corner or high - low > np.pi:  # 0 is a corner, or within
-        begin, last = 0, DIRECTIONS - 1
+        begin, last = 0, turns - 1
     for n in range(begin, last + 1):
-        c, s = cosine[n % DIRECTIONS], sine[n % DIRECTIONS]
+        c, s = direction[n % turns]
         near, far = np.inf, -np.inf
         for i in range(3):
             one, other = y[i - 1] * c - x[i - 1] * s, y[i] * c - x[i] * s
@@ -161,8 +198,8 @@ def _cover(x, y, cosine, sine, reach, spans, count):
                 near, far = min(near, along), max(far, along)
         near = max(near, 0.0)
         if far > near and near < reach:
-            _absorb(near, min(far, reach), TOUCHING * reach, spans, count, n % DIRECTIONS)
-            most = max(most, count[n % DIRECTIONS])
+            _absorb(near, min(far, reach), TOUCHING * reach, spans, count, n % turns)
+            most = max(most, count[n % turns])
     return most
 
 
@@ -174,7 +211,7 @@ def _absorb(near, far, touching, spans, count, n):
         if spans[n, m, 0] <= far + touching and near <= spans[n, m, 1] + touching:
             near, far = min(near, spans[n, m, 0]), max(far, spans[n, m, 1])
             count[n] -= 1
-            spans[n, m] = spans[n, count[n]]
+            spans[n, m, 0], spans[n, m, 1] = spans[n, count[n], 0], spans[n, count[n], 1]
             m = 0
         else:
             m += 1
@@ -185,11 +222,11 @@ def _absorb(near, far, touching, spans, count, n):
 @inlined
 def _darken(spans, count, reach, wavenumber, field):
     """Take the mean over all directions of what spans cover off a free field."""
-    for n in range(DIRECTIONS):
+    for n in range(len(count)):
         for m in range(count[n]):
             for k in range(len(wavenumber)):
                 begin = _wave(spans[n, m, 0], reach, wavenumber[k])
-                field[k] -= (begin - _wave(spans[n, m, 1], reach, wavenumber[k])) / DIRECTIONS
+                field[k] -= (begin - _wave(spans[n, m, 1], reach, wavenumber[k])) / len(count)
 
 
 @inlined

@@ -22,7 +22,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
-from simulator.field.outlines import REACH_RAD, behind_outlines
+from simulator.field.outlines import DIRECTION, REACH_RAD, behind_outlines
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, rotated
 from simulator.world.interactions import Interaction
@@ -51,10 +51,12 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     seen = _at_rest(segments[segment], frame[segment, part])
     shaded, ray = np.unique(seen.ray, return_inverse=True)
     wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s
-    factor[rows[shaded]] = behind_outlines(
+    field = factor[rows[shaded]]
+    behind_outlines(
         parts.corner_m, parts.ball_m, parts.first, part, seen.start_m, seen.end_m, seen.ahead, seen.across, seen.facing,
-        seen.before_m, seen.total_m, ray, len(shaded), wavenumber, reach,
+        seen.before_m, seen.total_m, ray, wavenumber, reach, DIRECTION, field,
     )  # type: ignore[call-arg]  # fmt: skip
+    factor[rows[shaded]] = field
     return factor
 
 
