@@ -22,23 +22,9 @@ DIRECTION = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 
 @compiled
 def behind_outlines(
-    corner,
-    ball,
-    first,
-    part,
-    start,
-    end,
-    ahead,
-    across,
-    facing,
-    before,
-    total,
-    ray,
-    wavenumber,
-    reach,
-    direction,
+    corner, ball, first, part, start, end, ahead, across, facing, before, total, ray, wavenumber, reach, direction,
     field,
-):
+):  # fmt: skip
     """Fill in the field behind the outlines of facets round each of R rays, re the free field, at K wavenumbers.
 
     Args:
