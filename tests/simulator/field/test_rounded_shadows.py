@@ -14,7 +14,7 @@ from simulator.field.outlines import DIRECTION, REACH_RAD, behind_outlines
 from tests.references import rigid_cylinder, two_cylinders
 
 SPEED_M_S = 343.0
-FREQUENCY_HZ = np.linspace(18_000.0, 23_000.0, 11)
+FREQUENCY_HZ = np.linspace(18_000.0, 23_000.0, 5)
 WAVENUMBER_1_M = 2.0 * np.pi * FREQUENCY_HZ / SPEED_M_S
 HEIGHT_M = 1.3
 
@@ -37,8 +37,8 @@ def wall_echo(wall_m, speaker_m, mic_m, post, side=False):
     return length * (paths.gain_at(FREQUENCY_HZ) * turn).sum(axis=0)
 
 
-def post_at(place_m, radius_m, height_m=6.0, sections=64):
-    post = trimesh.creation.cylinder(radius_m, height_m, sections=sections)
+def post_at(place_m, radius_m):
+    post = trimesh.creation.cylinder(radius_m, 6.0, sections=64)
     post.apply_translation([*place_m, HEIGHT_M])
     return post
 
@@ -50,7 +50,8 @@ def off(one, other):
 @pytest.mark.parametrize("radius_m", [0.03, 0.1])
 def test_a_wall_past_a_post_echoes_as_the_exact_series_says(radius_m):
     """Speaker and microphone are 2.4 m apart: the post stands in the way out alone. Within it and beside it the field
-    is right to a tenth of the free one, where a ray that is there or hidden errs by up to 0.9."""
+    is right to a tenth of the free one on average, where a ray that is there or hidden errs by up to half of it and
+    more."""
     wall_m, half_m, ahead_m = 1.0, 1.2, 0.5
     speaker, mic = np.array([0.0, -half_m]), np.array([0.0, half_m])
     mirrored, length = np.array([2.0 * wall_m, 0.0]), np.hypot(2.0 * wall_m, 2.0 * half_m)
@@ -89,7 +90,7 @@ def test_a_post_and_its_image_are_one_screen(radius_m, gap_m):
 def test_a_post_that_crosses_the_way_to_a_wall_does_not_switch_its_echo():
     """It is 6 cm wide and moves by 4 mm a step. Where rays end at bodies the greatest step is 1."""
     ends = np.zeros(2), np.array([0.0, 0.1])
-    gain = np.array([wall_echo(2.0, *ends, post_at((1.0, y), 0.03))[5] for y in np.arange(-0.2, 0.2, 4e-3)])
+    gain = np.array([wall_echo(2.0, *ends, post_at((1.0, y), 0.03))[2] for y in np.arange(-0.2, 0.2, 4e-3)])
     assert np.abs(np.diff(gain)).max() < 0.1
     assert np.abs(gain).min() < 0.5
 
