@@ -55,7 +55,7 @@ def free_of_obstacles(tracing: Tracing, paths: ChainPaths) -> Flags:
         phone, point = paths.points_m[:, end], paths.points_m[each, slot + 1]
         wedges = at_poses(tracing, paths.edge[each, slot], paths.pose)
         outwards = clear_of_faces(wedges, seen(wedges, phone, phone).source_angle_rad)
-        free &= free_between(tracing, phone, point + OFFSET * extent * outwards, paths.pose)
+        free &= free_between(tracing, phone, point + OFFSET * extent * outwards, paths.pose, tracing.world.blockers)
     return free
 
 

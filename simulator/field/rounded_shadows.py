@@ -41,8 +41,11 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     """(C, K) gain of each path at K frequencies, re that with nothing rounded in its way."""
     factor = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     parts, placed = search.tracing.world.rounded, search.tracing.placed
-    rows = np.flatnonzero(passes_around(search.tracing.world, found) & (found.amplitude > search.lost_in_noise))
-    if not (len(parts) and len(rows)):
+    if not len(parts):
+        return factor
+    rows = np.flatnonzero(passes_around(search.tracing.world, found))
+    rows = rows[found[rows].amplitude > search.lost_in_noise]
+    if not len(rows):
         return factor
     reach = float(np.sqrt(2.0 * REACH_RAD / search.wavenumber_1_m))
     segments = _segments(found[rows])

@@ -204,17 +204,15 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         corners = corner_wedges(patches, velocities(obstacles), carried)
         wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
     readings = [part.reading for part in parts]
-    rounded = rounded_facets(readings if "curved" in mechanisms else [], wedges)
-    sharp = blockers
-    if rounded:
-        left = [
-            _mesh_of(r, ~own) if own.any() else mesh for r, own, mesh in zip(readings, rounded, meshes, strict=True)
-        ]
+    own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
+    rounded, sharp = rounded_parts(readings, own), blockers
+    if len(rounded):
+        left = [_mesh_of(r, ~o) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
         sharp = _blockers(left, moves, faces.obstacle[crack], strip)
     return World(
         obstacles, carried, origin_m, patches, facing(patches, moves),
         tuple(surfaces if "curved" in mechanisms else []), wedges,
-        tuple((part.reading, part.surface) for part in parts), blockers, rounded_parts(readings, rounded), sharp,
+        tuple((part.reading, part.surface) for part in parts), blockers, rounded, sharp,
     )  # fmt: skip
 
 

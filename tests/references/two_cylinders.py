@@ -23,12 +23,11 @@ def behind(
         middle_m, radius_m: (N, 2) and (N,) of cylinders that do not touch.
         source_m, receiver_m: (2,) outside them.
     """
-    k, middle = wavenumber_1_m, np.asarray(middle_m, float)
+    k, middle, radius = wavenumber_1_m, np.asarray(middle_m, float), np.asarray(radius_m, float)
     source, receiver = np.asarray(source_m, float), np.asarray(receiver_m, float)
-    order = [
-        np.arange(-n, n + 1) for n in (int(k * r + 12.0 + 4.0 * (k * r) ** (1 / 3)) for r in np.atleast_1d(radius_m))
-    ]
-    answer = [-jvp(m, k * r) / h2vp(m, k * r) for m, r in zip(order, np.atleast_1d(radius_m), strict=True)]
+    highest = (k * radius + 12.0 + 4.0 * (k * radius) ** (1 / 3)).astype(int)
+    order = [np.arange(-n, n + 1) for n in highest]
+    answer = [-jvp(m, k * r) / h2vp(m, k * r) for m, r in zip(order, radius, strict=True)]
     first = np.cumsum([0, *map(len, order)])
     system, right = np.eye(first[-1], dtype=complex), np.empty(first[-1], dtype=complex)
     for i, here in enumerate(middle):
