@@ -216,7 +216,9 @@ def _sights(search: Search, point_m: Floats) -> EdgeSights:
     start, end = (each.reshape(len(tracing.pose), len(rest), 3) for each in (wedges.start_m, wedges.end_m))
     allowed = np.ones((search.max_order - 1, len(search.large_mirrors)), dtype=bool)
     allowed[1:] &= search.large_mirrors
-    images = images_lighting_edges(tracing.mirrors, rest, start, end, allowed, point_m, search.limit_m)
+    images = images_lighting_edges(
+        tracing.mirrors, rest, start, end, allowed, search.large_towards, point_m, search.limit_m
+    )
     row = row_of(tracing, images.wedge, images.pose)
     radius, angle, height = cylindrical(wedges, row, images.point_m)
     middle = (0.5 * (wedges.start_m + wedges.end_m)).take(row, axis=0)
@@ -239,13 +241,16 @@ def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
     So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
     of them alone is far too loud.
     """
-    large, wedges = np.append(search.large_mirrors, True), search.tracing.world.wedges  # -1: curved, or no mirror
+    wedges = search.tracing.world.wedges
+    large = np.append(search.large_mirrors, True)  # -1: curved, or no mirror
+    towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)
     several = pairs.order > 1
     rows = np.flatnonzero(several)
     some = pairs[rows]
     kept = large[wedges.patch[some.wedge]].any(axis=1)
     for sights, row in ((some.before, some.left), (some.after, some.right)):
-        kept &= np.logical_and.reduce(large[sights.images.sequence], axis=1)[row]
+        met = towards[sights.images.sequence, wedges.obstacle[sights.images.wedge, None]]
+        kept &= np.logical_and.reduce(met, axis=1)[row]
     several[rows] = ~kept
     return np.flatnonzero(~several)
 

@@ -80,7 +80,7 @@ def images_of(search: Search, body: Body, point_m: Floats, max_order: int, exten
     """
     goal = Goal(centers(search.tracing, body), body.radius_m + extent_m, search.limit_m)
     allowed = np.tile(search.tracing.world.patches.obstacle != body.obstacle, (max_order, 1))
-    allowed[1:] &= search.large_mirrors
+    allowed[1:] &= search.large_towards[:, body.obstacle]
     return images_lighting(search.tracing.mirrors, allowed, point_m, max_order, goal)
 
 
@@ -89,7 +89,7 @@ def _matched(search: Search, body: Body, max_order: int, lit: Images, received: 
     not too long, and with large mirrors alone where there are several."""
     left, right = matches(lit.pose, lit.order, received.pose, received.order, max_order - 1)
     mirrors = lit.order[left] + received.order[right]
-    small = np.append(~search.large_mirrors, False)  # for -1
+    small = np.append(~search.large_towards[:, body.obstacle], False)  # for -1
     alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)
     keep = np.flatnonzero((mirrors < 2) | ~alone)
     left, right = left[keep], right[keep]

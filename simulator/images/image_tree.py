@@ -118,20 +118,22 @@ def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order
 
 
 def images_lighting_edges(
-    mirrors: Mirrors, wedges: Wedges, start_m: Floats, end_m: Floats, allowed: Flags, point_m: Floats, limit_m: float
-) -> EdgeImages:
+    mirrors: Mirrors, wedges: Wedges, start_m: Floats, end_m: Floats, allowed: Flags, towards: Flags, point_m: Floats,
+    limit_m: float,
+) -> EdgeImages:  # fmt: skip
     """Images of (N, 3) points, one a pose, that see some of an edge within the limit, through their last mirror.
 
     Args:
         start_m, end_m: (N, W, 3) ends of the wedges at each pose.
         allowed: (max_order, P) as in `image_levels`.
+        towards: (P, O) patches that may be met, where there are several, on the way to the edges of each obstacle.
     """
     goal = Goal(point_m, limit_m, limit_m, PENUMBRA_M)  # what is nearer than the limit may have an edge
     parts = []
     for level in image_levels(mirrors, allowed, point_m, len(allowed), goal):
         row, wedge = _lit_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam, start_m, end_m,
-            wedges.patch, wedges.mirror, limit_m,
+            wedges.patch, wedges.mirror, wedges.obstacle, towards, limit_m,
         )  # type: ignore[call-arg]  # fmt: skip
         parts.append(EdgeImages(*level.lit(row), wedge))
     found = EdgeImages.joined(parts)
@@ -242,7 +244,7 @@ def _lit_balls(mirrors, order, pose, sequence, images, beam, center, radius, lim
 
 
 @compiled
-def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, own_mirror, limit):
+def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, own_mirror, obstacle, towards, limit):
     """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
     middle, half = np.empty(start.shape), np.empty((start.shape[0], start.shape[1]))
@@ -260,7 +262,7 @@ def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, 
                 continue
             if order > 0:
                 p = sequence[r, order - 1]
-                if p == patch[w, 0] or p == patch[w, 1]:
+                if p == patch[w, 0] or p == patch[w, 1] or not _met(sequence[r, :order], towards, obstacle[w]):
                     continue
                 for x in range(3):
                     ends[0, x], ends[1, x] = start[n, w, x], end[n, w, x]
@@ -272,6 +274,15 @@ def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, 
             rows[found], wedges[found] = r, w
             found += 1
     return rows[:found], wedges[:found]
+
+
+@inlined
+def _met(sequence, towards, obstacle):
+    """Whether all mirrors may be met on the way to an obstacle; one alone may always be."""
+    small = 0
+    for p in sequence:
+        small += not towards[p, obstacle]
+    return small == 0 or len(sequence) == 1
 
 
 @inlined

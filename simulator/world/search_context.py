@@ -18,6 +18,7 @@ from simulator.world.audible import Audible
 from simulator.world.rejection_log import Reason, Rejected, RejectionLog
 from simulator.world.world import Tracing
 
+OF_OTHERS = 10.0  # least area of mirrors of other obstacles re those of the same, where there are several in a path
 NOISE_MARGIN_DB = 40.0  # the matched filter raises an echo by 20 dB over the noise in band, and 20 dB are to spare
 
 
@@ -48,6 +49,16 @@ class Search:
     def large_mirrors(self) -> Flags:
         """(P,) patches that may be met in paths of three reflections and more."""
         return self.tracing.world.patches.area_m2 >= self.fidelity.mirror_m2
+
+    @cached_property
+    def large_towards(self) -> Flags:
+        """(P, O) patches that may be met in such paths on the way to each obstacle: of others, the larger ones alone.
+
+        Small faces of one obstacle reflect to each other from close by, as the sleeves of a dumpster do.
+        """
+        patches, obstacles = self.tracing.world.patches, np.arange(len(self.tracing.world.obstacles))
+        own = patches.obstacle[:, None] == obstacles
+        return patches.area_m2[:, None] >= self.fidelity.mirror_m2 * np.where(own, 1.0, OF_OTHERS)
 
     @cached_property
     def audible(self) -> Audible:
