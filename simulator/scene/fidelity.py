@@ -48,6 +48,7 @@ class Fidelity:
         mirror_m2: least area of the mirrors in paths of three reflections and more, and of a face of the edge in such
             paths. A Fresnel zone has 0.05 m2 at 1.5 m, 0.18 m2 at 7 m. Above 0.1 m2, echoes between the small faces of
             a wall with bays are lost, above 0.03 m2 those of some bins, above 0.01 m2 those of a dumpster's sleeves.
+            On the way to a smooth surface or an edge, mirrors of other obstacles must have ten times as much.
         max_range_m: echoes longer than twice this are not looked for (the paper's range of 7 m).
         mechanisms: any of "specular" (planar image sources), "curved" (stationary points of smooth surfaces), "edges"
             (first-order diffraction at sharp edges) and "kirchhoff" (integrals over surfaces that are neither).
