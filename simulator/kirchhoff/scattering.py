@@ -36,12 +36,11 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
-HELD = 0.2  # of the body's distance: while something hides a part of it, 0.2 errs by up to 4 dB
 AGREED = 0.1  # of the body's distance: beside asking at each pose 0.2 to 1 % of the echoes differ by more than 0.5 dB
-PLATES_AGREED = 0.2  # the same from COARSE_DB on: held light errs by more than 2 dB in one in 19 of a sign's echoes
+COARSE_AGREED = 0.2  # the same from COARSE_DB on, with what is alike: 0.5 % of cars' echoes differ by more than 2 dB
 BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border of a shadow runs, and not elsewhere
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2
-ALIKE = 0.02  # of the body's distance: speaker and microphone 3 cm apart see it alike from 1.5 m on
+ALIKE, COARSE_ALIKE = 0.02, 0.1  # of the body's distance: with 0.02, those 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
 LIT_AT_ONCE = 2**27  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
@@ -147,10 +146,10 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
     """
     plates, size_m = bool((reading.sheet_m > 0.0).any()), fidelity.facet_m
     if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
-        light = Light(FINE_SPOT_M, 0.0, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
+        light = Light(FINE_SPOT_M, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
         return light, min(size_m, PLATE_FACET_M) if plates else size_m, np.inf
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, 0.0, AGREED, ALIKE, BORDER_M), size_m, CHORD_M
+        return Light(SPOT_M, AGREED, ALIKE, BORDER_M), size_m, CHORD_M
     if plates:
-        return Light(SPOT_M, 0.0, PLATES_AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
-    return Light(COARSE_SPOT_M, HELD, 0.0, 0.0), size_m, np.inf
+        return Light(SPOT_M, COARSE_AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
+    return Light(COARSE_SPOT_M, COARSE_AGREED, COARSE_ALIKE), size_m, np.inf

@@ -13,6 +13,7 @@ what another part of it and an edge return, as a lid does over a bin's front, it
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -100,8 +101,21 @@ def test_no_echo_drops_out_over_a_signs_edge(level, axis):
     assert 2.0 * 1.575 * steps(scene, start, np.eye(3)[axis], level, phone, 0.0) < MOST
 
 
-def test_a_person_within_a_metre_does_not_jump_with_the_facet_that_stands_for_a_cell():
-    """Cause: a cell had the directivity towards the facet that stood for its delay, which hops: -35 dB re a wall."""
-    scene, target = street("pedestrian", 7)
+@pytest.mark.parametrize("level", ["standard", "auto"])
+def test_a_round_body_within_a_metre_does_not_jump_with_the_facet_that_stands_for_a_cell(level):
+    """Cause: a cell had the directivity towards the facet that stood for its delay, which hops: -35 dB re a wall.
+
+    The hull of a person hides no part of itself: its jumps are those of cells alone. Directivity by facets that stand
+    for cells makes -59 dB of its -67. On a person that would drown in the shadows of the arms, -45 dB at `standard`.
+    """
+    person = street("pedestrian", 7)[1]
+    hull = replace(person, mesh=person.mesh.convex_hull)
+    assert _close_by(hull, level) < 10.0 ** (-62.0 / 20.0)
+    assert _close_by(person, level) < 10.0 ** (-40.0 / 20.0)
+
+
+def _close_by(target: Obstacle, level: str) -> float:
+    """Greatest jump of a body that stands on the ground 0.7 m off, as the phone is raised, re a wall there."""
+    scene = PreparedScene(Scene([Obstacle(ground(), Material.named("asphalt"), "ground"), target]))
     start = np.array([float(target.mesh.bounds[0, 0]) - 0.7, 0.0, 1.3])
-    assert 2.0 * 0.7 * steps(scene, start, np.eye(3)[2], "standard", Phone.named("galaxy-s5")) < 10.0 ** (-50.0 / 20.0)
+    return 2.0 * 0.7 * steps(scene, start, np.eye(3)[2], level, Phone.named("galaxy-s5"))

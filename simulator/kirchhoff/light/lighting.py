@@ -37,15 +37,13 @@ class Light:
 
     Attributes:
         spot_m: size of the spots; no larger than a facet asks for each facet.
-        held: how far the phone may move on, re its distance from the body, until light is asked for again, for all
-            transducers alike; 0 asks for each pose and each transducer.
-        agreed: how far it may move between two poses of which everything is asked for; 0 does so of each pose.
+        agreed: how far the phone may move, re its distance from the body, between two poses of which everything is
+            asked for; 0 does so of each pose.
         alike: how far apart transducers may be, re the body's distance, to see it alike where each is asked for.
         border_m: facets longer than this, on average, are asked for in quarters where the border of a shadow runs.
     """
 
     spot_m: float
-    held: float
     agreed: float
     alike: float
     border_m: float = np.inf
@@ -64,7 +62,7 @@ def lit_facets(
         each distinct view of the body shows; (E,) the view that each image has, -1 if it sees nothing.
     """
     points, first = _asked_from(tracing, facets, light.alike)
-    views, number = _held_views(tracing, facets, points, sights, first[sights.pose, sights.side], light.held)
+    views, number = Views.distinct(tracing, points, sights.pose, first[sights.pose, sights.side], sights)
     between = Between.of(views, _runs(tracing, facets, points.mean(axis=1), light.agreed))
     renumbered = np.full(len(views), -1)
     kept = np.flatnonzero(_seeing(tracing, facets, spots, views, between))
@@ -95,17 +93,6 @@ def share_light(lit, first, second):
                 shared[r] = True
                 break
     return shared
-
-
-def _held_views(
-    tracing: Tracing, facets: Facets, points_m: Floats, mirrors: Sights | Views, side: Ints, held: float
-) -> tuple[Views, Ints]:
-    """The distinct views from points (N, P, 3), or from the middle of them if answers are held, and which each is."""
-    pose = mirrors.pose
-    if held > 0.0:
-        points_m = points_m.mean(axis=1, keepdims=True)
-        pose, side = _held_poses(tracing, facets, points_m[:, 0], held)[pose], np.zeros_like(side)
-    return Views.distinct(tracing, points_m, pose, side, mirrors)
 
 
 def _seeing(tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between) -> Flags:
@@ -351,13 +338,6 @@ def _asked_from(tracing: Tracing, facets: Facets, alike: float) -> tuple[Floats,
     reach = alike * np.linalg.norm(seen_from - facets.center_m, axis=1)
     together = np.linalg.norm(transducers[:, :, None] - transducers[:, None], axis=3) <= reach[:, None, None]
     return together @ transducers / together.sum(axis=2, keepdims=True), together.argmax(axis=2)
-
-
-def _held_poses(tracing: Tracing, facets: Facets, phone_m: Floats, held: float) -> Ints:
-    """(N,) the pose whose light each takes: the middle one of its run."""
-    run = _runs(tracing, facets, phone_m, held)
-    first, last = np.searchsorted(run, run), np.searchsorted(run, run, side="right") - 1
-    return (first + last) // 2
 
 
 def _runs(tracing: Tracing, facets: Facets, phone_m: Floats, apart: float) -> Ints:

@@ -84,10 +84,10 @@ def test_the_border_of_a_shadow_is_known_facet_by_facet():
     exact, by_spots, alike, shared = (
         of_all(light)
         for light in (
-            Light(1e-3, 0.0, 0.0, 0.0),
-            Light(0.05, 0.0, 0.2, 0.0),
-            Light(0.05, 0.0, 0.2, 0.05),
-            Light(0.05, 0.2, 0.0, 0.0),
+            Light(1e-3, 0.0, 0.0),
+            Light(0.05, 0.2, 0.0),
+            Light(0.05, 0.2, 0.05),
+            Light(0.05, 0.2, 1.0),
         )
     )
     assert [len(lit) for lit, _ in (exact, by_spots, alike, shared)] == [3, 3, 2, 1]
@@ -113,7 +113,7 @@ def test_light_along_a_walk_is_that_of_each_pose():
     straight = Sights(pose, none, none, np.full((count, 0), -1), tracing.source_m)
     lit = {}
     for agreed in (0.0, 0.2):
-        some, shown, view = lit_facets(tracing, facets, spots_of(facets, 0.05), straight, Light(0.05, 0.0, agreed, 0.0))
+        some, shown, view = lit_facets(tracing, facets, spots_of(facets, 0.05), straight, Light(0.05, agreed, 0.0))
         lit[agreed] = np.zeros((count, len(facets)), dtype=bool)
         lit[agreed][:, cKDTree(facets.middle_m).query(some.middle_m)[1]] = shown[view]
     moved = (lit[0.0] != lit[0.0][:1]).mean(axis=1).max()
@@ -132,7 +132,7 @@ def test_spots_of_one_facet_each_are_in_an_order_of_their_own():
 
     def seen(of_facet):
         spots = Spots(of_facet, np.argsort(of_facet), np.zeros((0, 2), dtype=np.int64))
-        some, lit, _ = lit_facets(tracing, facets, spots, straight, Light(0.01, 0.0, 0.0, 0.0))
+        some, lit, _ = lit_facets(tracing, facets, spots, straight, Light(0.01, 0.0, 0.0))
         return some.middle_m[lit[0]]
 
     np.testing.assert_array_equal(seen(rows), seen(np.arange(len(facets))))
@@ -152,7 +152,7 @@ def test_borders_of_shadows_run_through_quarters_of_coarse_facets():
         points = np.stack([tracing.source_m[0], tracing.mics_m[0, 0]])
         straight = Sights(none, both, none, np.full((2, 0), -1), points)
         facets = facets_of(*tracing.world.skins[0], 0, facet_m)
-        light = Light(0.03, 0.0, 0.0, 0.0, border_m)
+        light = Light(0.03, 0.0, 0.0, border_m)
         facets, lit, view = lit_facets(tracing, facets, spots_of(facets, light.spot_m), straight, light)
         ends = Ends(points, 0.0 * points, none, view, lit)
         sums = cell_sums(facets, ends, one, other, Grid.over(facets.radius_m, band), rigid)
