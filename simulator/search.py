@@ -13,7 +13,7 @@ from simulator.diffraction.panel_chains import panel_chains
 from simulator.diffraction.single import diffracted
 from simulator.images.image_method import planar
 from simulator.kirchhoff.doubtful_bodies import doubted
-from simulator.kirchhoff.rays_over_pairs import without_rays_over
+from simulator.kirchhoff.rays_over_pairs import beside_integral
 from simulator.kirchhoff.scattering import scattered_paths
 from simulator.kirchhoff.selection import left_to_integral
 from simulator.world.candidates import Candidates, concatenated, direct, joined, loudest_of
@@ -37,8 +37,8 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
         rays += twice_curved(search, singles, loudest)
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))
-    rays = [without_rays_over(search, taken, each) for each in rays]
-    integrals = [part for pairs in taken for part in scattered_paths(search, pairs)]
+    rays = [beside_integral(search, taken, each) for each in rays]
+    integrals = [part for body in taken for part in scattered_paths(search, body)]
     chains = panel_chains(search, rays[0], taken, loudest)
     parts, sums = [straight, *rays], [np.zeros((0, len(search.band_hz)), dtype=np.complex128)]
     for found, gain in integrals + chains:

@@ -7,7 +7,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.chain_integrals import integrated_chains
 from simulator.diffraction.thin_panels import panels_of
-from simulator.images.image_pairs import Pairs
+from simulator.kirchhoff.rays_over_pairs import Taken
 from simulator.scene.fidelity import Fidelity
 from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
@@ -15,13 +15,13 @@ from simulator.world.world import Tracing
 
 
 def panel_chains(
-    search: Search, mirrors: Candidates, taken: list[Pairs], loudest: Floats
+    search: Search, mirrors: Candidates, taken: list[Taken], loudest: Floats
 ) -> list[tuple[Candidates, Complexes]]:
     """Panel by panel, paths along it as cells, and their gains.
 
     Args:
         mirrors: image paths, as far as they are not left to Kirchhoff's integral.
-        taken: pairs of images that are.
+        taken: what is.
         loudest: (N, 2) strongest echo of mirrors at each pose and microphone.
     """
     longest, tracing = longest_chain(search.fidelity), search.tracing
@@ -37,10 +37,10 @@ def longest_chain(fidelity: Fidelity) -> int:
     return fidelity.edge_order if fidelity.max_order >= 3 else min(fidelity.edge_order, fidelity.max_order)
 
 
-def _left_out(tracing: Tracing, taken: list[Pairs], panel: Ints) -> Flags:
+def _left_out(tracing: Tracing, taken: list[Taken], panel: Ints) -> Flags:
     """(N, 2) where Kirchhoff's integral takes care of a panel's obstacle, without mirrors."""
     out = np.zeros((len(tracing.pose), 2), dtype=bool)
-    for pairs in taken:
+    for pairs in (body.pairs for body in taken):
         if pairs.obstacle == tracing.world.wedges.obstacle[panel[0]]:
             straight = (pairs.before.order == 0) & (pairs.after.order == 0)
             out[pairs.pose[straight], pairs.mic[straight]] = True

@@ -12,7 +12,7 @@ It fades out towards `REACH_RAD` of kd, where it is a wave of its own.
 Where the mirror path off the edge's own face ends near the border of the next mirror, the wave over both edges belongs
 to the path by the first as to that by the second: each has the more of it the nearer its own mirror's border is.
 
-Borders are those that diffract. Where two mirrors meet in a corner images go on across it.
+Where two mirrors meet in a corner images go on across it, and nothing fades.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
 from simulator.images.image_tree import distance
-from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
@@ -60,9 +59,8 @@ def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats,
 
 def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
     """(R, K) what the mirror met at place k leaves."""
-    edges = _sharp_edges(tracing.world.wedges, len(tracing.world.patches))
     mirror = np.ascontiguousarray(found.sequence[:, k : k + 1])
-    code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *edges)  # type: ignore[call-arg]
+    code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *tracing.world.patch_ends)  # type: ignore[call-arg]
     detour = np.minimum(detour, 1.0)
     fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
     turn = detour[:, None] * wavenumber
@@ -87,18 +85,9 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
     return np.where(side, one, other), np.where(side, other, one)
 
 
-def _sharp_edges(wedges: Wedges, patches: int) -> tuple[Floats, Floats, Ints]:
-    """(B, 3) starts and ends of sharp edges, patch by patch, in the rest frame; (P + 1,) where each patch begins."""
-    edge, side = np.nonzero((wedges.mirror < 0)[:, None] & (wedges.patch >= 0))
-    owner = wedges.patch[edge, side]
-    order = np.argsort(owner, kind="stable")
-    first = np.searchsorted(owner[order], np.arange(patches + 1))
-    return wedges.start_m[edge[order]], wedges.end_m[edge[order]], first
-
-
 @compiled
 def _crossed(mirrors, pose, sequence, one, other, start, end, first):
-    """(R,) code of segments by one mirror (R, 1), and (R,) least detour over its edges (`_sharp_edges`); else infinite.
+    """(R,) code of segments by one mirror (R, 1), and (R,) least detour over its edges (`patch_ends`); else infinite.
 
     Args:
         one, other: (R, 3) ends of each segment.

@@ -37,7 +37,7 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
     if whole.any():
         amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
-    gain = amplitude * 10.0 ** (-absorption_db / 20.0)
+    gain = amplitude * found.share[:, None] * 10.0 ** (-absorption_db / 20.0)
     return (
         gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, tracing.pose, found)[:, None]
     )

@@ -31,9 +31,13 @@ from simulator.world.world import World
 
 
 def passes_around(world: World, found: Candidates) -> Flags:
-    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes, none of them of such a body."""
+    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes of other bodies.
+
+    A sign's plate is none: its post weakens what the plate reflects.
+    """
     planar = np.isin(found.interaction, (-1, Interaction.SPECULAR)).all(axis=1) & (found.order > 0)
-    flags: Flags = planar & ~np.isin(world.obstacle_of(found.sequence), world.rounded.obstacle).any(axis=1)
+    bodies = world.rounded.obstacle[~world.rounded.plates]
+    flags: Flags = planar & ~np.isin(world.obstacle_of(found.sequence), bodies).any(axis=1)
     return flags
 
 

@@ -1,6 +1,8 @@
-"""Which rays run over pairs of images that Kirchhoff's integral may take instead."""
+"""Which rays run over pairs of images that Kirchhoff's integral may take instead, and what it leaves them."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,20 +16,39 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 
-def without_rays_over(search: Search, taken: list[Pairs], found: Candidates) -> Candidates:
-    """Candidates by any mechanism that run over none of the pairs; the log books the others as left to the integral."""
+@dataclass(frozen=True)
+class Taken:
+    """What Kirchhoff's integral takes of the echoes over a body.
+
+    Attributes:
+        pairs: R pairs of images.
+        share: (R,) of the echo over each; the rays over it keep the rest.
+    """
+
+    pairs: Pairs
+    share: Floats
+
+    def __getitem__(self, rows: Ints) -> Taken:
+        return Taken(self.pairs[rows], self.share[rows])
+
+
+def beside_integral(search: Search, taken: list[Taken], found: Candidates) -> Candidates:
+    """Candidates by any mechanism with what the integral leaves them; the log books those of which nothing is left."""
     if not taken:
         return found
-    met, over = search.tracing.world.obstacle_of(found.sequence), np.zeros(len(found), dtype=bool)
-    for pairs in taken:
-        rows = np.flatnonzero((met == pairs.obstacle).any(axis=1))
-        over[rows] |= np.isin(*_numbered(search.tracing, found[rows], pairs))
-    rows = np.flatnonzero(over)
+    met, share = search.tracing.world.obstacle_of(found.sequence), found.share.copy()
+    for body in taken:
+        rows = np.flatnonzero((met == body.pairs.obstacle).any(axis=1))
+        rays, numbers = _numbered(search.tracing, found[rows], body.pairs)
+        of_number = np.zeros(max(rays.max(initial=-1), numbers.max(initial=-1)) + 1)
+        of_number[numbers] = body.share
+        share[rows] *= 1.0 - of_number[rays]
+    rows = np.flatnonzero(share == 0.0)
     search.reject(
         Reason.LEFT_TO_INTEGRAL, len(rows),
         lambda: Rejected(found[rows].trusted_amplitude, lambda chosen: found[rows[chosen]]),
     )  # fmt: skip
-    return found[~over]
+    return replace(found, share=share)[share > 0.0]
 
 
 def loudest_over(tracing: Tracing, found: Candidates, amplitude: Floats, pairs: Pairs) -> Floats:

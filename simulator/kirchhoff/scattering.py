@@ -21,6 +21,7 @@ from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.light.lighting import Light, lit_facets, share_light
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
+from simulator.kirchhoff.rays_over_pairs import Taken
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading
@@ -47,27 +48,23 @@ LIT_AT_ONCE = 2**27  # flags: what is kept in memory of the light, however long 
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
-def scattered_paths(search: Search, pairs: Pairs) -> list[tuple[Candidates, Complexes]]:
-    """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row. Part by part.
-
-    Args:
-        pairs: the image pairs that are wanted.
-    """
+def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Complexes]]:
+    """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row. Part by part."""
+    pairs = wanted.pairs
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, *sizes_m = _fineness(search.fidelity, reading)
     facets = facets_of(reading, surface, pairs.obstacle, *sizes_m)
     spots = spots_of(facets, light.spot_m)
-    pairs = pairs[np.lexsort((pairs.mic, pairs.pose))]
-    share = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
-    part = (pairs.pose / max(share * len(search.tracing.pose), 1.0)).astype(np.int64)
-    return [_scattered_in_part(search, facets, spots, light, pairs[part == each]) for each in np.unique(part)]
+    wanted = wanted[np.lexsort((pairs.mic, pairs.pose))]
+    pairs = wanted.pairs
+    at_once = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
+    part = (pairs.pose / max(at_once * len(search.tracing.pose), 1.0)).astype(np.int64)
+    return [_in_part(search, facets, spots, light, wanted[np.flatnonzero(part == each)]) for each in np.unique(part)]
 
 
-def _scattered_in_part(
-    search: Search, facets: Facets, spots: Spots, light: Light, pairs: Pairs
-) -> tuple[Candidates, Complexes]:
+def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted: Taken) -> tuple[Candidates, Complexes]:
     """The same at some of the poses."""
-    tracing = search.tracing
+    tracing, pairs = search.tracing, wanted.pairs
     material = tracing.world.obstacles[pairs.obstacle].material
     reflection = material.reflection(search.band_hz, np.linspace(0.0, 1.0, COSINES)[:, None])
     sights, first, second = _sights(pairs)
@@ -92,7 +89,7 @@ def _scattered_in_part(
     search.reject(Reason.FAINT_CELL, len(faint), described)
     cells = with_stand_ins(*skin, sums[np.flatnonzero(kept)])
     found, ok = unfolded(search, turns(cells), lambda: gain[kept])
-    return replace(found, cell=ok), cells.gain
+    return replace(found, cell=ok, share=wanted.share[seen[cells.pair[ok]]]), cells.gain
 
 
 def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:

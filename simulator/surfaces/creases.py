@@ -80,14 +80,20 @@ def creases_of(
     return Creases(0.5 * (start_m + end_m), along, inwards, first, np.pi + bend, np.stack(beside, axis=1))
 
 
+def convex_creases(reading: MeshReading) -> Ints:
+    """Rows of the mesh's pairs of faces that meet in a convex crease at which its smooth surface ends."""
+    pair = np.asarray(reading.mesh.face_adjacency)
+    creased = reading.curved[pair].any(axis=1) & ~reading.rim[pair].any(axis=1) & reading.mesh.face_adjacency_convex
+    key = np.sort(pair, axis=1) @ [len(reading.mesh.faces), 1]
+    smooth = np.sort(reading.smooth_edges, axis=1) @ [len(reading.mesh.faces), 1]
+    return np.flatnonzero(creased & ~np.isin(key, smooth) & reading.closed)
+
+
 def _crease_edges(reading: MeshReading, surface: SmoothSurface | None) -> tuple[Ints, Ints, Ints]:
     """(C,) facet of the smooth surface at each crease, (C, 2) its corners there, (C,) facet of the mesh beyond."""
     mesh = reading.mesh
     pair = np.asarray(mesh.face_adjacency)
-    creased = reading.curved[pair].any(axis=1) & ~reading.rim[pair].any(axis=1) & mesh.face_adjacency_convex
-    key = np.sort(pair, axis=1) @ [len(mesh.faces), 1]
-    smooth = np.sort(reading.smooth_edges, axis=1) @ [len(mesh.faces), 1]
-    rows = np.flatnonzero(creased & ~np.isin(key, smooth) & reading.closed & (surface is not None))
+    rows = convex_creases(reading) if surface is not None else np.zeros(0, dtype=np.int64)
     mine = np.where(reading.curved[pair[rows, 0]], 0, 1)
     facet, other = pair[rows, mine], pair[rows, 1 - mine]
     corners = np.asarray(mesh.faces)[facet]

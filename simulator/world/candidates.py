@@ -35,6 +35,7 @@ class Candidates(Rows):
         part: (C,) edges.APEX, START or END of that edge.
         cell: (C,) cell of a body by Kirchhoff's integral, or a chain of edges: both carry gains worked out
             beforehand. -1 for all others.
+        share: (C,) of the echo that is its own, where rays and Kirchhoff's integral share it; else 1.
 
     No array is ever written again: what differs is made anew.
     """
@@ -53,6 +54,7 @@ class Candidates(Rows):
     edge: Ints
     part: Ints
     cell: Ints
+    share: Floats
 
     @property
     def length_m(self) -> Floats:
@@ -110,7 +112,7 @@ def nothing(width: int) -> Candidates:
     return Candidates(
         none, none, none, np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64), np.zeros((0, width + 2, 3)),
         np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), np.zeros(shape), np.zeros(shape, dtype=np.int64),
-        np.zeros((*shape, 2)), none, none, none,
+        np.zeros((*shape, 2)), none, none, none, np.zeros(0),
     )  # fmt: skip
 
 
@@ -141,6 +143,7 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
         pose, mic, order, sequence, tracing.world.numbering.interaction(sequence), points, np.zeros((count, width, 3)),
         np.zeros((count, width, 3, 3)), np.zeros((count, width)), np.full((count, width), -1),
         np.zeros((count, width, 2)), np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
+        np.ones(count),
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ class RoundedParts:
 
     Attributes:
         obstacle: (P,) indices.
+        plates: (P,) whether thin plates stand among the parts, as a sign's does before or behind its post.
         corner_m: (F, 3, 3) corners of all their facets, part by part.
         ball_m: (F, 4) middle and radius of a ball that holds each facet.
         first: (P + 1,) where the facets of each part begin.
@@ -25,6 +26,7 @@ class RoundedParts:
     """
 
     obstacle: Ints
+    plates: Flags
     corner_m: Floats
     ball_m: Floats
     first: Ints
@@ -61,8 +63,9 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
     middle = corner.mean(axis=1)
     radius = norm(corner - middle[:, None]).max(axis=1, initial=0.0)
+    plates = np.array([bool((readings[index].sheet_m > 0.0).any()) for index in obstacle], dtype=bool)
     return RoundedParts(
-        obstacle, corner, np.column_stack([middle, radius]),
+        obstacle, plates, corner, np.column_stack([middle, radius]),
         np.cumsum([0, *map(len, corners)]).astype(np.int64), np.array(boxes).reshape(-1, 2, 3),
     )  # fmt: skip
 

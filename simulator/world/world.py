@@ -10,6 +10,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
+from simulator.surfaces.patch_ends import patch_ends
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
 from simulator.surfaces.surface_borders import Border, border_of
 from simulator.surfaces.wedges import Wedges
@@ -54,6 +55,11 @@ class World:
     def borders(self) -> tuple[Border, ...]:
         """Where each smooth surface ends: asked for only where integrals may take over from rays."""
         return tuple(border_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
+
+    @cached_property
+    def patch_ends(self) -> tuple[Floats, Floats, Ints]:
+        """Where the patches end, as `surfaces.patch_ends` has it."""
+        return patch_ends(self.wedges, [reading for reading, _ in self.skins], self.patches.obstacle)
 
     @cached_property
     def numbering(self) -> Numbering:
