@@ -31,9 +31,9 @@ from simulator.world.world import World
 
 
 def passes_around(world: World, found: Candidates) -> Flags:
-    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes of other bodies.
+    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes, none of them of such a body.
 
-    A sign's plate is none: its post weakens what the plate reflects.
+    A thin plate is no part of one: a sign's post weakens what its plate reflects.
     """
     planar = np.isin(found.interaction, (-1, Interaction.SPECULAR)).all(axis=1) & (found.order > 0)
     bodies = world.rounded.obstacle[~world.rounded.plates]

@@ -50,13 +50,12 @@ COSINES = 257  # of incidence, between which the reflection is interpolated
 
 def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Complexes]]:
     """Paths over an obstacle by Kirchhoff's integral, and (M, K) gains of it; `cell` names the row. Part by part."""
+    wanted = wanted[np.lexsort((wanted.pairs.mic, wanted.pairs.pose))]
     pairs = wanted.pairs
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, *sizes_m = _fineness(search.fidelity, reading)
     facets = facets_of(reading, surface, pairs.obstacle, *sizes_m)
     spots = spots_of(facets, light.spot_m)
-    wanted = wanted[np.lexsort((pairs.mic, pairs.pose))]
-    pairs = wanted.pairs
     at_once = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
     part = (pairs.pose / max(at_once * len(search.tracing.pose), 1.0)).astype(np.int64)
     return [_in_part(search, facets, spots, light, wanted[np.flatnonzero(part == each)]) for each in np.unique(part)]
@@ -141,7 +140,7 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
 
     Thin plates are left to the integral where something close hides a part of them: that asks for more.
     """
-    plates, size_m = bool((reading.sheet_m > 0.0).any()), fidelity.facet_m
+    plates, size_m = reading.plated, fidelity.facet_m
     if fidelity.tolerance_db < (COARSE_DB if plates else FINE_DB):
         light = Light(FINE_SPOT_M, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
         return light, min(size_m, PLATE_FACET_M) if plates else size_m, np.inf

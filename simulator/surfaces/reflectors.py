@@ -133,6 +133,11 @@ class MeshReading:
     rim: Flags
     sheet_m: Floats
 
+    @property
+    def plated(self) -> bool:
+        """Whether any of it is a thin plate."""
+        return bool((self.sheet_m > 0.0).any())
+
 
 def read_mesh(obstacle: Obstacle) -> MeshReading:
     """Tell the facets of an obstacle apart."""

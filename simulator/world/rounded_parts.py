@@ -63,7 +63,7 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
     middle = corner.mean(axis=1)
     radius = norm(corner - middle[:, None]).max(axis=1, initial=0.0)
-    plates = np.array([bool((readings[index].sheet_m > 0.0).any()) for index in obstacle], dtype=bool)
+    plates = np.array([readings[index].plated for index in obstacle], dtype=bool)
     return RoundedParts(
         obstacle, plates, corner, np.column_stack([middle, radius]),
         np.cumsum([0, *map(len, corners)]).astype(np.int64), np.array(boxes).reshape(-1, 2, 3),

@@ -35,7 +35,7 @@ class Views(Rows):
 
     @classmethod
     def distinct(
-        cls, tracing: Tracing, points_m: Floats, pose: Ints, point: Ints, mirrors: Sights | Views
+        cls, tracing: Tracing, points_m: Floats, pose: Ints, point: Ints, mirrors: Sights
     ) -> tuple[Views, Ints]:
         """The views from points (N, P, 3) at poses (E,) through mirrors, each once, and (E,) which each is."""
         key = np.column_stack([pose, point, mirrors.sequence])
