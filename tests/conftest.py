@@ -1,4 +1,4 @@
-"""What all tests share: threads, kept walks, and the order of the folders.
+"""What all tests share: threads, and the order of the folders.
 
 A process has one thread of linear algebra: tests run beside each other, and threads that wait for each other burn CPU.
 On two busy cores products of small matrices on two threads cost six times the CPU of one. The libraries read these
@@ -7,31 +7,13 @@ settings when numpy is first imported, which is after this file.
 
 import gc
 import os
-from collections.abc import Callable, Iterator
-from functools import lru_cache
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
-
-KEPT_WALKS = 16
-
-
-@pytest.fixture(scope="session")
-def kept_walks() -> Callable[[str], Any]:
-    """What simulates a walk, and keeps the last ones instead of the very last."""
-    from benchmarks.cells import compute
-
-    return lru_cache(maxsize=KEPT_WALKS)(compute._simulated.__wrapped__)
-
-
-@pytest.fixture
-def walks_once(kept_walks: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """For pages that run the same walks of the paper's suite, and their reports, which play them once more."""
-    monkeypatch.setattr("benchmarks.cells.compute._simulated", kept_walks)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from tests.benchmarks.simulated_file import assert_detected
 
-pytestmark = pytest.mark.usefixtures("walks_once")
+pytestmark = pytest.mark.usefixtures("suites_once")
 README = Path(__file__).resolve().parents[2] / "README.md"
 
 CUT = {

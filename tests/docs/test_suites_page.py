@@ -15,7 +15,7 @@ from benchmarks.cli import cli
 from benchmarks.plan.suite import Suite, list_suites
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-pytestmark = pytest.mark.usefixtures("walks_once")
+pytestmark = pytest.mark.usefixtures("suites_once")
 
 
 def blocks(page: str, language: str) -> list[str]:

@@ -13,7 +13,7 @@ import yaml
 
 from .tutorial import run_tutorial
 
-pytestmark = pytest.mark.usefixtures("walks_once")
+pytestmark = pytest.mark.usefixtures("suites_once")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
