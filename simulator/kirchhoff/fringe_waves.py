@@ -44,15 +44,15 @@ def add_fringe_waves(
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        creases.beside, ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
+        creases.beside, creases.share, ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
         np.ascontiguousarray(reflection), middle_m, grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @compiled
 def _add(
-    middle, along, inwards, normal, open_angle, beside, ends, lean, view, lit, pair_first, pair_second, k, reflection,
-    middle_path, lead, step, total,
+    middle, along, inwards, normal, open_angle, beside, weight, ends, lean, view, lit, pair_first, pair_second, k,
+    reflection, middle_path, lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
     for r in range(len(pair_first)):
@@ -68,8 +68,9 @@ def _add(
             t = _about(ends[b], middle[e], along[e], length, inwards[e], normal[e])
             if s[1] >= open_angle[e] or t[1] >= open_angle[e]:
                 continue
+            second = second and open_angle[e] - min(s[1], t[1]) < np.pi  # a mirrored face is not asked for its light
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
-            strength = _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
+            strength = weight[e] * _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
             strength *= _towards(ends[a], lean[a], middle[e], l) * _towards(ends[b], lean[b], middle[e], m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
             excess = l + m - middle_path[r]

@@ -45,7 +45,8 @@ def ray_error_db(search: Search, index: int, pairs: Pairs, echoes: Candidates) -
     """
     met = _met(search.tracing, pairs.obstacle, echoes)
     stacked = _Echoes.of(search.tracing, met)
-    return _rim_error_db(search, index, pairs, stacked) + _shadow_error_db(search, pairs, met, stacked)
+    rims = [_rim_error_db(search, border, pairs, stacked) for border in search.tracing.world.borders[index]]
+    return np.maximum.reduce([*rims, np.zeros(len(pairs))]) + _shadow_error_db(search, pairs, met, stacked)
 
 
 def _met(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
@@ -64,17 +65,20 @@ def _shadow_error_db(search: Search, pairs: Pairs, met: Candidates, echoes: _Ech
     return DB_PER_SHARE * loudest_over(tracing, met, share, pairs)
 
 
-def _rim_error_db(search: Search, index: int, pairs: Pairs, echoes: _Echoes) -> Floats:
-    """(R,) estimated error that the rim of a surface makes on each pair; infinite where it is the echo."""
+def _rim_error_db(search: Search, border: Border, pairs: Pairs, echoes: _Echoes) -> Floats:
+    """(R,) estimated error that a border of a surface makes on each pair; infinite where it is the echo."""
     audible, at = search.audible, (pairs.pose, pairs.mic)
     floor = max(audible.floor, FAINT_GAIN * min(search.fidelity.tolerance_db / TOLERATED_DB, 1.0))
-    rim, path = _rim_echo(search.tracing, index, pairs, search.wavenumber_1_m)
+    rim, path = _rim_echo(search.tracing, border, pairs, search.wavenumber_1_m)
     near = _overlap(path[:, None] - echoes.length_m[at])
     beside = (echoes.level[at] * near).max(axis=1, initial=0.0)
     apart = echoes.envelope[at]
-    share = np.where(apart >= floor, rim[:, None] * near / np.maximum(apart, floor), 0.0)
-    error = np.where(rim > beside, np.inf, DB_PER_SHARE * share.max(axis=1, initial=0.0))
-    received = (path <= audible.limit_m) & (np.maximum(rim, beside) >= floor)
+    share = np.where(apart >= floor, rim[:, None] * near / np.maximum(apart, floor), 0.0).max(axis=1, initial=0.0)
+    level, length_m = _stacked(len(search.tracing.pose), at, rim, path)
+    among = (level[at] * _overlap(path[:, None] - length_m[at])).max(axis=1, initial=0.0)
+    share = np.where(among > beside, np.maximum(share, rim / np.maximum(among, floor)), share)
+    error = np.where((rim > beside) & (rim >= floor), np.inf, DB_PER_SHARE * share)
+    received = (path <= audible.limit_m) & (np.maximum(among, beside) >= floor)
     return np.where(received, error, 0.0)
 
 
@@ -96,18 +100,30 @@ class _Echoes:
     @classmethod
     def of(cls, tracing: Tracing, met: Candidates) -> _Echoes:
         """Those of the candidates, by pose and microphone."""
-        at = 2 * met.pose + met.mic
-        order = np.argsort(at, kind="stable")
-        place = np.arange(len(met)) - np.searchsorted(at[order], at[order])
-        level, length = (np.zeros((len(tracing.pose), 2, place.max(initial=-1) + 1)) for _ in range(2))
-        where = met.pose[order], met.mic[order], place
-        level[where], length[where] = met.amplitude[order], met.length_m[order]
+        at = met.pose, met.mic
+        level, length = _stacked(len(tracing.pose), at, met.amplitude, met.length_m)
         envelope = level.copy()
         for k in range(level.shape[2]):
             np.maximum(envelope, level[..., k, None] * _overlap(length - length[..., k, None]), out=envelope)
-        at_rays = np.empty(len(met))
-        at_rays[order] = envelope[where]
-        return cls(level, length, envelope, at_rays)
+        return cls(level, length, envelope, envelope[*at, _place(at)])
+
+
+def _stacked(poses: int, at: tuple[Ints, Ints], *columns: Floats) -> list[Floats]:
+    """(N, 2, E) of columns (R,) by pose and microphone (R,); 0 where there are fewer than E."""
+    place = _place(at)
+    stacks = [np.zeros((poses, 2, place.max(initial=-1) + 1)) for _ in columns]
+    for stack, column in zip(stacks, columns, strict=True):
+        stack[*at, place] = column
+    return stacks
+
+
+def _place(at: tuple[Ints, Ints]) -> Ints:
+    """(R,) how many there are before each at its pose and microphone (R,)."""
+    key = 2 * at[0] + at[1]
+    order = np.argsort(key, kind="stable")
+    place = np.empty(len(key), dtype=np.int64)
+    place[order] = np.arange(len(key)) - np.searchsorted(key[order], key[order])
+    return place
 
 
 def _overlap(apart_m: Floats) -> Floats:
@@ -115,14 +131,13 @@ def _overlap(apart_m: Floats) -> Floats:
     return np.exp(-((apart_m / PULSE_M) ** 2))
 
 
-def _rim_echo(tracing: Tracing, index: int, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
-    """(R,) amplitude and (R,) path of what the rim returns between images of speaker and microphone."""
-    surface, border = tracing.world.surfaces[index], tracing.world.borders[index]
-    obstacle = surface.obstacle
+def _rim_echo(tracing: Tracing, border: Border, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
+    """(R,) amplitude and (R,) path of what the border returns between images of speaker and microphone."""
+    obstacle, closed = pairs.obstacle, tracing.world.skins[pairs.obstacle][0].closed
     frame = tracing.placed[pairs.pose, obstacle]
     source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
     touching, row = _touching(tracing, obstacle, border, pairs.pose)
-    first = _shortest(source, receiver, border.point_m, border.normal, surface.closed, touching, row)
+    first = _shortest(source, receiver, border.point_m, border.normal, closed, touching, row)
     to_source, to_receiver = (end - border.point_m[first] for end in (source, receiver))
     l, m = np.linalg.norm(to_source, axis=1), np.linalg.norm(to_receiver, axis=1)
     both = to_source / l[:, None] + to_receiver / m[:, None]

@@ -22,6 +22,7 @@ from simulator.kirchhoff.light.lighting import Light, lit_facets, share_light
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.kirchhoff.rays_over_pairs import Taken
+from simulator.kirchhoff.standing_creases import standing_on_mirrors
 from simulator.scene.fidelity import Fidelity
 from simulator.surfaces.facets import Facets, facets_of
 from simulator.surfaces.reflectors import MeshReading
@@ -54,7 +55,7 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     pairs = wanted.pairs
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, *sizes_m = _fineness(search.fidelity, reading)
-    facets = facets_of(reading, surface, pairs.obstacle, *sizes_m)
+    facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
     spots = spots_of(facets, light.spot_m)
     at_once = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
     part = (pairs.pose / max(at_once * len(search.tracing.pose), 1.0)).astype(np.int64)

@@ -29,6 +29,7 @@ class Creases:
         normal: (E, 3) unit normal of face 0; angles run from `inwards` over `normal`.
         open_angle_rad: (E,) from face 0 through the open space to face 1: more than pi.
         beside: (E, 2) the facet of the body's skin next to the element on face 0 and on face 1.
+        share: (E,) of its wave that each pair of ends brings: all, or less where face 1 is a mirror image of face 0.
     """
 
     middle_m: Floats
@@ -37,6 +38,7 @@ class Creases:
     normal: Floats
     open_angle_rad: Floats
     beside: Ints
+    share: Floats
 
     def __len__(self) -> int:
         return len(self.middle_m)
@@ -45,7 +47,7 @@ class Creases:
 def no_creases() -> Creases:
     """An empty set."""
     none = np.zeros((0, 3))
-    return Creases(none, none, none, none, np.zeros(0), np.zeros((0, 2), np.int64))
+    return Creases(none, none, none, none, np.zeros(0), np.zeros((0, 2), np.int64), np.zeros(0))
 
 
 def creases_of(
@@ -77,7 +79,8 @@ def creases_of(
         tree.query(np.concatenate([on_edge + INTO_M * into, TURN_M * face], axis=1))[1]
         for into, face in ((inwards, first), (into_second, second))
     ]
-    return Creases(0.5 * (start_m + end_m), along, inwards, first, np.pi + bend, np.stack(beside, axis=1))
+    share = np.ones(len(along))
+    return Creases(0.5 * (start_m + end_m), along, inwards, first, np.pi + bend, np.stack(beside, axis=1), share)
 
 
 def convex_creases(reading: MeshReading) -> Ints:

@@ -1,4 +1,8 @@
-"""Where a smooth surface ends: at an angle, as at the rim of a bin, or tangentially in a panel."""
+"""Where a smooth surface ends, at an angle or tangentially in a panel, and where its curvature changes within it.
+
+The rim of a bin is of the first kind, what a rounded corner runs into of the second, the ring between a post and its
+dome of the third.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
 STEP_M = 0.05  # between points of a border
+CHANGE = 0.5  # of the greater of two curvatures: beyond what cutting a smooth surface into facets makes
+LEAST_1_M = 0.5  # change that matters: it moves the border of a Fresnel zone of 0.1 m by a seventh of the wavelength
 
 
 @dataclass(frozen=True)
@@ -21,8 +27,8 @@ class Border:
         point_m: (B, 3).
         normal: (B, 3) unit normals of the smooth surface there.
         across: (B, 3) unit vectors in the surface at right angles to the border.
-        bend_1_m, lost_1_m: (B,) curvature along the border and across it, 1/m.
-        tangent: (B,) whether the surface runs on smoothly as a plane: only its curvature ends.
+        bend_1_m, lost_1_m: (B,) curvature along the border, and that across it which ends there, 1/m.
+        tangent: (B,) whether the surface runs on smoothly: only its curvature ends.
     """
 
     point_m: Floats
@@ -36,9 +42,53 @@ class Border:
         return len(self.point_m)
 
 
-def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
-    """The border of the smooth surface of a mesh, panels that it runs into included."""
+def borders_of(reading: MeshReading, surface: SmoothSurface) -> tuple[Border, ...]:
+    """The border of the smooth surface of a mesh, panels that it runs into included, and those within; none empty."""
+    return tuple(border for border in (_around(reading, surface), _within(surface)) if len(border))
+
+
+def _around(reading: MeshReading, surface: SmoothSurface) -> Border:
+    """Where the surface ends."""
     facet, side = np.nonzero(surface.neighbor == -1)
+    bend = surface.curvature[facet, side] + surface.curvature[facet, (side + 1) % 3]
+    across = _across(surface, facet, side)
+    lost = 0.5 * np.einsum("bi,bij,bj->b", across, bend, across)
+    return _in_points(surface, facet, side, lost, _smooth(reading)[facet, side])
+
+
+def _within(surface: SmoothSurface) -> Border:
+    """Where the curvature across an edge of the mesh changes by a good part of itself."""
+    facet, side = np.nonzero(surface.neighbor > np.arange(len(surface.neighbor))[:, None])
+    other = surface.neighbor[facet, side]
+    back = np.argmax(surface.neighbor[other] == facet[:, None], axis=1)
+    here, there = _bend_across(surface, facet, side), _bend_across(surface, other, back)
+    change, most = np.abs(here - there), np.maximum(np.abs(here), np.abs(there))
+    rows = np.flatnonzero((change > CHANGE * most) & (change > LEAST_1_M))
+    return _in_points(surface, facet[rows], side[rows], change[rows], np.ones(len(rows), dtype=bool))
+
+
+def _bend_across(surface: SmoothSurface, facet: Ints, side: Ints) -> Floats:
+    """(E,) curvature of facets (E,) at right angles to their sides (E,), from the normals at their corners, 1/m."""
+    one, other, third = (side + k for k in range(3))
+    start, end, apex = (surface.corner_m[facet, each % 3] for each in (one, other, third))
+    normals = [surface.normal[facet, each % 3] for each in (one, other, third)]
+    share = dot(apex - start, end - start) / dot(end - start, end - start)
+    foot = start + share[:, None] * (end - start)
+    at_foot = normals[0] + share[:, None] * (normals[1] - normals[0])
+    reach = apex - foot
+    bend: Floats = dot(normals[2] - at_foot, reach) / dot(reach, reach)
+    return bend
+
+
+def _across(surface: SmoothSurface, facet: Ints, side: Ints) -> Floats:
+    """(E, 3) unit vectors in the surface at right angles to sides (E,) of facets."""
+    start, end = surface.corner_m[facet, side], surface.corner_m[facet, (side + 1) % 3]
+    normal = surface.normal[facet, side] + surface.normal[facet, (side + 1) % 3]
+    return _unit(np.cross(normal, end - start))
+
+
+def _in_points(surface: SmoothSurface, facet: Ints, side: Ints, lost_1_m: Floats, tangent: Flags) -> Border:
+    """Sides (E,) of facets in points."""
     here, there = side, (side + 1) % 3
     start, end = surface.corner_m[facet, here], surface.corner_m[facet, there]
     count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
@@ -48,11 +98,9 @@ def border_of(reading: MeshReading, surface: SmoothSurface) -> Border:
     normal = _unit((1.0 - share) * surface.normal[ends[0], ends[1]] + share * surface.normal[ends[0], ends[2]])
     along = _unit(end[edge] - start[edge])
     bend = 0.5 * (surface.curvature[ends[0], ends[1]] + surface.curvature[ends[0], ends[2]])
-    across = _unit(np.cross(normal, along))
     return Border(
-        (1.0 - share) * start[edge] + share * end[edge], normal, across,
-        np.einsum("bi,bij,bj->b", along, bend, along), np.einsum("bi,bij,bj->b", across, bend, across),
-        _smooth(reading)[facet[edge], side[edge]],
+        (1.0 - share) * start[edge] + share * end[edge], normal, _unit(np.cross(normal, along)),
+        np.einsum("bi,bij,bj->b", along, bend, along), lost_1_m[edge], tangent[edge],
     )  # fmt: skip
 
 

@@ -6,6 +6,8 @@ quadric fits takes the mean of what the facets round it show.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -15,6 +17,8 @@ from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.round_bodies import recognised
 from simulator.surfaces.vertex_fits import fit_quadrics, rings
 
+AHEAD = 0.7  # cosine to an edge of those that lead on from it
+DIAGONAL = 0.96  # of the longest edge: diagonals of facets LONG times longer than wide are 3 % longer than these
 LONG = 4.0  # an edge so many times longer than its vertex's shortest runs along a straight line of the surface
 
 
@@ -31,9 +35,14 @@ def vertex_geometry(
         held: (V,) whether that estimate is exact (the vertex belongs to a flat panel as well).
     """
     pairs = facet[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    held_slope = held | _on_strip(pairs, len(point_m))
+    rim = _on_rim(pairs, len(point_m))
+    held_slope = held | _on_strip(pairs, rim)
     normal, curvature, true = fit_quadrics(point_m, mean_normal, held_slope, rings(pairs, len(point_m)))
-    normal = np.where((true | held_slope)[:, None], normal, _across_long_edges(point_m, pairs, normal, mean_normal))
+    edges = _Edges.of(point_m, pairs)
+    true &= ~(rim & edges.short_beyond())
+    long, along = edges.long()
+    rows = np.flatnonzero(long & ~(true | held_slope))
+    normal[rows], curvature[rows] = _straight(mean_normal[rows], curvature[rows], along[rows])
     refused = np.isnan(curvature[:, 0, 0])
     if refused.any():
         curvature[refused] = _mean_curvature(point_m, facet, normal)[refused]
@@ -48,34 +57,85 @@ def vertex_geometry(
     return normal, curvature
 
 
-def _on_strip(pairs: Ints, count: int) -> Flags:
-    """(count,) vertices that, like all their neighbours, lie on a rim: nothing tells the slope across the strip."""
+def _straight(normal: Floats, curvature: Floats, along: Floats) -> tuple[Floats, Floats]:
+    """Normals (V, 3) and curvatures (V, 3, 3) without a slope or bend along unit vectors (V, 3)."""
+    upright = normal - dot(normal, along)[..., None] * along
+    across = np.eye(3) - along[:, :, None] * along[:, None, :]
+    return upright / norm(upright)[..., None], across @ curvature @ across
+
+
+def _on_rim(pairs: Ints, count: int) -> Flags:
+    """(count,) vertices at which a piece ends."""
     edge, used = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
     rim = np.zeros(count, dtype=bool)
     rim[edge[used == 1].ravel()] = True
+    return rim
+
+
+def _on_strip(pairs: Ints, rim: Flags) -> Flags:
+    """(V,) vertices that, like all their neighbours, lie on a rim: nothing tells the slope across the strip."""
     strip = rim.copy()
-    for a, b in (edge.T, edge.T[::-1]):
+    for a, b in (pairs.T, pairs.T[::-1]):
         strip[a[~rim[b]]] = False
     return strip
 
 
-def _across_long_edges(point_m: Floats, pairs: Ints, normal: Floats, mean_normal: Floats) -> Floats:
-    """(V, 3) mean normals rotated to be at right angles to each vertex's longest edge, where that is much its longest.
+@dataclass(frozen=True)
+class _Edges:
+    """Edges in both directions, from each vertex the shortest first.
 
-    The other normals stay. Where a ball runs into a long fillet no quadric fits, and a small tilt would belly the
-    fillet's long facets; meshes have long edges where the surface is straight along them.
+    Attributes:
+        start: (V + 1,) where those of each vertex begin.
+        to: (E,) vertices that they lead to.
+        away_m, length_m: (E, 3) and (E,) from end to end.
     """
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    edge = point_m[both[:, 1]] - point_m[both[:, 0]]
-    length = norm(edge)
-    order = np.lexsort((length, both[:, 0]))
-    last = np.searchsorted(both[order, 0], np.arange(len(point_m)), "right") - 1
-    first = np.searchsorted(both[order, 0], np.arange(len(point_m)), "left")
-    longest, shortest = order[last], order[first]
-    along = edge[longest] / length[longest, None]
-    rotated = mean_normal - dot(mean_normal, along)[..., None] * along
-    rotated /= norm(rotated)[..., None]
-    return np.where((length[longest] > LONG * length[shortest])[:, None], rotated, normal)
+
+    start: Ints
+    to: Ints
+    away_m: Floats
+    length_m: Floats
+
+    @classmethod
+    def of(cls, point_m: Floats, pairs: Ints) -> _Edges:
+        """Of vertices (V, 3) and pairs of them, each once or more."""
+        count = len(point_m)
+        key = np.unique(np.concatenate([pairs @ [count, 1], pairs @ [1, count]]))
+        one, other = key // count, key % count
+        away = point_m[other] - point_m[one]
+        length = norm(away)
+        order = np.lexsort((length, one))
+        return cls(np.searchsorted(one, np.arange(count + 1)), other[order], away[order], length[order])
+
+    def short_beyond(self) -> Flags:
+        """(V,) vertices beyond whose longest edge those that lead on are much shorter: a straight part ends there.
+
+        The one row of long facets below a dome is straight. A quadric through its foot and the dome's first ring is
+        not: it took the foot for tilted by 4 degrees, which made the corner with the ground 7 dB too loud.
+        """
+        longest = self.start[1:] - 1
+        beyond = self.to[longest]
+        count = self.start[beyond + 1] - self.start[beyond]
+        owner = np.repeat(np.arange(len(beyond)), count)
+        onward = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + self.start[beyond][owner]
+        before, after = longest[owner], onward
+        leads_on = dot(self.away_m[before], self.away_m[after]) > AHEAD * self.length_m[before] * self.length_m[after]
+        most = np.zeros(len(beyond))
+        np.maximum.at(most, owner[leads_on], self.length_m[onward[leads_on]])
+        found: Flags = (most > 0.0) & (LONG * most < self.length_m[longest])
+        return found
+
+    def long(self) -> tuple[Flags, Floats]:
+        """(V,) which vertices have an edge much longer than others, and (V, 3) its direction.
+
+        Where a ball runs into a long fillet no quadric fits, and a small tilt would belly the fillet's long facets;
+        meshes have long edges where the surface is straight along them. Of edges about as long as the longest it is the
+        shortest: the others are diagonals, which a chord bends.
+        """
+        owner = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+        longest = self.length_m[self.start[1:] - 1]
+        about = np.bincount(owner[self.length_m > DIAGONAL * longest[owner]], minlength=len(longest))
+        chosen = self.start[1:] - about
+        return longest > LONG * self.length_m[self.start[:-1]], self.away_m[chosen] / self.length_m[chosen, None]
 
 
 def _mean_curvature(point_m: Floats, facet: Ints, normal: Floats) -> Floats:

@@ -12,7 +12,7 @@ from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
 from simulator.surfaces.patch_ends import patch_ends
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
-from simulator.surfaces.surface_borders import Border, border_of
+from simulator.surfaces.surface_borders import Border, borders_of
 from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
@@ -52,9 +52,9 @@ class World:
     sharp: tuple[Blocker, ...]
 
     @cached_property
-    def borders(self) -> tuple[Border, ...]:
-        """Where each smooth surface ends: asked for only where integrals may take over from rays."""
-        return tuple(border_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
+    def borders(self) -> tuple[tuple[Border, ...], ...]:
+        """Where each smooth surface ends or bends otherwise: asked for only where integrals may take over from rays."""
+        return tuple(borders_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
 
     @cached_property
     def patch_ends(self) -> tuple[Floats, Floats, Ints]:

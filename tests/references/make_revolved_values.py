@@ -1,0 +1,57 @@
+"""Make revolved_values.npz: full-wave echoes of rigid round bodies on rigid ground. Run from the repository root:
+
+python -m tests.references.make_revolved_values    # half an hour on one core
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tests.references.revolved_body import Body, Piece
+
+SPEED_M_S, DAMPING_1_S = 343.0, 400.0
+FREQUENCY_HZ = np.arange(17_500.0, 23_501.0, 200.0)
+GAP_AND_HEIGHT_M = ((0.6, 1.2), (1.0, 1.0), (1.0, 1.35), (1.6, 1.3), (2.4, 1.2), (1.2, 0.45))  # of the speaker
+MICS_M = np.array([[0.02, 0.07, 0.03], [-0.05, -0.06, -0.02]])  # from the speaker
+STORED = Path(__file__).with_name("revolved_values.npz")
+
+MERIDIANS: dict[str, list[Piece]] = {
+    "upright": [Piece((0.15, 0.0), (0.15, 0.5)), Piece((0.15, 0.5), (0.0, 0.5))],
+    "leaning back": [Piece((0.17, 0.0), (0.14, 0.5)), Piece((0.14, 0.5), (0.0, 0.5))],
+    "leaning forward": [Piece((0.14, 0.0), (0.17, 0.5)), Piece((0.17, 0.5), (0.0, 0.5))],
+    "leaning by half a degree": [Piece((0.15, 0.0), (0.1544, 0.5)), Piece((0.1544, 0.5), (0.0, 0.5))],
+    "cone": [Piece((0.16, 0.0), (0.03, 0.5)), Piece((0.03, 0.5), (0.0, 0.5))],
+    "domed": [Piece((0.1, 0.0), (0.1, 0.5)), Piece((0.1, 0.5), (0.0, 0.6), (0.0, 0.5))],
+}
+"""Round bodies on the ground; what closes them below lies on it."""
+
+
+def corners(name: str) -> list[bool]:
+    """Whether the meridian has a corner at its foot, where it meets its image, at its rim and at its top."""
+    foot = name not in ("upright", "domed")
+    return [foot, name != "domed", False]
+
+
+def main() -> None:
+    """Compute and store (6 bodies, 6 speakers, 2 microphones, F) transfer functions at w - j sigma."""
+    found = []
+    for name, meridian in MERIDIANS.items():
+        body = Body.of(meridian, corners(name), FREQUENCY_HZ[-1], SPEED_M_S, ground=True)
+        radius = max(piece.begin[0] for piece in meridian)
+        source = np.array([[-(radius + gap), 0.0, height] for gap, height in GAP_AND_HEIGHT_M])
+        receiver = source[:, None] + MICS_M
+        wavenumber = (2.0 * np.pi * FREQUENCY_HZ - 1j * DAMPING_1_S) / SPEED_M_S
+        transfer = np.stack([body.scattered(source, receiver, k) for k in wavenumber], axis=-1)
+        found.append((source, receiver, transfer))
+        print(name, len(body.point), flush=True)
+    source, receiver, transfer = (np.stack(column) for column in zip(*found, strict=True))
+    np.savez_compressed(
+        STORED, name=np.array(list(MERIDIANS)), frequency_hz=FREQUENCY_HZ, damping_1_s=DAMPING_1_S,
+        speed_m_s=SPEED_M_S, source_m=source, receiver_m=receiver, transfer=transfer,
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
