@@ -1,4 +1,4 @@
-"""Make revolved_values.npz: full-wave echoes of rigid round bodies on rigid ground. Run from the repository root:
+"""Make revolved_values.npz: full-wave echoes of round bodies on rigid ground. Run from the repository root:
 
 python -m tests.references.make_revolved_values    # half an hour on one core
 """
@@ -25,20 +25,23 @@ MERIDIANS: dict[str, list[Piece]] = {
     "cone": [Piece((0.16, 0.0), (0.03, 0.5)), Piece((0.03, 0.5), (0.0, 0.5))],
     "domed": [Piece((0.1, 0.0), (0.1, 0.5)), Piece((0.1, 0.5), (0.0, 0.6), (0.0, 0.5))],
 }
+MERIDIANS["domed and clothed"] = MERIDIANS["domed"]
 """Round bodies on the ground; what closes them below lies on it."""
+REFLECTION = {name: 0.56 if "clothed" in name else 1.0 for name in MERIDIANS}
+"""At normal incidence. Surfaces react locally."""
 
 
 def corners(name: str) -> list[bool]:
     """Whether the meridian has a corner at its foot, where it meets its image, at its rim and at its top."""
-    foot = name not in ("upright", "domed")
-    return [foot, name != "domed", False]
+    return ["leaning" in name or name == "cone", "domed" not in name, False]
 
 
 def main() -> None:
-    """Compute and store (6 bodies, 6 speakers, 2 microphones, F) transfer functions at w - j sigma."""
+    """Compute and store (7 bodies, 6 speakers, 2 microphones, F) transfer functions at w - j sigma."""
     found = []
     for name, meridian in MERIDIANS.items():
-        body = Body.of(meridian, corners(name), FREQUENCY_HZ[-1], SPEED_M_S, ground=True)
+        admittance = (1.0 - REFLECTION[name]) / (1.0 + REFLECTION[name])
+        body = Body.of(meridian, corners(name), FREQUENCY_HZ[-1], SPEED_M_S, True, admittance)
         radius = max(piece.begin[0] for piece in meridian)
         source = np.array([[-(radius + gap), 0.0, height] for gap, height in GAP_AND_HEIGHT_M])
         receiver = source[:, None] + MICS_M

@@ -1,8 +1,8 @@
-"""Full-wave echoes of rigid bodies of revolution, free or on rigid ground: boundary elements, mode by mode.
+"""Full-wave echoes of bodies of revolution, free or on rigid ground: boundary elements, mode by mode.
 
-On a rigid surface, with the normal n into the air (Kirchhoff and Helmholtz),
+On a surface of admittance b re air, 0 if it is rigid, with the normal n into the air (Kirchhoff and Helmholtz),
 
-    p(x) / 2 = p_i(x) + int p(y) dG/dn(x, y) dS,    G = e^{-jkr} / (4 pi r).
+    p(x) / 2 = p_i(x) + int p(y) [dG/dn(x, y) - jk b G(x, y)] dS,    G = e^{-jkr} / (4 pi r).
 
 About the axis everything is a series of cosines, and each term has an equation of its own along the meridian. Ground at
 z = 0 adds G of the mirrored x. Frequencies are complex, w - j sigma: all is damped by e^{-sigma t}, and the equation
@@ -116,11 +116,13 @@ class Body:
         panels: of the meridian.
         modes: terms of the series of cosines.
         ground: whether there is any.
+        admittance: of the body's surface re air, which reacts locally.
     """
 
     panels: list[Panel]
     modes: int
     ground: bool
+    admittance: complex = 0.0
     _angles: dict[int, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -133,12 +135,13 @@ class Body:
 
     @classmethod
     def of(
-        cls, meridian: Sequence[Piece], corners: Sequence[bool], highest_hz: float, speed_m_s: float, ground: bool
-    ) -> Body:
+        cls, meridian: Sequence[Piece], corners: Sequence[bool], highest_hz: float, speed_m_s: float, ground: bool,
+        admittance: complex = 0.0,
+    ) -> Body:  # fmt: skip
         """With as many modes as the highest frequency needs."""
         panels = panels_of(meridian, corners)
         widest = max(float(panel.at(_NODE)[0][:, 0].max()) for panel in panels)
-        return cls(panels, int(2.0 * np.pi * highest_hz / speed_m_s * widest) + SPARE_MODES, ground)
+        return cls(panels, int(2.0 * np.pi * highest_hz / speed_m_s * widest) + SPARE_MODES, ground, admittance)
 
     def scattered(self, source_m: Floats, receiver_m: Floats, wavenumber: complex) -> Complexes:
         """(S, R) what the body adds to the field of S sources (S, 3) at receivers (S, R, 3), free field 1 at 1 m."""
@@ -161,7 +164,7 @@ class Body:
         return out
 
     def _matrix(self, wavenumber: complex) -> Complexes:
-        """(modes, N, N) integrals of dG/dn times the density at each node."""
+        """(modes, N, N) integrals of what stands before the density, at each node."""
         count = len(self.point)
         out = np.zeros((self.modes, count, count), dtype=np.complex128)
         for side, near in zip(self.sides, self.near, strict=True):
@@ -184,8 +187,8 @@ class Body:
         return out
 
     def _kernels(self, x: Floats, y: Floats, normal: Floats, length_m: Floats, wavenumber: complex) -> Complexes:
-        """(P, modes) integrals of dG/dn over the rings through y, by the angle."""
-        out = np.empty((len(x), self.modes), dtype=np.complex128)
+        """(P, modes) integrals of dG/dn - jk b G over the rings through y, by the angle."""
+        out, lost = np.empty((len(x), self.modes), dtype=np.complex128), 1j * wavenumber * self.admittance
         apart = np.maximum(np.linalg.norm(x - y, axis=1), 1e-14)
         first_part = np.pi / self._parts() * np.sqrt(x[:, 0] * y[:, 0])
         halvings = np.clip(np.ceil(np.log2(np.maximum(first_part / apart, 1e-9))) + 1.0, 0, FINEST).astype(int)
@@ -194,7 +197,7 @@ class Body:
             cosines, rows = self._cosines(phi), np.flatnonzero(halvings == level)
             for some in np.array_split(rows, len(rows) * len(phi) // AT_ONCE + 1):
                 real, imag = np.empty((2, len(some), len(phi)))
-                _ring(x[some], y[some], normal[some], length_m[some], wavenumber, half, weight, real, imag)
+                _ring(x[some], y[some], normal[some], length_m[some], wavenumber, lost, half, weight, real, imag)
                 out.real[some], out.imag[some] = real @ cosines, imag @ cosines
         return out
 
@@ -273,8 +276,8 @@ def _interpolation(share: Floats) -> Floats:
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp"})
-def _ring(x, y, normal, length, wavenumber, half, weight, real, imag):
-    """Fill in (P, A) 2 dG/dn times radius, length and weight: half a turn counts twice. Real and imaginary parts."""
+def _ring(x, y, normal, length, wavenumber, lost, half, weight, real, imag):
+    """Fill in (P, A) 2 (dG/dn - lost G) times radius, length and weight: half a turn counts twice; in two parts."""
     for p in range(len(x)):
         across, up = x[p, 0] - y[p, 0], x[p, 1] - y[p, 1]
         scale = length[p] * y[p, 0] / (2.0 * np.pi)
@@ -283,7 +286,8 @@ def _ring(x, y, normal, length, wavenumber, half, weight, real, imag):
             r = np.sqrt(square)
             towards = normal[p, 0] * (across - 2.0 * x[p, 0] * half[a]) + normal[p, 1] * up
             turn, grow = wavenumber.real * r, wavenumber.imag * r
-            size = scale * towards * weight[a] / (square * r) * np.exp(grow)
+            size = scale * weight[a] / r * np.exp(grow)
             c, s = np.cos(turn), np.sin(turn)
-            real[p, a] = size * ((1.0 - grow) * c + turn * s)
-            imag[p, a] = size * (turn * c - (1.0 - grow) * s)
+            towards /= square
+            real[p, a] = size * (towards * ((1.0 - grow) * c + turn * s) - lost.real * c - lost.imag * s)
+            imag[p, a] = size * (towards * (turn * c - (1.0 - grow) * s) - lost.imag * c + lost.real * s)
