@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tests.references.revolved_body import Body, Piece
 
@@ -36,24 +37,25 @@ def corners(name: str) -> list[bool]:
     return ["leaning" in name or name == "cone", "domed" not in name, False]
 
 
+def speakers(name: str) -> NDArray[np.float64]:
+    """(6, 3) where the speaker is, beside the body's widest place."""
+    radius = max(piece.begin[0] for piece in MERIDIANS[name])
+    return np.array([[-(radius + gap), 0.0, height] for gap, height in GAP_AND_HEIGHT_M])
+
+
+def echoes(name: str, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """(6, 2, F) transfer functions from speakers to microphones at w - j sigma."""
+    admittance = (1.0 - REFLECTION[name]) / (1.0 + REFLECTION[name])
+    body = Body.of(MERIDIANS[name], corners(name), FREQUENCY_HZ[-1], SPEED_M_S, True, admittance)
+    source = speakers(name)
+    wavenumber = (2.0 * np.pi * frequency_hz - 1j * DAMPING_1_S) / SPEED_M_S
+    return np.stack([body.scattered(source, source[:, None] + MICS_M, k) for k in wavenumber], axis=-1)
+
+
 def main() -> None:
-    """Compute and store (7 bodies, 6 speakers, 2 microphones, F) transfer functions at w - j sigma."""
-    found = []
-    for name, meridian in MERIDIANS.items():
-        admittance = (1.0 - REFLECTION[name]) / (1.0 + REFLECTION[name])
-        body = Body.of(meridian, corners(name), FREQUENCY_HZ[-1], SPEED_M_S, True, admittance)
-        radius = max(piece.begin[0] for piece in meridian)
-        source = np.array([[-(radius + gap), 0.0, height] for gap, height in GAP_AND_HEIGHT_M])
-        receiver = source[:, None] + MICS_M
-        wavenumber = (2.0 * np.pi * FREQUENCY_HZ - 1j * DAMPING_1_S) / SPEED_M_S
-        transfer = np.stack([body.scattered(source, receiver, k) for k in wavenumber], axis=-1)
-        found.append((source, receiver, transfer))
-        print(name, len(body.point), flush=True)
-    source, receiver, transfer = (np.stack(column) for column in zip(*found, strict=True))
-    np.savez_compressed(
-        STORED, name=np.array(list(MERIDIANS)), frequency_hz=FREQUENCY_HZ, damping_1_s=DAMPING_1_S,
-        speed_m_s=SPEED_M_S, source_m=source, receiver_m=receiver, transfer=transfer,
-    )  # fmt: skip
+    """Compute and store (7 bodies, 6 speakers, 2 microphones, F) transfer functions."""
+    transfer = np.stack([echoes(name, FREQUENCY_HZ) for name in MERIDIANS])
+    np.savez_compressed(STORED, name=np.array(list(MERIDIANS)), frequency_hz=FREQUENCY_HZ, transfer=transfer)
 
 
 if __name__ == "__main__":
