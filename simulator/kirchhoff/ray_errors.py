@@ -7,7 +7,8 @@ of stationary phase: the echo that an endless surface would return, times
 
 with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
 counts as an error as far as it reaches, after the matched filter, into any echo of the obstacle that stands apart from
-louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack.
+louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack. Beside
+louder waves of the rim over other images it counts even if it is under the noise by itself.
 """
 
 from __future__ import annotations
