@@ -25,13 +25,14 @@ from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
 from simulator.surfaces.surface_borders import Border
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest, out_of_rest, rotated
+from simulator.world.corners import TOUCHING_M
+from simulator.world.frames import into_rest, rotated
+from simulator.world.mirrors import gaps_to_others
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
-TOUCHING_M = 2e-3
 UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
 DB_PER_SHARE = 20.0 / np.log(10.0)
 FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
@@ -75,7 +76,7 @@ def _rim_error_db(search: Search, border: Border, pairs: Pairs, echoes: _Echoes)
     beside = (echoes.level[at] * near).max(axis=1, initial=0.0)
     apart = echoes.envelope[at]
     share = np.where(apart >= floor, rim[:, None] * near / np.maximum(apart, floor), 0.0).max(axis=1, initial=0.0)
-    level, length_m = _stacked(len(search.tracing.pose), at, rim, path)
+    level, length_m = _stacked(len(search.tracing.pose), _places(*at), rim, path)
     among = (level[at] * _overlap(path[:, None] - length_m[at])).max(axis=1, initial=0.0)
     share = np.where(among > beside, np.maximum(share, rim / np.maximum(among, floor)), share)
     error = np.where((rim > beside) & (rim >= floor), np.inf, DB_PER_SHARE * share)
@@ -101,30 +102,29 @@ class _Echoes:
     @classmethod
     def of(cls, tracing: Tracing, met: Candidates) -> _Echoes:
         """Those of the candidates, by pose and microphone."""
-        at = met.pose, met.mic
-        level, length = _stacked(len(tracing.pose), at, met.amplitude, met.length_m)
+        where = _places(met.pose, met.mic)
+        level, length = _stacked(len(tracing.pose), where, met.amplitude, met.length_m)
         envelope = level.copy()
         for k in range(level.shape[2]):
             np.maximum(envelope, level[..., k, None] * _overlap(length - length[..., k, None]), out=envelope)
-        return cls(level, length, envelope, envelope[*at, _place(at)])
+        return cls(level, length, envelope, envelope[where])
 
 
-def _stacked(poses: int, at: tuple[Ints, Ints], *columns: Floats) -> list[Floats]:
-    """(N, 2, E) of columns (R,) by pose and microphone (R,); 0 where there are fewer than E."""
-    place = _place(at)
-    stacks = [np.zeros((poses, 2, place.max(initial=-1) + 1)) for _ in columns]
+def _stacked(poses: int, where: tuple[Ints, Ints, Ints], *columns: Floats) -> list[Floats]:
+    """(N, 2, E) of columns (R,) by pose, microphone and number there; 0 where there are fewer than E."""
+    stacks = [np.zeros((poses, 2, where[2].max(initial=-1) + 1)) for _ in columns]
     for stack, column in zip(stacks, columns, strict=True):
-        stack[*at, place] = column
+        stack[where] = column
     return stacks
 
 
-def _place(at: tuple[Ints, Ints]) -> Ints:
-    """(R,) how many there are before each at its pose and microphone (R,)."""
-    key = 2 * at[0] + at[1]
+def _places(pose: Ints, mic: Ints) -> tuple[Ints, Ints, Ints]:
+    """Pose and microphone (R,), and how many there are before each at these."""
+    key = 2 * pose + mic
     order = np.argsort(key, kind="stable")
     place = np.empty(len(key), dtype=np.int64)
     place[order] = np.arange(len(key)) - np.searchsorted(key[order], key[order])
-    return place
+    return pose, mic, place
 
 
 def _overlap(apart_m: Floats) -> Floats:
@@ -184,15 +184,10 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tu
     A tapered bin and its image meet at an angle: both end there. Returns (U, B) whether they stand so at each pose that
     occurs, and (R,) which of these rows is each pose's.
     """
-    mirrors = tracing.mirrors
-    others = np.flatnonzero(mirrors.obstacle != obstacle)
     unique, which = np.unique(pose, return_inverse=True)
     touching = np.zeros((len(unique), len(border)), dtype=bool)
     for row, n in enumerate(unique):
-        frame, normal = tracing.placed[n, obstacle], mirrors.normal[n, others]
-        point = out_of_rest(border.point_m, frame)
-        gap = np.abs(point @ normal.T - mirrors.offset_m[n, others])
-        upright = np.abs(rotated(border.normal, frame[3]) @ normal.T) < UPRIGHT
-        near = np.linalg.norm(point[:, None] - mirrors.center_m[n, others], axis=2) <= mirrors.radius_m[others]
-        touching[row] = ((gap < TOUCHING_M) & upright & near).any(axis=1)
+        gap, normal = gaps_to_others(tracing.mirrors, n, obstacle, border.point_m)
+        upright = np.abs(rotated(border.normal, tracing.placed[n, obstacle, 3]) @ normal.T) < UPRIGHT
+        touching[row] = ((gap < TOUCHING_M) & upright).any(axis=1)
     return touching, which.ravel()

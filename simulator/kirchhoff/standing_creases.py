@@ -18,7 +18,8 @@ from obstaclewatch.support.arrays import Floats, Ints
 from simulator.surfaces.creases import Creases
 from simulator.surfaces.facets import Facets
 from simulator.world.corners import NARROWEST_RAD, TOUCHING_M
-from simulator.world.frames import out_of_rest, rotated
+from simulator.world.frames import rotated
+from simulator.world.mirrors import gaps_to_others
 from simulator.world.world import Tracing
 
 
@@ -27,19 +28,15 @@ def standing_on_mirrors(tracing: Tracing, facets: Facets) -> Facets:
 
     A corner of less than `NARROWEST_RAD` between face and mirror has no wave: sound is reflected in it more than twice.
     """
-    creases, mirrors, frame = facets.creases, tracing.mirrors, tracing.placed[0, facets.obstacle]
-    others = np.flatnonzero(mirrors.obstacle != facets.obstacle)
-    plane = mirrors.normal[0, others]
-    point, along = out_of_rest(creases.middle_m, frame), rotated(creases.along_m, frame[3])
-    reach = np.abs(point @ plane.T - mirrors.offset_m[0, others]) + 0.5 * np.abs(along @ plane.T)
-    near = np.linalg.norm(point[:, None] - mirrors.center_m[0, others], axis=2) <= mirrors.radius_m[others]
-    on = (reach < TOUCHING_M) & near
+    creases, yaw = facets.creases, tracing.placed[0, facets.obstacle, 3]
+    gap, plane = gaps_to_others(tracing.mirrors, 0, facets.obstacle, creases.middle_m)
+    on = gap + 0.5 * np.abs(rotated(creases.along_m, yaw) @ plane.T) < TOUCHING_M
     row = np.flatnonzero(on.any(axis=1))
     if not len(row):
         return facets
     plane = plane[on[row].argmax(axis=1)]
-    up = np.sign(np.sum(rotated(creases.inwards[row], frame[3]) * plane, axis=1))
-    lean = np.arcsin(np.clip(up * np.sum(rotated(creases.normal[row], frame[3]) * plane, axis=1), -1.0, 1.0))
+    up = np.sign(np.sum(rotated(creases.inwards[row], yaw) * plane, axis=1))
+    lean = np.arcsin(np.clip(up * np.sum(rotated(creases.normal[row], yaw) * plane, axis=1), -1.0, 1.0))
     return replace(facets, creases=_with_images(creases, row, 0.5 * np.pi + lean))
 
 

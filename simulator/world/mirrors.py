@@ -57,6 +57,18 @@ def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mi
     )  # fmt: skip
 
 
+def gaps_to_others(mirrors: Mirrors, pose: int, obstacle: int, point_m: Floats) -> tuple[Floats, Floats]:
+    """Distances (B, M) of points of an obstacle, in its rest frame, from the M mirrors of others at a pose.
+
+    Infinite from mirrors that do not reach there. The second result holds the mirrors' (M, 3) normals.
+    """
+    others = np.flatnonzero(mirrors.obstacle != obstacle)
+    point, normal = out_of_rest(point_m, mirrors.frames[pose, obstacle]), mirrors.normal[pose, others]
+    gap = np.abs(point @ normal.T - mirrors.offset_m[pose, others])
+    near = np.linalg.norm(point[:, None] - mirrors.center_m[pose, others], axis=2) <= mirrors.radius_m[others]
+    return np.where(near, gap, np.inf), normal
+
+
 def facing(patches: PlanarPatches, moves: Flags) -> Flags:
     """(P, P) whether patch j may follow patch i: each has some corner in front of the other.
 

@@ -26,8 +26,8 @@ MERIDIANS: dict[str, list[Piece]] = {
     "cone": [Piece((0.16, 0.0), (0.03, 0.5)), Piece((0.03, 0.5), (0.0, 0.5))],
     "domed": [Piece((0.1, 0.0), (0.1, 0.5)), Piece((0.1, 0.5), (0.0, 0.6), (0.0, 0.5))],
 }
-MERIDIANS["domed and clothed"] = MERIDIANS["domed"]
 """Round bodies on the ground; what closes them below lies on it."""
+MERIDIANS["domed and clothed"] = MERIDIANS["domed"]
 REFLECTION = {name: 0.56 if "clothed" in name else 1.0 for name in MERIDIANS}
 """At normal incidence. Surfaces react locally."""
 

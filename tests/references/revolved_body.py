@@ -35,7 +35,15 @@ NEAREST = 2.0**-24  # of a panel: down to here nodes crowd
 FINEST = 40  # halvings of the first part of the angles
 AT_ONCE = 2_000_000  # values of the kernel that are kept
 SPARE_MODES = 14
-_NODE, _WEIGHT = (0.5 * leggauss(ORDER)[0] + 0.5, 0.5 * leggauss(ORDER)[1])
+
+
+def _gauss(order: int) -> tuple[Floats, Floats]:
+    """Nodes and weights on 0 to 1."""
+    node, weight = leggauss(order)
+    return 0.5 * node + 0.5, 0.5 * weight
+
+
+_NODE, _WEIGHT = _gauss(ORDER)
 _BARYCENTRIC = np.array([1.0 / np.prod(np.delete(node - _NODE, i)) for i, node in enumerate(_NODE)])
 
 
@@ -76,7 +84,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Nodes:
-    """P pairs of a point x and an element at y, of which one density at node `column` of the meridian is a part.
+    """P pairs of a point x and an element at y, where the densities at a panel's nodes make one.
 
     Attributes:
         row, panel: (P,) number of x, and the panel of y.
@@ -210,7 +218,7 @@ class Body:
         if halvings not in self._angles:
             cuts = np.linspace(0.0, np.pi, self._parts() + 1)
             cuts = np.concatenate([[0.0], cuts[1] * 0.5 ** np.arange(halvings, 0, -1), cuts[1:]])
-            node, weight = (0.5 * leggauss(ANGLES)[0] + 0.5, 0.5 * leggauss(ANGLES)[1])
+            node, weight = _gauss(ANGLES)
             size = np.diff(cuts)[:, None]
             phi = (cuts[:-1, None] + size * node).ravel()
             self._angles[halvings] = np.sin(0.5 * phi) ** 2, phi, (size * weight).ravel()

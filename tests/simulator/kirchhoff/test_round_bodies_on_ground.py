@@ -24,11 +24,8 @@ from tests.references.revolved_body import Body, Piece
 REACH_S = 2.4e-3  # the stored frequencies repeat after 5 ms
 GROUND = trimesh.creation.box(bounds=[[-20.0, -20.0, -0.1], [20.0, 20.0, 0.0]])
 LIMITS = {"standard": (0.35, 1.3), "auto": (0.2, 0.7), "reference": (0.12, 0.4)}  # dB, samples
-FAINT = {
-    "standard": (1.4, 9.0),
-    "auto": (0.5, 3.5),
-    "reference": (0.6, 3.0),
-}  # the cone's, 27 to 36 dB under a mirror's
+# of the cone's echoes, 27 to 36 dB under a mirror's
+FAINT = {"standard": (1.4, 9.0), "auto": (0.5, 3.5), "reference": (0.6, 3.0)}
 
 
 @cache
