@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -98,8 +99,8 @@ def _fitted(every: Examples, learned_from: Ints, usual: Floats, spread: Floats, 
     rng = np.random.default_rng(seed)
     numbers = torch.from_numpy(scaled(examples.evidence, usual, spread))
     collides = torch.from_numpy(examples.collides.astype(np.float32))
-    weight = examples.weights()
-    weight = torch.from_numpy((weight / weight.mean()).astype(np.float32))
+    each = examples.weights()
+    weight = torch.from_numpy((each / each.mean()).astype(np.float32))
     net = _Net(numbers.shape[1])
     optimizer = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=WEIGHT_DECAY)
     steps = EPOCHS * (-(-len(examples) // BATCH))
@@ -136,7 +137,7 @@ def _varied(pictures: Singles, rng: np.random.Generator) -> Singles:
 
 
 def _as_network(net: _Net) -> Network:
-    def plain(values: torch.Tensor) -> Singles:
+    def plain(values: Any) -> Singles:
         found: Singles = values.detach().numpy().copy()
         return found
 

@@ -32,6 +32,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to its -3 dB points, 6.3 cm of range apart
+UNFELT = 23.0  # of (x / PULSE_M)^2: beyond, an echo leaves less than 1e-10
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
 UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
 DB_PER_SHARE = 20.0 / np.log(10.0)
@@ -72,12 +73,11 @@ def _rim_error_db(search: Search, border: Border, pairs: Pairs, echoes: _Echoes)
     audible, at = search.audible, (pairs.pose, pairs.mic)
     floor = max(audible.floor, FAINT_GAIN * min(search.fidelity.tolerance_db / TOLERATED_DB, 1.0))
     rim, path = _rim_echo(search.tracing, border, pairs, search.wavenumber_1_m)
-    near = _overlap(path[:, None] - echoes.length_m[at])
-    beside = (echoes.level[at] * near).max(axis=1, initial=0.0)
-    apart = echoes.envelope[at]
-    share = np.where(apart >= floor, rim[:, None] * near / np.maximum(apart, floor), 0.0).max(axis=1, initial=0.0)
+    beside = _reaching(echoes.level, echoes.length_m, path, *at)  # type: ignore[call-arg]
+    apart = np.where(echoes.envelope >= floor, 1.0 / np.maximum(echoes.envelope, floor), 0.0)
+    share = rim * _reaching(apart, echoes.length_m, path, *at)  # type: ignore[call-arg]
     level, length_m = _stacked(len(search.tracing.pose), _places(*at), rim, path)
-    among = (level[at] * _overlap(path[:, None] - length_m[at])).max(axis=1, initial=0.0)
+    among = _reaching(level, length_m, path, *at)  # type: ignore[call-arg]
     share = np.where(among > beside, np.maximum(share, rim / np.maximum(among, floor)), share)
     error = np.where((rim > beside) & (rim >= floor), np.inf, DB_PER_SHARE * share)
     received = (path <= audible.limit_m) & (np.maximum(among, beside) >= floor)
@@ -104,10 +104,9 @@ class _Echoes:
         """Those of the candidates, by pose and microphone."""
         where = _places(met.pose, met.mic)
         level, length = _stacked(len(tracing.pose), where, met.amplitude, met.length_m)
-        envelope = level.copy()
-        for k in range(level.shape[2]):
-            np.maximum(envelope, level[..., k, None] * _overlap(length - length[..., k, None]), out=envelope)
-        return cls(level, length, envelope, envelope[where])
+        at_rays = _reaching(level, length, met.length_m, met.pose, met.mic)  # type: ignore[call-arg]
+        (envelope,) = _stacked(len(tracing.pose), where, at_rays)
+        return cls(level, length, envelope, at_rays)
 
 
 def _stacked(poses: int, where: tuple[Ints, Ints, Ints], *columns: Floats) -> list[Floats]:
@@ -127,9 +126,16 @@ def _places(pose: Ints, mic: Ints) -> tuple[Ints, Ints, Ints]:
     return pose, mic, place
 
 
-def _overlap(apart_m: Floats) -> Floats:
-    """How much of an echo's peak is left, after the matched filter, at a path by so much longer or shorter."""
-    return np.exp(-((apart_m / PULSE_M) ** 2))
+@compiled
+def _reaching(level, length_m, path_m, pose, mic):
+    """(R,) the most that any of E echoes (N, 2, E) leaves, after the matched filter, at a path (R,) of its own."""
+    most = np.zeros(len(path_m))
+    for r in range(len(path_m)):
+        for e in range(level.shape[2]):
+            apart = (path_m[r] - length_m[pose[r], mic[r], e]) / PULSE_M
+            if apart * apart < UNFELT and level[pose[r], mic[r], e] > most[r]:
+                most[r] = max(most[r], level[pose[r], mic[r], e] * np.exp(-(apart * apart)))
+    return most
 
 
 def _rim_echo(tracing: Tracing, border: Border, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
