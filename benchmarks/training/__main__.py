@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from benchmarks.runs.store import write_atomically
-from benchmarks.training.examples import Examples, examples_of, joined, numbered
+from benchmarks.training.examples import APART, Examples, examples_of
 from benchmarks.training.fit import (
     FALSE_COST,
     IN_TIME_M,
@@ -33,8 +33,6 @@ MIXED_SHARE = 0.3
 """Of the walks; the others have the recipe `paper`."""
 SHOWN_BEEPS = 40
 """Of held-out walks, whose pictures are kept to show that the weights are those of the card."""
-APART = 2**32
-"""Between numbers of walks of two recipes, which are seeds below it; whole folds, so that equal seeds share one."""
 
 
 @click.command()
@@ -51,14 +49,13 @@ def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, ta
     """Simulate walks of the development split, learn the probability of a collision, and write it with its card."""
     wanted = {recipe: development_cells(recipe, SEEDS["learned"][recipe], n) for recipe, n in shared(walks).items()}
     others = {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
-    learned = joined(
-        numbered(examples_of(with_people_drawn(cells), receptions, jobs, folder / "learned"), APART * k)
-        for k, cells in enumerate(wanted.values())
-    )
+    learned = examples_of(list(map(with_people_drawn, wanted.values())), receptions, jobs, folder / "learned")
     model = model_of(learned, jobs)
     model.write(output)
     count = {recipe: len(cells) for recipe, cells in wanted.items()}
-    unseen = {recipe: examples_of(cells, receptions, jobs, folder / "held-out") for recipe, cells in others.items()}
+    unseen = {
+        recipe: examples_of([cells], receptions, jobs, folder / "held-out" / recipe) for recipe, cells in others.items()
+    }
     text = json.dumps(card(model, count, unseen), indent=1) + "\n"
     write_atomically(output.with_suffix(".json"), text)
     if table is not None:

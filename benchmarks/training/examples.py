@@ -8,13 +8,17 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
+from numpy.typing import NDArray
 
 from benchmarks.cells.spec import Cell
 from benchmarks.training.walks import recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
 from obstaclewatch.support.whole_file import whole_file
+from obstaclewatch.tracking.approach_picture import SHAPE
 from obstaclewatch.tracking.detector import FARTHEST_M
 
+APART = 2**32
+"""Between numbers of walks of two parts, which are seeds below it; whole folds, so that equal seeds share one."""
 FOLDS = 4
 """Parts of the walks, each of which one network does not learn from; walks of one seed are in one part."""
 SETTLING_BEEPS = 8
@@ -86,19 +90,20 @@ def joined(parts: Iterable[Examples]) -> Examples:
     return Examples(*(np.concatenate([getattr(p, name) for p in kept]) for name in Examples.__annotations__))
 
 
-def numbered(examples: Examples, first: int) -> Examples:
-    """The same, with a number added to those of the walks."""
-    return replace(examples, walk=examples.walk + first)
+def examples_of(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, folder: Path) -> Examples:
+    """Examples of walks in several parts, whose numbers lie `APART`.
 
-
-def examples_of(cells: Sequence[Cell], receptions: int, jobs: int, folder: Path) -> Examples:
-    """Examples of walks; each walk's are kept in a file, so that what is interrupted goes on from there."""
+    Each walk's are kept in a file, so that what is interrupted goes on from there. All pictures stay on disk, in one
+    file more: those of 10,000 walks take 18 GB.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    work = (delayed(_of_walk)(cell, receptions, folder) for cell in cells)
-    return joined(Parallel(n_jobs=jobs)(work))
+    paths = Parallel(n_jobs=jobs)(delayed(_kept)(cell, receptions, folder) for part in parts for cell in part)
+    numbers = [cell.seed + APART * k for k, part in enumerate(parts) for cell in part]
+    return _gathered(paths, numbers, folder / "pictures.npy")
 
 
-def _of_walk(cell: Cell, receptions: int, folder: Path) -> Examples:
+def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
+    """The file of a walk's examples, which is made if it is not there."""
     path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
     if not path.exists():
         walk = recorded(cell)
@@ -106,9 +111,25 @@ def _of_walk(cell: Cell, receptions: int, folder: Path) -> Examples:
         kept = joined(parts)
         with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
             np.savez(file, **{name: getattr(kept, name) for name in Examples.__annotations__})
-    with np.load(path) as stored:
-        found = Examples(**stored)
-    return replace(found, walk=np.full(len(found), cell.seed, dtype=np.int64))
+    return path
+
+
+def _gathered(paths: Sequence[Path], numbers: Sequence[int], pictures_path: Path) -> Examples:
+    """The examples of all files, under the numbers of their walks, with their pictures in a file of that name."""
+    told: dict[str, list[NDArray]] = {name: [] for name in Examples.__annotations__ if name not in ("walk", "pictures")}
+    for path in paths:
+        with np.load(path) as stored:
+            for name, parts in told.items():
+                parts.append(stored[name])
+    size = [len(part) for part in told["reception"]]
+    with whole_file(pictures_path, lasting=False) as partial:
+        pictures = np.lib.format.open_memmap(partial, "w+", np.dtype(np.float16), (sum(size), *SHAPE))
+        for path, last, count in zip(paths, np.cumsum(size), size, strict=True):
+            with np.load(path) as stored:
+                pictures[last - count : last] = stored["pictures"]
+    columns = {name: np.concatenate(parts) for name, parts in told.items()}
+    columns["walk"] = np.repeat(np.array(numbers, dtype=np.int64), size)
+    return Examples(**columns, pictures=np.load(pictures_path, mmap_mode="r"))
 
 
 def _of_reception(collides: bool, left_m: Floats, evidence: Floats, pictures: Halves, reception: int) -> Examples:

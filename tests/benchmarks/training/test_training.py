@@ -14,8 +14,8 @@ from scipy.special import expit, logit
 
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import list_suites, load_suite
-from benchmarks.training.__main__ import APART, HELD_OUT, SEEDS, WALKS, card, main, read_table, shared, write_table
-from benchmarks.training.examples import FOLDS, Examples, examples_of
+from benchmarks.training.__main__ import HELD_OUT, SEEDS, WALKS, card, main, read_table, shared, write_table
+from benchmarks.training.examples import APART, FOLDS, Examples, examples_of
 from benchmarks.training.fit import alerts_by, calibration, distances_left, rates, stated, with_thresholds
 from benchmarks.training.walks import development_cells, with_people_drawn
 from obstaclewatch.tracking.approach_picture import SHAPE
@@ -123,7 +123,7 @@ def test_from_scratch_the_same_again(tmp_path):
 
 def test_a_walk_gives_examples_and_a_card(tmp_path):
     """All of it but the learning, which needs PyTorch."""
-    found = examples_of(development_cells("paper", SEEDS["learned"]["paper"], 1), 2, 1, tmp_path)
+    found = examples_of([development_cells("paper", SEEDS["learned"]["paper"], 1)], 2, 1, tmp_path)
     assert found.pictures.shape == (len(found), *SHAPE)
     assert found.pictures.any(axis=(1, 2, 3)).all()
     assert set(found.reception) == {0, 1}
