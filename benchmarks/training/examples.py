@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -84,10 +84,9 @@ class Examples:
         return found
 
 
-def joined(parts: Iterable[Examples]) -> Examples:
+def _joined(parts: Sequence[Examples]) -> Examples:
     """All of them in one."""
-    kept = list(parts)
-    return Examples(*(np.concatenate([getattr(p, name) for p in kept]) for name in Examples.__annotations__))
+    return Examples(*(np.concatenate([getattr(p, name) for p in parts]) for name in Examples.__annotations__))
 
 
 def examples_of(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, folder: Path) -> Examples:
@@ -108,7 +107,7 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
     if not path.exists():
         walk = recorded(cell)
         parts = [_of_reception(walk.collides, walk.left_m, *seen_at_beeps(walk, k), k) for k in range(receptions)]
-        kept = joined(parts)
+        kept = _joined(parts)
         with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
             np.savez(file, **{name: getattr(kept, name) for name in Examples.__annotations__})
     return path

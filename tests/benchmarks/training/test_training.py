@@ -123,10 +123,14 @@ def test_from_scratch_the_same_again(tmp_path):
 
 def test_a_walk_gives_examples_and_a_card(tmp_path):
     """All of it but the learning, which needs PyTorch."""
-    found = examples_of([development_cells("paper", SEEDS["learned"]["paper"], 1)], 2, 1, tmp_path)
+    cells = development_cells("paper", SEEDS["learned"]["paper"], 1)
+    found = examples_of([cells], 2, 1, tmp_path)
     assert found.pictures.shape == (len(found), *SHAPE)
     assert found.pictures.any(axis=(1, 2, 3)).all()
     assert set(found.reception) == {0, 1}
+    twice = examples_of([cells, cells], 2, 1, tmp_path)
+    assert (twice.walk == np.repeat([cells[0].seed, cells[0].seed + APART], len(found))).all()
+    assert (twice.pictures == np.concatenate([found.pictures, found.pictures])).all()
     model = collision_model()
     entry = card(model, {"paper": 1}, {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
