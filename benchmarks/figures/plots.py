@@ -25,7 +25,7 @@ class Line:
 
     Attributes:
         label: in the legend; lines of one label share an entry, an empty one has none.
-        key: colour: a detector's name, "paper", "muted", or a digit for the palette.
+        key: colour: the name of a detector or a category, "paper", "muted", or a digit for the palette.
         x, y: (n,) values.
         style: how it is drawn.
         low, high: (n,) ends of the whiskers; empty without.

@@ -54,7 +54,7 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     reach = float(np.sqrt(2.0 * REACH_RAD / search.wavenumber_1_m))
     segments = _segments(found[rows])
     frame = placed[found.pose[rows[segments.ray]]][:, parts.obstacle]
-    segment, part = np.nonzero(_near(segments, frame, parts.box_m, reach))
+    segment, part = map(np.ascontiguousarray, np.nonzero(_near(segments, frame, parts.box_m, reach)))
     seen = _at_rest(segments[segment], frame[segment, part])
     shaded, ray = np.unique(seen.ray, return_inverse=True)
     wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s

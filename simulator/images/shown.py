@@ -16,7 +16,7 @@ def shown(tracing: Tracing, images: Images, obstacle: int, beside_m: float) -> F
     Args:
         beside_m: how far outside its rectangle a mirror is still taken to show something.
     """
-    frame = tracing.placed[:, obstacle]
+    frame = np.ascontiguousarray(tracing.placed[:, obstacle])
     return _shown(
         tracing.mirrors, images.pose, images.order, images.sequence, images.point_m, frame, beside_m
     )  # type: ignore[call-arg]  # fmt: skip

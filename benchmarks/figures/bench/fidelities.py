@@ -124,10 +124,10 @@ def _measured(every: dict[str, Price]) -> dict[str, Price]:
 def _curves(error: Error, levels: dict[str, Price], by_category: dict[str, dict[str, Price]]) -> Panel:
     """A category's error over its cost from level to level, levels named at their cost over all."""
     lines: list[Line] = []
-    for key, (category, measured) in enumerate(by_category.items()):
+    for category, measured in by_category.items():
         kept = [measured[name] for name in levels if name in measured]
         x, y = np.array([_cost_ms(price) for price in kept]), np.array([error.of(price) for price in kept])
-        lines += [Line(category, str(key), x, y), Line(category, str(key), x, y, "points")]
+        lines += [Line(category, category, x, y), Line(category, category, x, y, "points")]
     guides = tuple(Guide("x", _cost_ms(price), name) for name, price in levels.items())
     return Panel(
         "levels", "processor time a pose, ms", error.words, tuple(lines), guides, log="xy",
@@ -142,7 +142,7 @@ def _rows_of(error: Error, title: str, settings: dict[str, str], by_series: dict
         at = {k: measured[name] for k, name in enumerate(settings) if name in measured}
         x = np.array([error.of(price) for price in at.values()])
         aside = 0.12 * (key - 0.5 * (len(by_series) - 1))
-        lines.append(Line(series, "muted" if series == "all" else str(key), x, np.array(list(at)) + aside, "points"))
+        lines.append(Line(series, "muted" if series == "all" else series, x, np.array(list(at)) + aside, "points"))
     return Panel(
         title, error.words, "", tuple(lines), log="x", x_range=(0.8 * error.least, 1.2 * error.most),
         ticks=tuple(settings.values()), flat=True, width_in=2.4,

@@ -12,12 +12,14 @@ import pandas as pd
 from matplotlib.figure import Figure as Canvas
 
 from benchmarks.figures.plots import Figure
+from scenes.obstacles import CATEGORIES
 
 INK, MUTED, HAIR = "#1d2430", "#6a7280", "#d5d9e0"
 PAPER_INK = "#b4432f"
-_COLOURS = {"PaperDetector": "#2c5f8a", "TrackingDetector": "#1f8a70", "DistanceOnlyDetector": "#b9822b"}
 PALETTE = ("#2c5f8a", "#d08a2e", "#1f8a70", "#7a5195", "#6b4f3a", "#5b9bd5", "#9aa331")
 """For series that are no detectors; told apart also in grey and by the colour-blind."""
+_DETECTORS = {"PaperDetector": "#2c5f8a", "TrackingDetector": "#1f8a70", "DistanceOnlyDetector": "#b9822b"}
+_COLOURS = _DETECTORS | dict(zip(CATEGORIES, PALETTE, strict=False))
 _SPARE = ("#7a5195", "#5d7052", "#8c564b")
 
 _STYLE: dict[str, Any] = {
@@ -58,12 +60,12 @@ def house_style() -> Iterator[None]:
 
 
 def colour(key: str) -> str:
-    """The colour of a detector: the same in every figure."""
+    """The colour of a detector or a category of obstacles: the same in every figure."""
     return _COLOURS.get(key) or _SPARE[sum(key.encode()) % len(_SPARE)]
 
 
 def series_colour(key: str) -> str:
-    """The colour of a line: "paper", "muted", "ink", a digit of the palette, or a detector's."""
+    """The colour of a line: "paper", "muted", "ink", a digit of the palette, or what `colour` knows."""
     fixed = {"paper": PAPER_INK, "muted": MUTED, "ink": INK, "on image": "#ff6b4a", "on image too": "#58c4ff"}
     return fixed.get(key) or (PALETTE[int(key) % len(PALETTE)] if key.isdigit() else colour(key))
 

@@ -55,13 +55,13 @@ def crest_shapes(run: RunData) -> PlotFigure:
             lines.append(
                 Line(
                     f"{name}, radius {100 * radius:.0f} cm: {words}",
-                    str(k),
+                    name,
                     np.array(signal["range_m"][k]),
                     np.array(signal["level_db"][k], dtype=float),
                 )
             )
             said.append(f"{name} {words}")
-        guides = [Guide("x", range_m, "", str(k)) for k, range_m in enumerate(signal.get("true_m", ()))]
+        guides = [Guide("x", at, "", name) for at, name in zip(signal["true_m"], signal["things"], strict=True)]
         where = " at 2 m"
     panel = Panel("", "range, m", "level re direct sound, dB", tuple(lines), tuple(guides), width_in=5.6)
     return PlotFigure(
@@ -77,13 +77,13 @@ def crest_shapes(run: RunData) -> PlotFigure:
 def crest_against_distance(run: RunData) -> PlotFigure:
     """Figure 12: crest width while the walker comes nearer."""
     lines, said = [], []
-    for k, signal in enumerate(signals_of(run, "approach")):
+    for signal in signals_of(run, "approach"):
         true = np.array(signal["true_m"], dtype=float)
         width = np.array(signal["crest_samples"], dtype=float)
         near, far = (
             np.nanmedian(width[part]) if np.isfinite(width[part]).any() else np.nan for part in (true < 2.0, true > 3.5)
         )
-        lines.append(Line(signal["category"], str(k), true, width, "points"))
+        lines.append(Line(signal["category"], signal["category"], true, width, "points"))
         said.append(f"{signal['category']} {far:.0f} beyond 3.5 m and {near:.0f} within 2 m")
     if lines:
         lines.append(_trend(lines))

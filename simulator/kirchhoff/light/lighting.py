@@ -71,7 +71,7 @@ def lit_facets(
     lit = _spot_by_spot(tracing, facets, spots, views, between)
     wanted = spots.around(np.logical_or.reduce(lit, axis=0))
     wanted[spots.of_facet[facets.creases.beside]] = True
-    facets, spots, lit = facets[wanted[spots.of_facet]], spots.of(wanted), lit[:, wanted]
+    facets, spots, lit = facets[wanted[spots.of_facet]], spots.of(wanted), lit.compress(wanted, axis=1)
     if len(spots.facet) == len(facets):
         return facets, lit[:, spots.of_facet], renumbered[number]
     state = _said(tracing, facets, spots, views, lit)
