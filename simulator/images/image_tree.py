@@ -17,7 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.wedges import Wedges
-from simulator.world.mirrors import BORDER_M, Mirrors
+from simulator.world.mirrors import FLUSH_M, Mirrors
 
 ROUNDING_M = 1e-5  # crossings this far outside a mirror's rectangle are tried: those on its border count
 PENUMBRA_M = 0.4  # and those of paths to edges, which reach into shadows: 8 cm of detour where both ends are 2 m away
@@ -290,7 +290,7 @@ def _beyond(mirrors, n, p, image, ends):
     """Whether some of an edge lies beyond a mirror as its image sees it."""
     normal, offset = mirrors.normal[n, p], mirrors.offset_m[n, p]
     side = -1.0 if dot(image, normal) - offset > 0.0 else 1.0
-    return max(side * (dot(ends[0], normal) - offset), side * (dot(ends[1], normal) - offset)) > BORDER_M
+    return max(side * (dot(ends[0], normal) - offset), side * (dot(ends[1], normal) - offset)) > FLUSH_M
 
 
 @inlined

@@ -35,6 +35,7 @@ PULSE_M = 0.107  # of path: exp(-(x / this)^2) is the compressed Hann chirp to i
 UNFELT = 23.0  # of (x / PULSE_M)^2: beyond, an echo leaves less than 1e-10
 MOST = 0.5  # of an endless surface's echo: what its rim returns at the most, with the mirror point on it
 UPRIGHT = 1e-3  # sine of the lean: over a Fresnel zone (0.24 m at 7 m) the image is off by twice that, lambda / 35
+LYING = 1.0 - UPRIGHT  # cosine: so a bin's bottom lies on the ground
 DB_PER_SHARE = 20.0 / np.log(10.0)
 FAINT_GAIN = 1e-3  # -60 dB re 1 m, under the noise of a quiet street: what is weaker stays rays
 TOLERATED_DB = 0.5  # from which tolerance on a rim may be as loud as that before it counts; less in proportion
@@ -185,7 +186,8 @@ def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:
 
 
 def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tuple[Flags, Ints]:
-    """Points of the border that stand upright on another obstacle: its image continues the surface there.
+    """Points of the border where another obstacle touches the surface: that stands upright on it, so that its image
+    continues it, or lies flat on it.
 
     A tapered bin and its image meet at an angle: both end there. Returns (U, B) whether they stand so at each pose that
     occurs, and (R,) which of these rows is each pose's.
@@ -194,6 +196,6 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tu
     touching = np.zeros((len(unique), len(border)), dtype=bool)
     for row, n in enumerate(unique):
         gap, normal = gaps_to_others(tracing.mirrors, n, obstacle, border.point_m)
-        upright = np.abs(rotated(border.normal, tracing.placed[n, obstacle, 3]) @ normal.T) < UPRIGHT
-        touching[row] = ((gap < TOUCHING_M) & upright).any(axis=1)
+        cosine = np.abs(rotated(border.normal, tracing.placed[n, obstacle, 3]) @ normal.T)
+        touching[row] = ((gap < TOUCHING_M) & ((cosine < UPRIGHT) | (cosine > LYING))).any(axis=1)
     return touching, which.ravel()

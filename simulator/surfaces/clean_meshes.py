@@ -27,10 +27,20 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     apart = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
     merged = apart.copy()
     merged.merge_vertices(merge_tex=True, merge_norm=True)
-    copy = apart if _is_closed(apart) and not _is_closed(merged) else merged
+    copy = merged
+    if not _is_closed(merged):
+        copy = next(filter(_is_closed, (apart, _in_parts(merged))), merged)
     copy.update_faces(with_area(copy))
     copy.remove_unreferenced_vertices()
     return copy
+
+
+def _in_parts(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A mesh with vertices of its own for all facets that hang together over edges of two: soups of touching bodies."""
+    label = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    corners = np.column_stack([np.repeat(label, 3), mesh.faces.ravel()])
+    own, faces = np.unique(corners, axis=0, return_inverse=True)
+    return trimesh.Trimesh(mesh.vertices[own[:, 1]], faces.reshape(-1, 3), process=False)
 
 
 def _is_closed(mesh: trimesh.Trimesh) -> bool:

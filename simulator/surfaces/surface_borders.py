@@ -1,7 +1,7 @@
 """Where a smooth surface ends, at an angle or tangentially in a panel, and where its curvature changes within it.
 
 The rim of a bin is of the first kind, what a rounded corner runs into of the second, the ring between a post and its
-dome of the third.
+dome of the third. Planes that end at a smooth surface, such as the face of a drum, end there as it does.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ LEAST_1_M = 0.5  # change that matters: it moves the border of a Fresnel zone of
 
 @dataclass(frozen=True)
 class Border:
-    """The border of a smooth surface in points, rest frame.
+    """The border of a smooth surface, or of the planes that end at it, in points, rest frame.
 
     Attributes:
         point_m: (B, 3).
-        normal: (B, 3) unit normals of the smooth surface there.
+        normal: (B, 3) unit normals of the surface there.
         across: (B, 3) unit vectors in the surface at right angles to the border.
         bend_1_m, lost_1_m: (B,) curvature along the border, and that across it which ends there, 1/m.
         tangent: (B,) whether the surface runs on smoothly: only its curvature ends.
@@ -43,8 +43,10 @@ class Border:
 
 
 def borders_of(reading: MeshReading, surface: SmoothSurface) -> tuple[Border, ...]:
-    """The border of the smooth surface of a mesh, panels that it runs into included, and those within; none empty."""
-    return tuple(border for border in (_around(reading, surface), _within(surface)) if len(border))
+    """The border of the smooth surface of a mesh, panels that it runs into included, those within, and those of planes
+    that end at it; none empty."""
+    found = _around(reading, surface), _within(surface), _of_planes(reading)
+    return tuple(border for border in found if len(border))
 
 
 def _around(reading: MeshReading, surface: SmoothSurface) -> Border:
@@ -65,6 +67,31 @@ def _within(surface: SmoothSurface) -> Border:
     change, most = np.abs(here - there), np.maximum(np.abs(here), np.abs(there))
     rows = np.flatnonzero((change > CHANGE * most) & (change > LEAST_1_M))
     return _in_points(surface, facet[rows], side[rows], change[rows], np.ones(len(rows), dtype=bool))
+
+
+def _of_planes(reading: MeshReading) -> Border:
+    """Where planes end at the smooth surface, at an angle."""
+    mesh = reading.mesh
+    facets = np.concatenate([mesh.face_adjacency, mesh.face_adjacency[:, ::-1]])
+    sharp = ~_rows_in(facets, reading.smooth_edges, len(mesh.faces))
+    rows = np.flatnonzero(sharp & (reading.patch[facets[:, 0]] >= 0) & reading.curved[facets[:, 1]])
+    ends = np.tile(mesh.face_adjacency_edges, (2, 1))[rows]
+    start, end = (np.asarray(mesh.vertices)[each] for each in ends.T)
+    edge, share = _divided(start, end)
+    normal = np.asarray(mesh.face_normals)[facets[rows[edge], 0]]
+    flat = np.zeros(len(edge))
+    return Border(
+        start[edge] + share * (end - start)[edge], normal, _unit(np.cross(normal, (end - start)[edge])), flat, flat,
+        np.zeros(len(edge), dtype=bool),
+    )  # fmt: skip
+
+
+def _divided(start: Floats, end: Floats) -> tuple[Ints, Floats]:
+    """Edges from (E, 3) to (E, 3) in points: (B,) the edge of each, and (B, 1) how far along it is."""
+    count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), count)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[edge]
+    return edge, share[:, None]
 
 
 def _bend_across(surface: SmoothSurface, facet: Ints, side: Ints) -> Floats:
@@ -91,9 +118,7 @@ def _in_points(surface: SmoothSurface, facet: Ints, side: Ints, lost_1_m: Floats
     """Sides (E,) of facets in points."""
     here, there = side, (side + 1) % 3
     start, end = surface.corner_m[facet, here], surface.corner_m[facet, there]
-    count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
-    edge = np.repeat(np.arange(len(facet)), count)
-    share = ((np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[edge])[:, None]
+    edge, share = _divided(start, end)
     ends = facet[edge], here[edge], there[edge]
     normal = _unit((1.0 - share) * surface.normal[ends[0], ends[1]] + share * surface.normal[ends[0], ends[2]])
     along = _unit(end[edge] - start[edge])

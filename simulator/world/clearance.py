@@ -26,7 +26,8 @@ def check_poses(tracing: Tracing) -> None:
     """Refuse poses in which the phone has no room.
 
     Raises:
-        ValueError: a transducer is inside a closed body, or an obstacle stands between the speaker and a microphone.
+        ValueError: a transducer is inside a closed body or outside of a room, or an obstacle stands between the speaker
+            and a microphone.
     """
     points = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     for index in _at_rest_or_drifting(tracing):
@@ -87,16 +88,27 @@ def _check_between(tracing: Tracing, mic: int, speaker_m: Floats, mic_m: Floats)
 
 
 def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
-    """Refuse a transducer inside an obstacle: asked of those in the box round a closed one, one by one."""
-    obstacle, origin = tracing.world.obstacles[index], tracing.world.origin_m
+    """Refuse a transducer inside an obstacle: asked of those in the box round a closed one, one by one.
+
+    A mesh wound inwards is a room. From outside of it nothing would echo.
+    """
+    obstacle, origin, reading = tracing.world.obstacles[index], tracing.world.origin_m, tracing.world.skins[index][0]
+    if not reading.closed:
+        return
     local = into_rest(points_m, tracing.placed[:, None, index])
     low, high = np.asarray(obstacle.mesh.bounds) - origin
+    if reading.mesh.volume < 0.0:
+        outside = np.argwhere(~((local > low - TOUCHING_M) & (local < high + TOUCHING_M)).all(axis=2))
+        for n, which in outside[:1]:
+            raise ValueError(
+                f"the phone must be inside of a body that is wound inwards, as a room is, got {TRANSDUCERS[which]} "
+                f"outside of '{obstacle.name}' {_when(tracing.time_s, n)}; its mesh.invert() winds it outwards"
+            )
+        return
     near = np.argwhere(((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2))
-    if not (len(near) and tracing.world.skins[index][0].closed):
+    if not len(near):
         return
     body = _about(obstacle, origin)
-    if body.volume <= 0.0:  # wound inwards: a room, whose inside is free
-        return
     for n, which in near[body.contains(local[tuple(near.T)])]:
         if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] > TOUCHING_M:
             raise ValueError(

@@ -11,6 +11,7 @@ from simulator.surfaces.reflectors import PlanarPatches
 from simulator.world.frames import out_of_rest, rotated
 
 BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
+FLUSH_M = 1e-5  # what rises no higher over a plane lies in it: files of float32 round by up to 1e-6 m at 10 m
 
 
 class Mirrors(NamedTuple):
@@ -83,7 +84,7 @@ def facing(patches: PlanarPatches, moves: Flags) -> Flags:
     span = patches.edge_start[:-1]
     highest = np.maximum.reduceat(height, span, axis=0).T
     lowest = np.minimum.reduceat(height, span, axis=0).T
-    ahead = np.where(patches.one_sided[:, None], highest > BORDER_M, (highest > BORDER_M) | (lowest < -BORDER_M))
+    ahead = np.where(patches.one_sided[:, None], highest > FLUSH_M, (highest > FLUSH_M) | (lowest < -FLUSH_M))
     free = moves[patches.obstacle][:, None] | moves[patches.obstacle][None, :]
     other = patches.obstacle[:, None] != patches.obstacle[None, :]
     return (ahead & ahead.T) | (free & other)

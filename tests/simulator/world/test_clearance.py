@@ -118,3 +118,12 @@ def test_the_walkers_own_body_is_not_asked_about():
     walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 1.0, 0.3)
     assert render_walk(Scene(()), phone, walk, BeepDesign(), DIRECT).samples.any()
     assert len(trace_paths(Scene(()), phone, Pose([0.0, 0.0, 1.3], Rotation.identity()), DIRECT))
+
+
+@pytest.mark.parametrize("make", [trimesh.creation.box, trimesh.creation.icosphere])
+def test_a_body_wound_inwards_is_no_room_for_who_is_outside(make, phone):
+    """It returned no echo, or ended in an error about an array."""
+    mesh = make().apply_translation([3.0, 0.0, 0.0])
+    mesh.invert()
+    with pytest.raises(ValueError, match=r"outside of 'bin' at pose 0 .* mesh.invert\(\)"):
+        trace_paths(Scene([Obstacle(mesh, Material.rigid(), "bin")]), phone, LEVEL)
