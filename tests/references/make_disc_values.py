@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.references.make_revolved_values import DAMPING_1_S, FREQUENCY_HZ, MICS_M, SPEED_M_S
+from tests.references.make_revolved_values import FREQUENCY_HZ, SPEED_M_S, transfer
 from tests.references.revolved_body import Body, Piece
 
 RADIUS_AND_LENGTH_M = {"disc": (0.2, 0.01), "drum": (0.15, 0.2), "short post": (0.08, 0.3)}
@@ -37,15 +37,13 @@ def speakers() -> NDArray[np.float64]:
 def echoes(name: str, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
     """(16, 2, F) transfer functions from speakers to microphones at w - j sigma."""
     body = Body.of(meridian(name), [False, True, True, False], FREQUENCY_HZ[-1], SPEED_M_S, ground=False)
-    source = speakers()
-    wavenumber = (2.0 * np.pi * frequency_hz - 1j * DAMPING_1_S) / SPEED_M_S
-    return np.stack([body.scattered(source, source[:, None] + MICS_M, k) for k in wavenumber], axis=-1)
+    return transfer(body, speakers(), frequency_hz)
 
 
 def main() -> None:
     """Compute and store (3 bodies, 16 speakers, 2 microphones, F) transfer functions."""
-    transfer = np.stack([echoes(name, FREQUENCY_HZ) for name in RADIUS_AND_LENGTH_M])
-    np.savez_compressed(STORED, name=np.array(list(RADIUS_AND_LENGTH_M)), frequency_hz=FREQUENCY_HZ, transfer=transfer)
+    every = np.stack([echoes(name, FREQUENCY_HZ) for name in RADIUS_AND_LENGTH_M])
+    np.savez_compressed(STORED, name=np.array(list(RADIUS_AND_LENGTH_M)), frequency_hz=FREQUENCY_HZ, transfer=every)
 
 
 if __name__ == "__main__":

@@ -47,15 +47,19 @@ def echoes(name: str, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex12
     """(6, 2, F) transfer functions from speakers to microphones at w - j sigma."""
     admittance = (1.0 - REFLECTION[name]) / (1.0 + REFLECTION[name])
     body = Body.of(MERIDIANS[name], corners(name), FREQUENCY_HZ[-1], SPEED_M_S, True, admittance)
-    source = speakers(name)
+    return transfer(body, speakers(name), frequency_hz)
+
+
+def transfer(body: Body, source_m: NDArray[np.float64], frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """(S, 2, F) what a body returns from speakers (S, 3) to their microphones at w - j sigma."""
     wavenumber = (2.0 * np.pi * frequency_hz - 1j * DAMPING_1_S) / SPEED_M_S
-    return np.stack([body.scattered(source, source[:, None] + MICS_M, k) for k in wavenumber], axis=-1)
+    return np.stack([body.scattered(source_m, source_m[:, None] + MICS_M, k) for k in wavenumber], axis=-1)
 
 
 def main() -> None:
     """Compute and store (7 bodies, 6 speakers, 2 microphones, F) transfer functions."""
-    transfer = np.stack([echoes(name, FREQUENCY_HZ) for name in MERIDIANS])
-    np.savez_compressed(STORED, name=np.array(list(MERIDIANS)), frequency_hz=FREQUENCY_HZ, transfer=transfer)
+    every = np.stack([echoes(name, FREQUENCY_HZ) for name in MERIDIANS])
+    np.savez_compressed(STORED, name=np.array(list(MERIDIANS)), frequency_hz=FREQUENCY_HZ, transfer=every)
 
 
 if __name__ == "__main__":

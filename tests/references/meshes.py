@@ -1,4 +1,4 @@
-"""Round bodies meshed in every manner, with their vertices on the true surface."""
+"""Round bodies meshed in every manner, with their vertices on the true surface, and one of leaning faces."""
 
 from __future__ import annotations
 
@@ -75,3 +75,9 @@ def torus(major_m: float, minor_m: float, segments: int, rings: int) -> trimesh.
 def stretched(mesh: trimesh.Trimesh, semi_axes_m: NDArray[np.float64]) -> trimesh.Trimesh:
     """Ellipsoid from a sphere of radius 1."""
     return trimesh.Trimesh(mesh.vertices * semi_axes_m, mesh.faces, process=False)
+
+
+def frustum() -> trimesh.Trimesh:
+    """Square and narrowing upwards, 80 to 50 cm over a height of 90: four leaning faces."""
+    corners = [[x * half, y * half, z] for half, z in ((0.4, 0.0), (0.25, 0.9)) for x in (-1, 1) for y in (-1, 1)]
+    return trimesh.convex.convex_hull(np.array(corners))

@@ -18,6 +18,7 @@ from benchmarks.cells.probes.compressed_echoes import compressed, of_target
 from benchmarks.cells.probes.echo_errors import AUDIBLE_DB, resolved_errors
 from benchmarks.cells.probes.fidelities import LAG_RATE_HZ
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from tests.references.meshes import frustum
 
 SPEAKER_M, MIC_M, OTHER_M = np.array([0.03, 0.06, 0.0]), np.array([-0.02, -0.07, 0.01]), np.array([0.0, 0.0, 0.3])
 QUIET = 10.0 ** (AUDIBLE_DB / 20.0)
@@ -28,11 +29,6 @@ WITHIN_DB = {"standard": 2.0, "auto": 0.5}
 
 def _on_its_side(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     return mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2.0, [0.0, 1.0, 0.0]))
-
-
-def _frustum() -> trimesh.Trimesh:
-    corners = [[x * half, y * half, z] for half, z in ((0.4, 0.0), (0.25, 0.9)) for x in (-1, 1) for y in (-1, 1)]
-    return trimesh.convex.convex_hull(np.array(corners))
 
 
 def _ellipsoid(rng: np.random.Generator) -> trimesh.Trimesh:
@@ -53,7 +49,7 @@ SHAPES: dict[str, Callable[[np.random.Generator], trimesh.Trimesh]] = {
     "ring": lambda _: _on_its_side(trimesh.creation.torus(0.45, 0.1, major_sections=64, minor_sections=32)),
     "tube": lambda rng: trimesh.creation.annulus(0.2, 0.3, rng.uniform(0.5, 1.0), sections=64),
     "ellipsoid": _ellipsoid,
-    "frustum": lambda _: _frustum(),
+    "frustum": lambda _: frustum(),
     "table": lambda _: _table(),
 }
 

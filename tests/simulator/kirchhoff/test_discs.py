@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
 from tests.references import make_disc_values as reference
 from tests.references.fullwave import correlation_peak, damped
+from tests.references.make_revolved_values import DAMPING_1_S, MICS_M, SPEED_M_S
 
 REACH_S = 2.4e-3  # the stored frequencies repeat after 5 ms
 LOUD_DB = -30.0  # re the loudest echo of the body at the same distance
@@ -37,13 +38,13 @@ def test_echoes_have_the_level_and_delay_of_full_wave_values(name: str, level: s
     row, frequency = list(values["name"]).index(name), values["frequency_hz"]
     radius, length = reference.RADIUS_AND_LENGTH_M[name]
     body = Obstacle(trimesh.creation.cylinder(radius, length, sections=64), Material.rigid(), "body")
-    scene, phone = Scene([body], Air.lossless(reference.SPEED_M_S)), Phone.ideal([0.0, 0.0, 0.0], reference.MICS_M)
+    scene, phone = Scene([body], Air.lossless(SPEED_M_S)), Phone.ideal([0.0, 0.0, 0.0], MICS_M)
     paths = trace_paths(scene, phone, Pose(source, Rotation.identity(len(source))), Fidelity(level=level))
     mine = paths[np.array(["body" in met for met in paths.obstacles_met()])]
     ours, exact = np.empty((2, len(source), 2, 2))
     for n, mic in np.ndindex(len(source), 2):
-        about_s = 2.0 * (np.linalg.norm(source[n]) - 0.1) / reference.SPEED_M_S
-        echo = damped(mine[(mine.pose == n) & (mine.mic == mic)], frequency, reference.DAMPING_1_S)
+        about_s = 2.0 * (np.linalg.norm(source[n]) - 0.1) / SPEED_M_S
+        echo = damped(mine[(mine.pose == n) & (mine.mic == mic)], frequency, DAMPING_1_S)
         ours[n, mic] = correlation_peak(echo, frequency, about_s, REACH_S)
         exact[n, mic] = correlation_peak(values["transfer"][row, n, mic], frequency, about_s, REACH_S)
     level_db, samples = (THIN_LIMITS if name == "disc" else LIMITS)[level]

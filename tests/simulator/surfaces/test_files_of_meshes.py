@@ -15,16 +15,11 @@ import trimesh
 from numpy.typing import NDArray
 
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from tests.references.meshes import frustum
 
 FREQUENCY_HZ = np.linspace(18e3, 23e3, 11)
 LEAST = 2.5e-3  # -52 dB: which of two faces is met first at a corner on the ground goes by their order
 PLACE = Pose([0.0, 0.0, 1.3], held_rotation(0.05, pitch_rad=0.5))
-
-
-def _frustum() -> trimesh.Trimesh:
-    """Narrowing upwards: four leaning faces."""
-    corners = [[x * half, y * half, z] for half, z in ((0.4, 0.0), (0.25, 0.9)) for x in (-1, 1) for y in (-1, 1)]
-    return trimesh.convex.convex_hull(np.array(corners))
 
 
 def _panels() -> trimesh.Trimesh:
@@ -50,7 +45,7 @@ def _echo(mesh: trimesh.Trimesh) -> NDArray[np.complex128]:
 
 @pytest.mark.parametrize("kind", ["stl", "ply"])
 @pytest.mark.parametrize(("yaw_deg", "ahead_m"), [(17.0, 2.8), (61.0, 1.6), (123.0, 2.8)])
-@pytest.mark.parametrize("make", [_frustum, _panels])
+@pytest.mark.parametrize("make", [frustum, _panels])
 def test_a_file_of_float32_has_the_echoes_of_its_body(make, yaw_deg, ahead_m, kind):
     mesh = make()
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.radians(yaw_deg), [0.0, 0.0, 1.0]))
