@@ -1,1 +1,1 @@
-"""The decision of `TrackingDetector`, learned from simulated walks: `python -m benchmarks.training --help`."""
+"""What `TrackingDetector` learns from simulated walks: `python -m benchmarks.training --help`."""

@@ -1,15 +1,18 @@
-"""Learn the decision anew: `python -m benchmarks.training --walks 10000 --held-out 2000 -j 2`."""
+"""Learn anew: `python -m benchmarks.training decision --walks 10000 --held-out 2000 -j 2`, and `bearing` likewise."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
+from benchmarks.cells.spec import Cell
 from benchmarks.runs.store import write_atomically
+from benchmarks.training.bearings import BearingExamples, bearings_of, errors
 from benchmarks.training.examples import APART, Examples, examples_of
 from benchmarks.training.fit import (
     FALSE_COST,
@@ -24,6 +27,8 @@ from benchmarks.training.fit import (
 )
 from benchmarks.training.walks import development_cells, with_people_drawn
 from obstaclewatch.support.arrays import Floats, Halves, Ints
+from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
+from obstaclewatch.tracking.bearing_model import BearingModel
 from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel
 
 SEEDS = {"learned": {"paper": 2018, "mixed": 2019}, "held out": {"paper": 7001, "mixed": 7001}}
@@ -35,32 +40,86 @@ SHOWN_BEEPS = 40
 """Of held-out walks, whose pictures are kept to show that the weights are those of the card."""
 
 
-@click.command()
-@click.option("--walks", default=WALKS, show_default=True, help="to learn from")
-@click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe")
-@click.option("--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first")
-@click.option("-j", "--jobs", default=1, show_default=True)
-@click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path))
-@click.option("--table", type=click.Path(path_type=Path), help="where to keep what is stated on held-out walks")
+@click.group()
+def main() -> None:
+    """Simulate walks of the development split, learn from them what `TrackingDetector` knows, and write it down."""
+
+
+def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of both commands, which share the walks' files."""
+    for option in (
+        click.option("--table", type=click.Path(path_type=Path), help="where to keep what is known of held-out walks"),
+        click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path)),
+        click.option("-j", "--jobs", default=1, show_default=True),
+        click.option(
+            "--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first"
+        ),
+        click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
+        click.option("--walks", default=WALKS, show_default=True, help="to learn from"),
+    ):
+        command = option(command)
+    return command
+
+
+@main.command()
+@_of_walks
 @click.option(
     "-o", "--output", default=WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="weights; card beside"
 )
-def main(walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path) -> None:
-    """Simulate walks of the development split, learn the probability of a collision, and write it with its card."""
-    wanted = {recipe: development_cells(recipe, SEEDS["learned"][recipe], n) for recipe, n in shared(walks).items()}
-    others = {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
-    learned = examples_of(list(map(with_people_drawn, wanted.values())), receptions, jobs, folder / "learned")
+def decision(
+    walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
+) -> None:
+    """The probability of a collision, and the thresholds for an alert."""
+    learned = examples_of(learned_walks(walks), receptions, jobs, folder / "learned")
     model = model_of(learned, jobs)
     model.write(output)
-    count = {recipe: len(cells) for recipe, cells in wanted.items()}
     unseen = {
-        recipe: examples_of([cells], receptions, jobs, folder / "held-out" / recipe) for recipe, cells in others.items()
+        recipe: examples_of([cells], receptions, jobs, folder / "held-out" / recipe)
+        for recipe, cells in unseen_walks(held_out).items()
     }
-    text = json.dumps(card(model, count, unseen), indent=1) + "\n"
-    write_atomically(output.with_suffix(".json"), text)
+    write_card(output, card(model, shared(walks), unseen))
     if table is not None:
         write_table(table, unseen["paper"], model)
-    print(text)
+
+
+@main.command()
+@_of_walks
+@click.option(
+    "-o", "--output", default=BEARING_WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="the same"
+)
+def bearing(
+    walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
+) -> None:
+    """The bearing of what a track follows."""
+    from benchmarks.training.bearing_network import learned_bearings  # PyTorch is an extra
+
+    model = learned_bearings(bearings_of(learned_walks(walks), receptions, jobs, folder / "learned"))
+    model.write(output)
+    unseen = {
+        recipe: bearings_of([cells], receptions, jobs, folder / "held-out" / recipe)
+        for recipe, cells in unseen_walks(held_out).items()
+    }
+    write_card(output, bearing_card(model, shared(walks), unseen))
+    if table is not None:
+        unseen["paper"].write(table)
+
+
+def learned_walks(walks: int) -> list[list[Cell]]:
+    """So many walks to learn from, recipe by recipe, every second one with the reflection of people drawn."""
+    wanted = (development_cells(recipe, SEEDS["learned"][recipe], count) for recipe, count in shared(walks).items())
+    return list(map(with_people_drawn, wanted))
+
+
+def unseen_walks(held_out: int) -> dict[str, list[Cell]]:
+    """So many walks of each recipe to measure with."""
+    return {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
+
+
+def write_card(weights: Path, card: dict[str, Any]) -> None:
+    """Beside the weights, and on the terminal."""
+    text = json.dumps(card, indent=1) + "\n"
+    write_atomically(weights.with_suffix(".json"), text)
+    click.echo(text, nl=False)
 
 
 def shared(walks: int) -> dict[str, int]:
@@ -108,6 +167,14 @@ def card(model: CollisionModel, learned: dict[str, int], unseen: dict[str, Examp
         "data": {"split": "dev", "seeds": SEEDS, "walks": learned, "receptions": receptions},
         "cost": {"collision without an alert": MISS_COST, "false alert": FALSE_COST, "in time, m left": IN_TIME_M},
         "held out": {recipe: measured(model, found) for recipe, found in unseen.items()},
+    }
+
+
+def bearing_card(model: BearingModel, learned: dict[str, int], unseen: dict[str, BearingExamples]) -> dict[str, Any]:
+    """Of how many walks of each recipe the model was learned, and its errors on walks that it has not seen."""
+    return {
+        "data": {"split": "dev", "seeds": SEEDS, "walks": learned},
+        "held out": {recipe: errors(model, found) for recipe, found in unseen.items()},
     }
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from benchmarks.cells.spec import Cell
-from benchmarks.training.walks import recorded, seen_at_beeps
+from benchmarks.training.walks import Seen, Walk, recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.approach_picture import SHAPE
@@ -95,10 +96,22 @@ def examples_of(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, fol
     Each walk's are kept in a file, so that what is interrupted goes on from there. All pictures stay on disk, in one
     file more: those of 10,000 walks take 18 GB.
     """
+    paths = walk_files(parts, receptions, jobs, folder)
+    return _gathered(paths, numbered(parts), folder / "pictures.npy")
+
+
+def numbered(parts: Sequence[Sequence[Cell]]) -> Ints:
+    """Numbers of the walks of all parts."""
+    return np.array([cell.seed + APART * k for k, part in enumerate(parts) for cell in part], dtype=np.int64)
+
+
+def walk_files(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, folder: Path) -> list[Path]:
+    """The files of all walks, which are made if they are not there: what decisions and bearings are learned from."""
     folder.mkdir(parents=True, exist_ok=True)
-    paths = Parallel(n_jobs=jobs)(delayed(_kept)(cell, receptions, folder) for part in parts for cell in part)
-    numbers = [cell.seed + APART * k for k, part in enumerate(parts) for cell in part]
-    return _gathered(paths, numbers, folder / "pictures.npy")
+    found: list[Path] = Parallel(n_jobs=jobs)(
+        delayed(_kept)(cell, receptions, folder) for part in parts for cell in part
+    )
+    return found
 
 
 def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
@@ -106,14 +119,20 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
     path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
     if not path.exists():
         walk = recorded(cell)
-        parts = [_of_reception(walk.collides, walk.left_m, *seen_at_beeps(walk, k), k) for k in range(receptions)]
-        kept = _joined(parts)
+        seen = [seen_at_beeps(walk, reception) for reception in range(receptions)]
+        kept = _joined([_of_reception(walk, each, reception) for reception, each in enumerate(seen)])
+        arrays: dict[str, Any] = {name: getattr(kept, name) for name in Examples.__annotations__}
+        arrays |= {
+            "bearing_reception": np.repeat(np.arange(receptions), [len(each.beep) for each in seen]),
+            "bearing_evidence": np.concatenate([each.bearing_evidence for each in seen]),
+            "bearing_true_rad": np.concatenate([walk.truth.bearing_rad[each.beep] for each in seen]),
+        }
         with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
-            np.savez(file, **{name: getattr(kept, name) for name in Examples.__annotations__})
+            np.savez(file, **arrays)
     return path
 
 
-def _gathered(paths: Sequence[Path], numbers: Sequence[int], pictures_path: Path) -> Examples:
+def _gathered(paths: Sequence[Path], numbers: Ints, pictures_path: Path) -> Examples:
     """The examples of all files, under the numbers of their walks, with their pictures in a file of that name."""
     told: dict[str, list[NDArray]] = {name: [] for name in Examples.__annotations__ if name not in ("walk", "pictures")}
     for path in paths:
@@ -127,12 +146,13 @@ def _gathered(paths: Sequence[Path], numbers: Sequence[int], pictures_path: Path
             with np.load(path) as stored:
                 pictures[last - count : last] = stored["pictures"]
     columns = {name: np.concatenate(parts) for name, parts in told.items()}
-    columns["walk"] = np.repeat(np.array(numbers, dtype=np.int64), size)
+    columns["walk"] = np.repeat(numbers, size)
     return Examples(**columns, pictures=np.load(pictures_path, mmap_mode="r"))
 
 
-def _of_reception(collides: bool, left_m: Floats, evidence: Floats, pictures: Halves, reception: int) -> Examples:
+def _of_reception(walk: Walk, seen: Seen, reception: int) -> Examples:
     rows = slice(SETTLING_BEEPS, None)
-    count = len(evidence[rows])
+    count = len(seen.evidence[rows])
     numbers = np.zeros(count, dtype=np.int64), np.full(count, reception, dtype=np.int64)
-    return Examples(*numbers, np.full(count, collides), left_m[rows], evidence[rows], pictures[rows])
+    collides = np.full(count, walk.collides)
+    return Examples(*numbers, collides, walk.left_m[rows], seen.evidence[rows], seen.pictures[rows])

@@ -11,15 +11,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.cells.compute import distance_left_m, situation_of, truths_at_beeps
+from benchmarks.cells.association import nearest_within
+from benchmarks.cells.compute import distance_left_m, echo_range_m, situation_of, truths_at_beeps
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from benchmarks.plan.unknowns import UNKNOWNS, with_unknowns
-from obstaclewatch import BeepDesign, TrackingDetector
-from obstaclewatch.support.arrays import Floats, Halves, Singles
+from obstaclewatch import BeepDesign, Detection, TrackingDetector
+from obstaclewatch.support.arrays import Floats, Halves, Ints, Singles
+from obstaclewatch.tracking.bearing_evidence import NUMBERS
+from scenes.truth.truth import GroundTruth
 from simulator.phone.noise import noise_rms
 
 SUITE, TIER = "paper", "full"
@@ -33,14 +36,36 @@ class Walk:
         cell, setting: what it is.
         samples: (2, n) without noise.
         left_m: (beeps,) distance left to contact at every emission; NaN on walks without a collision.
-        collides: whether the walker meets the target.
+        truth: of the target, at every beep.
     """
 
     cell: Cell
     setting: Situation
     samples: Singles
     left_m: Floats
-    collides: bool
+    truth: GroundTruth
+
+    @property
+    def collides(self) -> bool:
+        """Whether the walker meets the target."""
+        return bool(self.truth.collides)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What `TrackingDetector` has after every beep of one reception.
+
+    Attributes:
+        evidence: (beeps, F) see `Evidence`.
+        pictures: (beeps, *SHAPE) see `approach_picture`.
+        beep: (n,) beeps in which a candidate is the target.
+        bearing_evidence: (n, NUMBERS) of these candidates.
+    """
+
+    evidence: Floats
+    pictures: Halves
+    beep: Ints
+    bearing_evidence: Floats
 
 
 def development_cells(recipe: str, seed: int, count: int) -> list[Cell]:
@@ -68,7 +93,7 @@ def recorded(cell: Cell) -> Walk:
     truth = truths_at_beeps(cell, setting, beep, recording)[0]
     emitted_s = beep.period_s * np.arange(len(truth.time_s))
     left_m = distance_left_m(setting.walk, emitted_s, truth.contact_time_s)
-    return Walk(cell, setting, recording.samples, left_m, bool(truth.collides))
+    return Walk(cell, setting, recording.samples, left_m, truth)
 
 
 def received(walk: Walk, reception: int) -> Singles:
@@ -83,17 +108,24 @@ def received(walk: Walk, reception: int) -> Singles:
     return noise + samples
 
 
-def seen_at_beeps(walk: Walk, reception: int) -> tuple[Floats, Halves]:
-    """(beeps, F) evidence and (beeps, *SHAPE) pictures that `TrackingDetector` has after every beep of a reception."""
-    beep = walk.cell.beep.design()
+def seen_at_beeps(walk: Walk, reception: int) -> Seen:
+    """What the detector has of a reception; the target is found by its range alone, as in scores."""
+    beep, scoring, truth = walk.cell.beep.design(), walk.cell.scoring, walk.truth
     detector = detector_for(walk.cell, TrackingDetector.__name__, walk.setting, beep)
-    evidence, pictures = zip(*_seen(detector, received(walk, reception), beep), strict=True)
-    return np.array(evidence), np.array(pictures, dtype=np.float16)
+    true_m = echo_range_m(truth)[:, 0]
+    judged = (truth.range_m <= scoring.max_range_m) & ~(truth.time_s > truth.contact_time_s)
+    evidence, pictures, found = [], [], []
+    for number, detection in enumerate(_detections(detector, received(walk, reception), beep)):
+        evidence.append(tuple(detector.evidence))
+        pictures.append(detector.picture)
+        target = nearest_within(detection.range_m, float(true_m[number]), scoring.gate_m)
+        if target is not None and judged[number]:
+            found.append((number, detector.bearing_evidence[target]))
+    which, numbers = zip(*found, strict=True) if found else ((), ())
+    rows = np.array(numbers).reshape(-1, NUMBERS)
+    return Seen(np.array(evidence), np.array(pictures, dtype=np.float16), np.array(which, dtype=np.int64), rows)
 
 
-def _seen(
-    detector: TrackingDetector, samples: Singles, beep: BeepDesign
-) -> Iterator[tuple[tuple[float, ...], Singles]]:
+def _detections(detector: TrackingDetector, samples: Singles, beep: BeepDesign) -> Iterator[Detection]:
     for first in range(0, samples.shape[1] - beep.period_samples + 1, beep.period_samples):
-        detector.process(samples[:, first : first + beep.period_samples], first / beep.sample_rate_hz)
-        yield tuple(detector.evidence), detector.picture
+        yield detector.process(samples[:, first : first + beep.period_samples], first / beep.sample_rate_hz)

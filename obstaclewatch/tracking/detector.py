@@ -5,7 +5,8 @@ closes in, without range-Doppler bias (`tracks`) -> the phone's oscillation, fro
 (`pitch_oscillation`) -> the probability of each trajectory, by ranges and microphone 1 (`posterior_grid`), sums of
 likelihood along walked paths, for what no track follows (`approach_sums`), and what the last beeps received, laid out
 along approaches (`approach_picture`) -> the probability of a collision, as learned from simulated walks
-(`collision_model`) -> an alert if that is enough for the distance left.
+(`collision_model`) -> an alert if that is enough for the distance left. The bearing of a track is learned likewise
+(`bearing_model`), from the probability of its trajectories.
 """
 
 from __future__ import annotations
@@ -21,8 +22,11 @@ from obstaclewatch.recordings.streaming import StreamingDetector, check_argument
 from obstaclewatch.signal.carrier_phase import check_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
+from obstaclewatch.support.arrays import Floats
 from obstaclewatch.tracking.approach_picture import NO_PICTURE, Carrier, approach_picture
 from obstaclewatch.tracking.approach_sums import ApproachMemory
+from obstaclewatch.tracking.bearing_evidence import NUMBERS, bearing_evidence
+from obstaclewatch.tracking.bearing_model import bearing_model
 from obstaclewatch.tracking.collision_model import collision_model
 from obstaclewatch.tracking.evidence import FRONT_M, NO_EVIDENCE, evidence_of
 from obstaclewatch.tracking.moving_peaks import MovingPeaks, PeakFinder
@@ -43,6 +47,7 @@ OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
 """Columns that need two different channels."""
 MOST_RANGE_STD_M = 0.03
 """Claimed deviation of the range beyond which a track is not shown."""
+NO_BEARINGS: Floats = np.zeros((0, NUMBERS))
 MOST_MISFIT = 2.0
 """Squared deviations, a reading, beyond which no trajectory explains a track: it began on another echo."""
 
@@ -51,7 +56,7 @@ class TrackingDetector(StreamingDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
-    bearings and their deviations are from the posterior over trajectories. range2_m and bearing_rad are NaN for
+    bearings and their deviations are learned from simulated walks. range2_m and bearing_rad are NaN for
     identical channels. An alert may be due to an echo that is too weak to be followed: it has no candidate then. For a
     phone held still there is `StandingDetector`.
 
@@ -70,6 +75,7 @@ class TrackingDetector(StreamingDetector):
 
     Attributes:
         evidence, picture: what the last beep's decision is based on.
+        bearing_evidence: (n, NUMBERS) what the bearings of its candidates are based on.
 
     Raises:
         ValueError: arguments out of range; the message names the value and the rule.
@@ -88,7 +94,7 @@ class TrackingDetector(StreamingDetector):
     TrackingDetector(flat, 18-23 kHz)
     >>> found = next(d for d in detector.stream(Recording(walk, beep.sample_rate_hz)) if d.decision.alert)
     >>> found
-    Detection(index=21, range_m=[1.5], bearing_rad=[0.07], alert=True)
+    Detection(index=21, range_m=[1.5], bearing_rad=[0.05], alert=True)
     >>> print(f"{found.closing_speed_m_s[0]:.1f} m/s, contact in {found.decision.time_to_collision_s:.1f} s")
     1.3 m/s, contact in 1.1 s
     """
@@ -117,7 +123,8 @@ class TrackingDetector(StreamingDetector):
         self._approaches = Approaches(beep.range_doppler_s, likelihood)
         self._memory, self._model = ApproachMemory(self._finder.cells, self._finder.samples), collision_model()
         self._false_alert_cost = false_alert_cost
-        self.evidence, self.picture = NO_EVIDENCE, NO_PICTURE
+        self.evidence, self.picture, self.bearing_evidence = NO_EVIDENCE, NO_PICTURE, NO_BEARINGS
+        self._bearings = bearing_model()
         wavelength_m, self._mic_phase_rad = self._finder.wavelength_m, mic_phase_rad
         self._steps = OscillationEstimator(
             self._separation_m, wavelength_m, self._finder.pitch_rad, beep.range_doppler_s
@@ -133,7 +140,7 @@ class TrackingDetector(StreamingDetector):
         self._approaches.clear()
         self._steps.clear()
         self._memory.clear()
-        self.evidence, self.picture = NO_EVIDENCE, NO_PICTURE
+        self.evidence, self.picture, self.bearing_evidence = NO_EVIDENCE, NO_PICTURE, NO_BEARINGS
         self._take_pitch()
         self._oscillation = STEADY
 
@@ -204,7 +211,10 @@ class TrackingDetector(StreamingDetector):
             for track, trajectory in zip(tracks, trajectories, strict=True)
         ]
         known = [k for k in range(len(tracks)) if found[k].std_m <= MOST_RANGE_STD_M]
-        rows = [self._row(tracks[k], trajectories[k], found[k]) for k in known]
+        evidence = [self._bearing_evidence(tracks[k], trajectories[k], found[k]) for k in known]
+        self.bearing_evidence = np.array(evidence).reshape(-1, NUMBERS)
+        bearings = zip(*self._bearings.bearings(self.bearing_evidence), strict=True)
+        rows = [self._row(tracks[k], trajectories[k], found[k], *own) for k, own in zip(known, bearings, strict=True)]
         columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in COLUMNS}
         if flag is Flag.IDENTICAL_CHANNELS:
             columns |= dict.fromkeys(OF_TWO_MICS, np.full(len(known), np.nan))
@@ -218,20 +228,28 @@ class TrackingDetector(StreamingDetector):
             decision=self._decide(time_s, trajectories, found) if flag is not Flag.NO_BEEP else no_decision(time_s),
         )
 
-    def _row(self, track: Track, trajectory: Expectation, found: TrackRange) -> dict[str, float]:
+    def _bearing_evidence(self, track: Track, trajectory: Expectation, found: TrackRange) -> Floats:
+        """What speaks for each bearing of a judged track."""
+        assert track.judged is not None
+        shares = self._grid.bearing_shares(track.judged, track.time_s)
+        return bearing_evidence(trajectory, found, len(track.past), shares)
+
+    def _row(
+        self, track: Track, trajectory: Expectation, found: TrackRange, bearing_rad: float, bearing_std_rad: float
+    ) -> dict[str, float]:
         """One candidate's values by column."""
         # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
         range_m = found.range_m + 0.5 * self._baseline_m * (1.0 - trajectory.cosine)
         return {
             "range_m": range_m,
             "range2_m": range_m + path_difference_at(range_m, trajectory.cosine, self._separation_m),
-            "bearing_rad": trajectory.bearing_rad,
+            "bearing_rad": bearing_rad,
+            "bearing_std_rad": bearing_std_rad,
             "radius_m": np.nan,  # no echo depends on the width of what made it: 0.17 is the greatest rank correlation
             "level_db": track.level_db,
             "snr_db": track.snr_db,
             "closing_speed_m_s": found.closing_m_s,
             "range_std_m": found.std_m,
-            "bearing_std_rad": trajectory.bearing_std_rad,
         }
 
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:

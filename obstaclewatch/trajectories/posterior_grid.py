@@ -24,6 +24,8 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, SingleComplexes, Singles
+from obstaclewatch.trajectories.bearing_shares import bearing_shares, kinds_of
+from obstaclewatch.trajectories.geometry import NEAREST_M
 from obstaclewatch.trajectories.likelihood import Receivers
 from obstaclewatch.trajectories.passed_walls import ends_of_passed
 from obstaclewatch.trajectories.posterior import Expectation, Meeting, Posterior, Prior, expectations, posterior
@@ -88,6 +90,7 @@ class TrajectoryGrid:
         meeting = Meeting(self._all.collision, self._all.contact_m, self._all.angle_rad, nearing, to_walk, aside)
         self._meeting, self._ends_m = np.array(meeting), ends_of_passed(half_width_m)
         self._mic_ahead_m = float(0.5 * separation_m * np.cos(pitch_rad))
+        self._aside = self._all.miss_m, self._all.angle_rad, kinds_of(self._all)
 
     def posterior(
         self, samples: Samples, now_s: float, ground_m: float, oscillation: Oscillation = STEADY
@@ -118,6 +121,11 @@ class TrajectoryGrid:
             self._mic_ahead_m,
         )
         return Expectation(*found)
+
+    def bearing_shares(self, judged: Posterior, now_s: float) -> Floats:
+        """(SHARES,) probabilities of bearings at a time by kinds of things, see `bearing_shares`."""
+        ahead_m = np.maximum(judged.ahead_m - judged.closing_m_s * np.float32(now_s - judged.time_s), NEAREST_M)
+        return bearing_shares(judged.share, ahead_m, *self._aside)
 
 
 def _flatness(trajectories: Hypotheses, length_m: float, baseline_m: float) -> tuple[Floats, Floats]:

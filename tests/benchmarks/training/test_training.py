@@ -1,4 +1,4 @@
-"""Learning the decision: from walks to a file, the same again, and what its card claims of walks it has not seen."""
+"""Learning decisions and bearings: walks to files, the same again, what cards claim of walks that were not seen."""
 
 from __future__ import annotations
 
@@ -15,15 +15,21 @@ from scipy.special import expit, logit
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import list_suites, load_suite
 from benchmarks.training.__main__ import HELD_OUT, SEEDS, WALKS, card, main, read_table, shared, write_table
+from benchmarks.training.bearings import BearingExamples, bearings_of, errors
 from benchmarks.training.examples import APART, FOLDS, Examples, examples_of
 from benchmarks.training.fit import alerts_by, calibration, distances_left, rates, stated, with_thresholds
 from benchmarks.training.walks import development_cells, with_people_drawn
 from obstaclewatch.tracking.approach_picture import SHAPE
+from obstaclewatch.tracking.bearing_evidence import NUMBERS, TrackNumbers
+from obstaclewatch.tracking.bearing_model import CARD as BEARING_CARD
+from obstaclewatch.tracking.bearing_model import BearingModel, bearing_model
 from obstaclewatch.tracking.collision_model import CARD, CollisionModel, collision_model
 from obstaclewatch.tracking.evidence import NO_EVIDENCE, Evidence
 
 TABLE = Path(__file__).with_name("held_out.npz")
 """What is stated on the card's held-out walks of recipe `paper`, at the levels assumed; see `--table`."""
+BEARING_TABLE = Path(__file__).with_name("bearings.npz")
+"""The candidates of the same walks; see `--table`."""
 LEFT = Evidence._fields.index("left_m")
 
 
@@ -77,6 +83,40 @@ def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
     assert (stated(again, unseen) == found).all()
 
 
+def _bearings(walks, seed=0):
+    """Candidates of walks whose posterior says the bearing half as large as it is, give or take 1 degree."""
+    rng = np.random.default_rng(seed)
+    walk, true_deg = np.repeat(np.arange(walks), 10), rng.uniform(0.0, 50.0, 10 * walks)
+    evidence = rng.normal(size=(10 * walks, NUMBERS))
+    evidence[:, TrackNumbers._fields.index("bearing_rad")] = np.deg2rad(0.5 * true_deg + rng.normal(size=10 * walks))
+    return BearingExamples(walk, np.zeros_like(walk), evidence, np.deg2rad(true_deg))
+
+
+def test_a_bearing_that_is_half_as_large_as_it_should_be_is_learned_and_the_same_again():
+    network = pytest.importorskip(
+        "benchmarks.training.bearing_network", reason="PyTorch comes with the extra `training`"
+    )
+    examples, unseen = _bearings(400), _bearings(100, seed=1)
+    model, again = network.learned_bearings(examples), network.learned_bearings(examples)
+    stated_errors = errors(model, unseen)
+    assert stated_errors["0-90 degrees"]["median"] < 3.0  # half of it is 12 degrees off
+    assert 0.6 < stated_errors["within the claim"] < 0.97  # bins are wider than the deviation
+    assert (model.shares(unseen.evidence) == again.shares(unseen.evidence)).all()
+    with pytest.raises(ValueError, match="there must be examples to learn from, got none"):
+        network.learned_bearings(examples[np.zeros(0, dtype=np.int64)])
+
+
+def test_errors_are_those_of_bearings_stated():
+    examples = _bearings(50)
+    bearing_rad, std_rad = bearing_model().bearings(examples.evidence)
+    off = np.abs(bearing_rad - examples.true_rad)
+    found = errors(bearing_model(), examples)
+    few = off[(examples.true_rad >= np.deg2rad(10.0)) & (examples.true_rad < np.deg2rad(20.0))]
+    assert found["10-20 degrees"]["beeps"] == len(few)
+    assert found["10-20 degrees"]["80 %"] == pytest.approx(np.rad2deg(np.quantile(few, 0.8)), abs=0.051)
+    assert found["within the claim"] == pytest.approx(np.mean(off < std_rad), abs=5.1e-4)
+
+
 def test_walks_of_one_fold_are_refused():
     network = pytest.importorskip("benchmarks.training.network", reason="PyTorch comes with the extra `training`")
     examples = _examples()
@@ -101,10 +141,13 @@ def test_thresholds_are_those_that_cost_least():
 
 def _learned_again(folder, output):
     """Four walks to learn from and one of each recipe held out."""
-    asked = ["--walks=4", "--held-out=1", "--receptions=2", f"--examples={folder}", "-o", str(output)]
-    done = CliRunner().invoke(main, asked, catch_exceptions=False)
-    assert done.exit_code == 0
-    return [output.read_bytes(), output.with_suffix(".json").read_bytes()]
+    asked, found = ["--walks=4", "--held-out=1", "--receptions=2", f"--examples={folder}"], []
+    for command in ("decision", "bearing"):
+        weights = output.with_name(f"{command}-{output.name}")
+        done = CliRunner().invoke(main, [command, *asked, "-o", str(weights)], catch_exceptions=False)
+        assert done.exit_code == 0
+        found += [weights.read_bytes(), weights.with_suffix(".json").read_bytes()]
+    return found
 
 
 def test_from_walks_to_a_file(tmp_path):
@@ -112,7 +155,8 @@ def test_from_walks_to_a_file(tmp_path):
     pytest.importorskip("torch", reason="PyTorch comes with the extra `training`")
     first, second = (_learned_again(tmp_path / "kept", tmp_path / name) for name in ("one.npz", "two.npz"))
     assert first == second
-    assert len(CollisionModel.from_file(tmp_path / "one.npz").networks) == len(collision_model().networks)
+    assert len(CollisionModel.from_file(tmp_path / "decision-one.npz").networks) == len(collision_model().networks)
+    assert BearingModel.from_file(tmp_path / "bearing-one.npz").bearings(np.zeros((1, NUMBERS)))[0] >= 0.0
 
 
 @pytest.mark.slow
@@ -131,6 +175,17 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
     twice = examples_of([cells, cells], 2, 1, tmp_path)
     assert (twice.walk == np.repeat([cells[0].seed, cells[0].seed + APART], len(found))).all()
     assert (twice.pictures == np.concatenate([found.pictures, found.pictures])).all()
+    candidates = bearings_of([cells], 2, 1, tmp_path)
+    assert candidates.evidence.shape == (len(candidates), NUMBERS)
+    assert (candidates.walk == cells[0].seed).all()
+    assert set(candidates.reception) <= {0, 1}
+    assert len(candidates) > 5
+    assert ((candidates.true_rad >= 0.0) & (candidates.true_rad <= np.pi)).all()
+    candidates.write(tmp_path / "bearings.npz")
+    first = candidates[candidates.reception == 0]
+    assert errors(bearing_model(), BearingExamples.from_file(tmp_path / "bearings.npz"))["walks"] == len(
+        np.unique(first.walk)
+    )
     model = collision_model()
     entry = card(model, {"paper": 1}, {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
@@ -160,3 +215,13 @@ def test_stated_probabilities_are_observed_and_a_shift_is_seen():
     assert _worst(found, probability) < 4.0
     for shift in (-1.5, 1.5):
         assert _worst(found, expit(logit(probability) + shift)) > 4.0
+
+
+def test_the_card_of_bearings_is_that_of_the_weights():
+    stated_on_card = json.loads(BEARING_CARD.read_text())["held out"]["paper"]
+    found = errors(bearing_model(), BearingExamples.from_file(BEARING_TABLE))
+    assert found.keys() == stated_on_card.keys()
+    for name, entry in found.items():
+        if isinstance(entry, dict):
+            assert entry["beeps"] == stated_on_card[name]["beeps"]
+            assert entry["median"] == pytest.approx(stated_on_card[name]["median"], abs=0.11)
