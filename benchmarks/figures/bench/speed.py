@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.figures.plots import Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 
-AXES = ("triangles", "obstacles", "order")
+AXES = ("triangles", "obstacles", "order", "places")
 
 
 def speed_numbers(run: RunData) -> dict[str, float]:

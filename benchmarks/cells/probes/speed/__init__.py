@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from benchmarks.cells.probes.speed.peers import against_peers
+from benchmarks.cells.probes.speed.post import past_a_post
 from benchmarks.cells.probes.speed.rendering_floor import against_floor
 from benchmarks.cells.probes.speed.scaling import growth
 from benchmarks.cells.probes.speed.stages import by_stage
@@ -14,6 +15,7 @@ from benchmarks.cells.spec import Cell
 PROBES: dict[str, Callable[..., tuple[dict[str, float], list[str]]]] = {
     "floor": against_floor,
     "peers": against_peers,
+    "post": past_a_post,
     "scaling": growth,
     "stages": by_stage,
 }

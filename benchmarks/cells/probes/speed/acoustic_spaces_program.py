@@ -1,6 +1,6 @@
-"""Image paths of a room by acoustic-spaces and what they cost, JSON in and out; a program of its own.
+"""Image paths by acoustic-spaces and what they cost, JSON in and out; a program of its own.
 
-In: {"plan": [[x, y], ...], "height": h, "order": n, "sources": [[x, y, z], ...], "receivers": [[[x, y, z], ...], ...]};
+In: {"geometry": as its scenes have it, "order": n, "sources": [[x, y, z], ...], "receivers": [[[x, y, z], ...], ...]};
 out: {"length_m": for each pair [...], "pair_ms": processor time a pair}.
 """
 
@@ -21,9 +21,10 @@ def walked(asked: dict[str, Any]) -> dict[str, Any]:
     pairs = [(s, r) for s, some in zip(asked["sources"], asked["receivers"], strict=True) for r in some]
     scene = Scene.model_validate({
         "name": "speed",
-        "geometry": {"floor_plan": asked["plan"], "height": asked["height"]},
+        "geometry": asked["geometry"],
         "materials": {"hard": {"absorption": [0.01] * 8, "scattering": 0.0}},
-        "assignments": {"floor": "hard", "ceiling": "hard", "walls": "hard"},
+        "assignments": {},
+        "default_material": "hard",
         "sources": [{"name": f"s{k}", "position": s} for k, (s, _) in enumerate(pairs)],
         "listeners": [{"name": f"r{k}", "position": r} for k, (_, r) in enumerate(pairs)],
         "simulation": {

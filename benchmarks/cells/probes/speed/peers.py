@@ -10,6 +10,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -70,10 +71,10 @@ def _pyroomacoustics(source: Floats, order: int) -> tuple[list[Floats], float]:
     return walk(), cpu_ms(walk, 3) / (2 * len(source))
 
 
-def _acoustic_spaces(source: Floats, order: int) -> tuple[list[Floats], float]:
-    """The same."""
+def acoustic_spaces(geometry: dict[str, Any], source: Floats, order: int) -> tuple[list[Floats], float]:
+    """The same, by acoustic-spaces, in a geometry as its scenes have it."""
     asked = {
-        "plan": PLAN_M.tolist(), "height": float(SIZE_M[2]), "order": order,
+        "geometry": geometry, "order": order,
         "sources": source.tolist(), "receivers": (source[:, None] + ARMS_M).tolist(),
     }  # fmt: skip
     program = Path(__file__).with_name("acoustic_spaces_program.py")
@@ -82,6 +83,11 @@ def _acoustic_spaces(source: Floats, order: int) -> tuple[list[Floats], float]:
     )
     answer = json.loads(done.stdout)
     return [np.array(each) for each in answer["length_m"]], answer["pair_ms"]
+
+
+def _acoustic_spaces(source: Floats, order: int) -> tuple[list[Floats], float]:
+    """The same."""
+    return acoustic_spaces({"floor_plan": PLAN_M.tolist(), "height": float(SIZE_M[2])}, source, order)
 
 
 PEERS = {"acoustic_spaces": _acoustic_spaces, "pyroomacoustics": _pyroomacoustics}
