@@ -12,7 +12,8 @@ import numpy as np
 from obstaclewatch.support.compiled import compiled, inlined
 
 REACH_RAD = 20.0  # of phase at mid-band: farther out nothing counts, and less and less towards it; errs by 0.04 at most
-LONGEST_M = 0.1  # of a facet: over longer ones w is not linear
+LONGEST_M = 0.1  # of a facet over which w is not linear
+BENT = 0.001  # of the reach, by which w may depart from a line in the middle of an edge: errs by 0.0015 at most
 TOUCHING = 1e-9  # of the reach: rounding of facets that share an edge
 DEEPEST = 64  # halvings of a facet that wait at once: enough for a hundred kilometres
 SPANS = 8  # along one direction, to begin with
@@ -42,7 +43,8 @@ def behind_outlines(
         direction: (D, 2) cosine and sine, `DIRECTION`.
         field: (R, K), of ones.
     """
-    stack, facet, x, y = np.empty((DEEPEST, 3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    stack, facet, at = np.empty((DEEPEST, 3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    x, y = np.empty(3), np.empty(3)
     spans, count = np.empty((len(direction), SPANS, 2)), np.empty(len(direction), np.int64)
     q = 0
     for r in range(len(field)):
@@ -61,10 +63,11 @@ def behind_outlines(
                     _copy(stack[waiting], facet)
                     if _away(facet, start[q], end[q], ahead[q], facing[q], before[q], total[q], wide):
                         continue
-                    if _halved(facet, stack, waiting):
+                    between = _projected(facet, start[q], ahead[q], across[q], before[q], total[q], at, x, y)
+                    bent = not between or _bent(at, total[q], x, y, reach)
+                    if bent and _halved(facet, stack, waiting):
                         waiting += 2
-                        continue
-                    if _projected(facet, start[q], ahead[q], across[q], before[q], total[q], reach, x, y):
+                    elif between and _within(x, y, reach):
                         if fullest == spans.shape[1]:
                             spans = _with_room(spans)
                         fullest = max(fullest, _cover(x, y, direction, reach, spans, count))
@@ -138,9 +141,9 @@ def _halved(facet, stack, at):
 
 
 @inlined
-def _projected(facet, start, ahead, across, before, total, reach, x, y):
-    """Fill in the corners of a facet in the plane of w; whether it is between the ends and may be within reach."""
-    nearest, widest = np.inf, 0.0
+def _projected(facet, start, ahead, across, before, total, at, x, y):
+    """Fill in depths of the corners, their places across the ray (3, 3), and w; whether all are between the ends."""
+    between = True
     for i in range(3):
         depth, one, other = before, 0.0, 0.0
         for k in range(3):
@@ -148,13 +151,33 @@ def _projected(facet, start, ahead, across, before, total, reach, x, y):
             depth += step * ahead[k]
             one += step * across[0, k]
             other += step * across[1, k]
-        left = total - depth
-        if depth <= 0.0 or left <= 0.0:
-            return False
-        scale = np.sqrt(1.0 / depth + 1.0 / left)
-        x[i], y[i] = scale * one, scale * other
-        nearest = min(nearest, x[i] * x[i] + y[i] * y[i])
+        at[i, 0], at[i, 1], at[i, 2] = depth, one, other
+        between &= 0.0 < depth < total
+        if between:
+            scale = np.sqrt(1.0 / depth + 1.0 / (total - depth))
+            x[i], y[i] = scale * one, scale * other
+    return between
+
+
+@inlined
+def _bent(at, total, x, y, reach):
+    """Whether w in the middle of an edge is not halfway between its corners'."""
+    most = 0.0
     for i in range(3):
+        depth = 0.5 * (at[i, 0] + at[i - 1, 0])
+        scale = np.sqrt(1.0 / depth + 1.0 / (total - depth))
+        one = scale * (at[i, 1] + at[i - 1, 1]) - (x[i] + x[i - 1])
+        other = scale * (at[i, 2] + at[i - 1, 2]) - (y[i] + y[i - 1])
+        most = max(most, one * one + other * other)
+    return most > (2.0 * BENT * reach) ** 2
+
+
+@inlined
+def _within(x, y, reach):
+    """Whether a facet with such corners in the plane of w may be within reach."""
+    nearest, widest = np.inf, 0.0
+    for i in range(3):
+        nearest = min(nearest, x[i] * x[i] + y[i] * y[i])
         widest = max(widest, (x[i] - x[i - 1]) ** 2 + (y[i] - y[i - 1]) ** 2)
     return np.sqrt(nearest) - np.sqrt(widest) < reach
 
