@@ -32,7 +32,7 @@ from benchmarks.cells.situations.variation import varied
 from benchmarks.cells.spec import Cell
 from obstaclewatch import BeepDesign, NoBeepError
 from obstaclewatch.recording import Recording
-from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.arrays import Flags, Floats
 from scenes import ground_truth
 from scenes.truth.truth import GroundTruth, target_range_m
 from simulator import Fidelity
@@ -194,6 +194,12 @@ def echo_range_m(truth: GroundTruth) -> np.ndarray:
     return range_m
 
 
+def scored(cell: Cell, truth: GroundTruth) -> Flags:
+    """(T,) beeps with the target in range, before contact."""
+    inside: Flags = (truth.range_m <= cell.scoring.max_range_m) & ~(truth.time_s > truth.contact_time_s)
+    return inside
+
+
 def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> dict[str, Any]:
     """Columns over the beeps with the target in range: truth beside estimates."""
     # Emission times are the detector's own; to the nearest period they count the beeps, also where it began late.
@@ -203,7 +209,7 @@ def _beep_table(cell: Cell, detections: Sequence[Any], truth: GroundTruth) -> di
     within = [detection for detection, keep in zip(detections, kept, strict=True) if keep]
     path_m = echo_range_m(truth)
     estimates: Estimates = associate(within, path_m[rows, 0], cell.scoring.gate_m)
-    inside = (truth.range_m[rows] <= cell.scoring.max_range_m) & ~(truth.time_s[rows] > truth.contact_time_s)
+    inside = scored(cell, truth)[rows]
     columns = {
         "beep": rows,
         "time_s": truth.time_s[rows],

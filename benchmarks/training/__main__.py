@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 import numpy as np
@@ -36,6 +36,7 @@ SEEDS = {"learned": {"paper": 2018, "mixed": 2019}, "held out": {"paper": 7001, 
 WALKS, HELD_OUT = 3638, 169
 MIXED_SHARE = 0.3
 """Of the walks; the others have the recipe `paper`."""
+Found = TypeVar("Found", Examples, BearingExamples)
 SHOWN_BEEPS = 40
 """Of held-out walks, whose pictures are kept to show that the weights are those of the card."""
 
@@ -73,10 +74,7 @@ def decision(
     learned = examples_of(learned_walks(walks), receptions, jobs, folder / "learned")
     model = model_of(learned, jobs)
     model.write(output)
-    unseen = {
-        recipe: examples_of([cells], receptions, jobs, folder / "held-out" / recipe)
-        for recipe, cells in unseen_walks(held_out).items()
-    }
+    unseen = of_unseen(examples_of, held_out, receptions, jobs, folder)
     write_card(output, card(model, shared(walks), unseen))
     if table is not None:
         write_table(table, unseen["paper"], model)
@@ -95,10 +93,7 @@ def bearing(
 
     model = learned_bearings(bearings_of(learned_walks(walks), receptions, jobs, folder / "learned"))
     model.write(output)
-    unseen = {
-        recipe: bearings_of([cells], receptions, jobs, folder / "held-out" / recipe)
-        for recipe, cells in unseen_walks(held_out).items()
-    }
+    unseen = of_unseen(bearings_of, held_out, receptions, jobs, folder)
     write_card(output, bearing_card(model, shared(walks), unseen))
     if table is not None:
         unseen["paper"].write(table)
@@ -110,9 +105,16 @@ def learned_walks(walks: int) -> list[list[Cell]]:
     return list(map(with_people_drawn, wanted))
 
 
-def unseen_walks(held_out: int) -> dict[str, list[Cell]]:
-    """So many walks of each recipe to measure with."""
-    return {recipe: development_cells(recipe, seed, held_out) for recipe, seed in SEEDS["held out"].items()}
+def of_unseen(
+    examples_of_walks: Callable[..., Found], held_out: int, receptions: int, jobs: int, folder: Path
+) -> dict[str, Found]:
+    """Examples of so many walks of each recipe to measure with."""
+    return {
+        recipe: examples_of_walks(
+            [development_cells(recipe, seed, held_out)], receptions, jobs, folder / "held-out" / recipe
+        )
+        for recipe, seed in SEEDS["held out"].items()
+    }
 
 
 def write_card(weights: Path, card: dict[str, Any]) -> None:

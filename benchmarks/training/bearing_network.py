@@ -6,7 +6,6 @@ On one machine the same examples give the same weights: everything is drawn from
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import torch
@@ -14,7 +13,8 @@ from torch import nn
 from torch.nn import functional
 
 from benchmarks.training.bearings import BearingExamples
-from obstaclewatch.support.arrays import Singles
+from benchmarks.training.descent import descend, plain, usual_and_spread
+from obstaclewatch.support.arrays import Ints
 from obstaclewatch.tracking.bearing_evidence import NUMBERS
 from obstaclewatch.tracking.bearing_model import EDGES_RAD, BearingModel, scaled
 
@@ -22,10 +22,9 @@ HIDDEN = (96, 48)
 DROPPED = 0.1
 """Share of the values that a step leaves out after either hidden layer."""
 WEIGHT_DECAY = 0.05
-EPOCHS, BATCH = 16, 256
+EPOCHS = 16
 RATE = 2e-3
 """Highest rate of learning; it rises to it and falls again."""
-LEAST_SPREAD = 1e-3
 
 
 def learned_bearings(examples: BearingExamples, seed: int = 0) -> BearingModel:
@@ -39,27 +38,19 @@ def learned_bearings(examples: BearingExamples, seed: int = 0) -> BearingModel:
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    usual = np.nan_to_num(np.nanmean(examples.evidence, axis=0))
-    spread = np.maximum(np.nan_to_num(np.nanstd(examples.evidence, axis=0)), LEAST_SPREAD)
+    usual, spread = usual_and_spread(examples.evidence)
     numbers = torch.from_numpy(scaled(examples.evidence, usual, spread))
     right = torch.from_numpy(np.digitize(examples.true_rad, EDGES_RAD[1:-1]))
     weight = torch.from_numpy(examples.weights().astype(np.float32))
     net = _net()
-    optimizer = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=WEIGHT_DECAY)
-    steps = EPOCHS * (-(-len(examples) // BATCH))
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps + 1)
-    net.train()
-    for _ in range(EPOCHS):
-        order = rng.permutation(len(examples))
-        for first in range(0, len(examples), BATCH):
-            rows = order[first : first + BATCH]
-            loss = functional.cross_entropy(net(numbers[rows]), right[rows], reduction="none") @ weight[rows]
-            optimizer.zero_grad()
-            (loss / len(rows)).backward()
-            optimizer.step()
-            schedule.step()
+
+    def loss_of(rows: Ints) -> torch.Tensor:
+        loss = functional.cross_entropy(net(numbers[rows]), right[rows], reduction="none") @ weight[rows]
+        return loss / len(rows)
+
+    descend(net, loss_of, len(examples), rng, epochs=EPOCHS, rate=RATE, weight_decay=WEIGHT_DECAY)
     layers = [layer for layer in net if isinstance(layer, nn.Linear)]
-    weights, offsets = tuple(_plain(each.weight) for each in layers), tuple(_plain(each.bias) for each in layers)
+    weights, offsets = tuple(plain(each.weight) for each in layers), tuple(plain(each.bias) for each in layers)
     return BearingModel(usual, spread, weights, offsets)
 
 
@@ -69,8 +60,3 @@ def _net() -> nn.Sequential:
     for taken, given in pairwise((NUMBERS, *HIDDEN)):
         layers += [nn.Linear(taken, given), nn.ReLU(), nn.Dropout(DROPPED)]
     return nn.Sequential(*layers, nn.Linear(HIDDEN[-1], len(EDGES_RAD) - 1))
-
-
-def _plain(values: Any) -> Singles:
-    found: Singles = values.detach().numpy().copy()
-    return found

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks.cells.spec import Cell
 from benchmarks.training.examples import numbered, walk_files
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.rows import Rows
 from obstaclewatch.tracking.bearing_model import BearingModel
 
 STATED_DEG = (0, 10, 20, 40, 90)
@@ -21,7 +22,7 @@ STATED_DEG = (0, 10, 20, 40, 90)
 
 
 @dataclass(frozen=True)
-class BearingExamples:
+class BearingExamples(Rows):
     """n candidates.
 
     Attributes:
@@ -34,12 +35,6 @@ class BearingExamples:
     reception: Ints
     evidence: Floats
     true_rad: Floats
-
-    def __len__(self) -> int:
-        return len(self.walk)
-
-    def __getitem__(self, rows: Flags | Ints) -> BearingExamples:
-        return BearingExamples(*(getattr(self, name)[rows] for name in self.__annotations__))
 
     def weights(self) -> Floats:
         """(n,) by which candidates count: a walk's sum grows as the square root of their number."""

@@ -6,9 +6,7 @@ weights: everything is drawn from a seed, and sums run in one thread.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import torch
@@ -16,6 +14,7 @@ from joblib import Parallel, delayed
 from torch import nn
 from torch.nn import functional
 
+from benchmarks.training.descent import descend, plain, usual_and_spread
 from benchmarks.training.examples import FOLDS, Examples
 from benchmarks.training.fit import stated
 from obstaclewatch.support.arrays import Floats, Ints, Singles
@@ -27,7 +26,7 @@ HIDDEN = 32
 DROPPED = 0.5
 """Share of the values that a step leaves out before either dense layer."""
 WEIGHT_DECAY = 0.05
-EPOCHS, BATCH = 4, 256
+EPOCHS = 4
 RATE = 3e-3
 """Highest rate of learning; it rises to it and falls again."""
 SHIFTED_COLUMNS = 1
@@ -39,7 +38,6 @@ WITHOUT_NUMBER = 0.15
 """Share of the numbers that a step leaves out, so that none is relied on alone."""
 WITHOUT_MIC_1 = 0.05
 """Share of the pictures from which microphone 1 is taken, as some recordings lack it."""
-LEAST_SPREAD = 1e-3
 
 
 class _Net(nn.Module):
@@ -74,8 +72,7 @@ def learned(examples: Examples, jobs: int = 1, seed: int = 0) -> tuple[Collision
     """
     used, fold = examples.used, examples.fold
     evidence = examples.evidence[used]
-    usual = np.nan_to_num(np.nanmean(evidence, axis=0))
-    spread = np.maximum(np.nan_to_num(np.nanstd(evidence, axis=0)), LEAST_SPREAD)
+    usual, spread = usual_and_spread(evidence)
     others = [np.flatnonzero(used & (fold != own)) for own in range(FOLDS)]
     if not all(len(rows) for rows in others):
         raise ValueError(f"walks must be in two of {FOLDS} folds or more, got {sorted(set(fold.tolist()))}: add walks")
@@ -102,26 +99,14 @@ def _fitted(every: Examples, learned_from: Ints, usual: Floats, spread: Floats, 
     each = examples.weights()
     weight = torch.from_numpy((each / each.mean()).astype(np.float32))
     net = _Net(numbers.shape[1])
-    optimizer = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=WEIGHT_DECAY)
-    steps = EPOCHS * (-(-len(examples) // BATCH))
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps + 1)
-    net.train()
-    for rows in _batches(len(examples), rng):
+
+    def loss_of(rows: Ints) -> torch.Tensor:
         pictures = _varied(every.pictures[learned_from[rows]].astype(np.float32), rng)
         log_odds = net(torch.from_numpy(pictures), numbers[rows])
-        loss = functional.binary_cross_entropy_with_logits(log_odds, collides[rows], weight[rows])
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-        schedule.step()
+        return functional.binary_cross_entropy_with_logits(log_odds, collides[rows], weight[rows])
+
+    descend(net, loss_of, len(examples), rng, epochs=EPOCHS, rate=RATE, weight_decay=WEIGHT_DECAY)
     return _as_network(net)
-
-
-def _batches(count: int, rng: np.random.Generator) -> Iterator[Ints]:
-    """Rows in every epoch's own order."""
-    for _ in range(EPOCHS):
-        order = rng.permutation(count)
-        yield from (order[first : first + BATCH] for first in range(0, count, BATCH))
 
 
 def _varied(pictures: Singles, rng: np.random.Generator) -> Singles:
@@ -137,10 +122,6 @@ def _varied(pictures: Singles, rng: np.random.Generator) -> Singles:
 
 
 def _as_network(net: _Net) -> Network:
-    def plain(values: Any) -> Singles:
-        found: Singles = values.detach().numpy().copy()
-        return found
-
     return Network(
         tuple(plain(layer.weight) for layer in net.layers),
         tuple(plain(layer.bias) for layer in net.layers),

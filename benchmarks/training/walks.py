@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.cells.association import nearest_within
-from benchmarks.cells.compute import distance_left_m, echo_range_m, situation_of, truths_at_beeps
+from benchmarks.cells.compute import distance_left_m, echo_range_m, scored, situation_of, truths_at_beeps
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
@@ -110,15 +110,15 @@ def received(walk: Walk, reception: int) -> Singles:
 
 def seen_at_beeps(walk: Walk, reception: int) -> Seen:
     """What the detector has of a reception; the target is found by its range alone, as in scores."""
-    beep, scoring, truth = walk.cell.beep.design(), walk.cell.scoring, walk.truth
+    beep, truth = walk.cell.beep.design(), walk.truth
     detector = detector_for(walk.cell, TrackingDetector.__name__, walk.setting, beep)
     true_m = echo_range_m(truth)[:, 0]
-    judged = (truth.range_m <= scoring.max_range_m) & ~(truth.time_s > truth.contact_time_s)
+    judged = scored(walk.cell, truth)
     evidence, pictures, found = [], [], []
     for number, detection in enumerate(_detections(detector, received(walk, reception), beep)):
         evidence.append(tuple(detector.evidence))
         pictures.append(detector.picture)
-        target = nearest_within(detection.range_m, float(true_m[number]), scoring.gate_m)
+        target = nearest_within(detection.range_m, float(true_m[number]), walk.cell.scoring.gate_m)
         if target is not None and judged[number]:
             found.append((number, detector.bearing_evidence[target]))
     which, numbers = zip(*found, strict=True) if found else ((), ())

@@ -1,9 +1,8 @@
 """The bearing of what a track follows, by what was learned from simulated walks: a small dense network.
 
-It takes what the track says (`bearing_evidence`), centred, scaled and limited, so that nothing unusual can decide
-alone, and states how probable each bin of bearings is. The bearing is the median, its claimed deviation half of what
-holds the middle 68 %. `python -m benchmarks.training bearing` learns the weights and writes their card;
-docs/tracking.md says what they were learned from.
+It takes what the track says (`bearing_evidence`), as `deviations`, and states how probable each bin of bearings is. The
+bearing is the median, its claimed deviation half of what holds the middle 68 %. `python -m benchmarks.training bearing`
+learns the weights and writes their card; docs/tracking.md says what they were learned from.
 """
 
 from __future__ import annotations
@@ -18,12 +17,11 @@ import numpy as np
 from obstaclewatch.support.arrays import Floats, Singles
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.bearing_evidence import NUMBERS
+from obstaclewatch.tracking.deviations import deviations
 
 CARD = Path(__file__).with_name("bearing_model.json")
 """What the weights were learned from, and what they did on walks that they had not seen."""
 WEIGHTS = Path(__file__).with_name("bearing_model.npz")
-MOST_DEVIATIONS = 5.0
-"""Beyond which a number counts as so many."""
 EDGES_RAD = np.deg2rad([*np.arange(0.0, 40.0, 2.5), *np.arange(40.0, 95.0, 5.0)])
 """Of the bins."""
 MIDDLE, ONE_DEVIATION = 0.5, (0.16, 0.84)
@@ -106,9 +104,8 @@ def bearing_model() -> BearingModel:
 
 
 def scaled(evidence: Floats, usual: Floats, spread: Floats) -> Singles:
-    """(n, NUMBERS) in deviations from what is usual; what is missing is usual."""
-    deviation = np.clip((evidence - usual) / spread, -MOST_DEVIATIONS, MOST_DEVIATIONS)
-    return np.nan_to_num(deviation).astype(np.float32)
+    """(n, NUMBERS) what the network takes of `bearing_evidence`."""
+    return deviations(evidence, usual, spread).astype(np.float32)
 
 
 def _reached(below: Floats, share: float) -> Floats:

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from obstaclewatch.support.arrays import Flags, Floats, Singles
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.approach_picture import LAYERS, SHAPE
+from obstaclewatch.tracking.deviations import deviations
 from obstaclewatch.tracking.evidence import OF_TRACKS, Evidence
 
 CARD = Path(__file__).with_name("collision_model.json")
@@ -29,8 +30,6 @@ CARD = Path(__file__).with_name("collision_model.json")
 WEIGHTS = Path(__file__).with_name("collision_model.npz")
 KERNEL = 3
 POOLED_LAYERS = 2
-MOST_DEVIATIONS = 5.0
-"""Beyond which a number counts as so many."""
 MOST_AGREEMENT, MOST_LEVEL = 1.0, 1.3
 """Beyond which microphone 1's agreement, and the level, of a picture count as so much: an echo 11 dB over what is usual
 tells by its place and phase, not by how loud it is."""
@@ -169,9 +168,8 @@ def collision_model() -> CollisionModel:
 
 def scaled(evidence: Floats, usual: Floats, spread: Floats) -> Singles:
     """(n, F + T) numbers of `Evidence` (n, F) in deviations from what is usual, and which of tracks are missing."""
-    missing = np.isnan(evidence)
-    deviation = np.where(missing, 0.0, np.clip((evidence - usual) / spread, -MOST_DEVIATIONS, MOST_DEVIATIONS))
-    return np.concatenate([deviation, missing[:, :OF_TRACKS]], axis=1).astype(np.float32)
+    missing = np.isnan(evidence[:, :OF_TRACKS])
+    return np.concatenate([deviations(evidence, usual, spread), missing], axis=1).astype(np.float32)
 
 
 def limited(pictures: Singles) -> Singles:

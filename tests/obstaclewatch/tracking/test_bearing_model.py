@@ -9,7 +9,8 @@ import pytest
 from scipy.special import softmax
 
 from obstaclewatch.tracking.bearing_evidence import NUMBERS
-from obstaclewatch.tracking.bearing_model import EDGES_RAD, MOST_DEVIATIONS, WEIGHTS, BearingModel, bearing_model
+from obstaclewatch.tracking.bearing_model import EDGES_RAD, WEIGHTS, BearingModel, bearing_model
+from obstaclewatch.tracking.deviations import MOST_DEVIATIONS
 
 RNG = np.random.default_rng(0)
 BINS = len(EDGES_RAD) - 1

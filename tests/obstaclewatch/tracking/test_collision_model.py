@@ -10,13 +10,13 @@ from scipy.signal import correlate2d
 
 from obstaclewatch.tracking.approach_picture import SHAPE
 from obstaclewatch.tracking.collision_model import (
-    MOST_DEVIATIONS,
     WEIGHTS,
     CollisionModel,
     _convolved,
     _greatest_of_four,
     collision_model,
 )
+from obstaclewatch.tracking.deviations import MOST_DEVIATIONS
 from obstaclewatch.tracking.evidence import NO_EVIDENCE, OF_TRACKS, Evidence
 
 RNG = np.random.default_rng(0)

@@ -72,7 +72,7 @@ def _pyroomacoustics(source: Floats, order: int) -> tuple[list[Floats], float]:
 
 
 def acoustic_spaces(geometry: dict[str, Any], source: Floats, order: int) -> tuple[list[Floats], float]:
-    """The same, by acoustic-spaces, in a geometry as its scenes have it."""
+    """Lengths of each pair, and processor time a pair, ms, by acoustic-spaces in a geometry as its scenes have it."""
     asked = {
         "geometry": geometry, "order": order,
         "sources": source.tolist(), "receivers": (source[:, None] + ARMS_M).tolist(),

@@ -29,7 +29,7 @@ def growth(cell: Cell, axis: str, values: Sequence[int]) -> tuple[dict[str, floa
     found = {}
     for value in values:
         call = AXES[axis](value)
-        found[f"{axis}_{value}_ms"] = cpu_ms(call, 3) / (2 * (int(call().pose.max()) + 1))
+        found[f"{axis}_{value}_ms"] = cpu_ms(call, 3) / (2 * (value if axis == "places" else PLACES))
     return found, []
 
 
