@@ -26,6 +26,8 @@ from simulator.scene.scene import Scene
 from simulator.search import searched
 from simulator.waves.band import REFERENCE_HZ
 from simulator.world.candidates import FOCUS_GAIN, Candidates
+from simulator.world.interactions import Interaction
+from simulator.world.mirrors import FLUSH_M
 from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -165,10 +167,11 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     return level >= search.lost_in_noise
 
 
-def _first_of_twins(_search: Search, found: Candidates) -> Flags:
+def _first_of_twins(search: Search, found: Candidates) -> Flags:
     """(C,) False for a path whose image coincides with an earlier one's: both cross a common border.
 
-    The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side.
+    The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side. What is reflected
+    at an edge by the edge's own face is: the edge's wave holds it.
     """
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
@@ -180,7 +183,17 @@ def _first_of_twins(_search: Search, found: Candidates) -> Flags:
     )
     mask = np.zeros(len(found), dtype=bool)
     mask[_equal_rows(columns)[0]] = True
-    return mask
+    return mask & ~_off_own_face(search.tracing.world, found)
+
+
+def _off_own_face(world: World, found: Candidates) -> Flags:
+    """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end."""
+    rows, off = np.flatnonzero(found.edge >= 0), np.zeros(len(found), dtype=bool)
+    some, faces = found[rows], world.wedges.patch[found.edge[rows]]
+    own = (some.sequence[:, :, None] == faces[:, None]).any(axis=2) & (some.interaction == Interaction.SPECULAR)
+    at_edge = some.points_m[np.arange(len(rows)), point_slot(some) + 1]
+    off[rows] = (own & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)).any(axis=1)
+    return off
 
 
 def _equal_rows(columns: Ints) -> tuple[Ints, Ints]:

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import dot as dot_rows
+from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import inside_patch
 from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
+from simulator.world.mirrors import FLUSH_M
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
@@ -27,46 +30,54 @@ def covered(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether a sheet lies on a reflecting plane or sharp edge of a path, on the side of the path."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     blind_m = BLIND * OFFSET * max(extent, float(np.abs(found.points_m).max(initial=0.0)))
-    own = _own_patches(tracing, found)
-    return _covered(tracing.mirrors, own, found.pose, found.points_m, blind_m)  # type: ignore[call-arg]
+    own, within = _own_patches(tracing, found)
+    return _covered(tracing.mirrors, own, within, found.pose, found.points_m, blind_m)  # type: ignore[call-arg]
 
 
-def _own_patches(tracing: Tracing, found: Candidates) -> Ints:
-    """(C, N, 2) planar patches at each point of a path: a mirror, or both faces of a sharp edge; -1 without."""
-    mirror = np.where(found.interaction == Interaction.SPECULAR, found.sequence, -1)
-    own = np.stack([mirror, mirror], axis=2)
-    edge = found.interaction == Interaction.EDGE
-    own[edge] = tracing.world.wedges.patch[found.sequence[edge] - tracing.world.numbering.first[Interaction.EDGE]]
-    return own
+def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:
+    """(C, N, 2) planar patches at each point of a path, and (C, N, 2, 3) points on them: a mirror, or both faces of a
+    sharp edge; -1 without.
+
+    Beside an edge, and within its ends, they are a touch inside: a plane that goes on where the face ends covers
+    nothing of it.
+    """
+    own = np.full((*found.sequence.shape, 2), -1)
+    own[..., 0] = np.where(found.interaction == Interaction.SPECULAR, found.sequence, -1)
+    within = np.repeat(found.points_m[:, 1:-1, None], 2, axis=2)
+    row, place = np.nonzero(found.interaction == Interaction.EDGE)
+    number = found.sequence[row, place] - tracing.world.numbering.first[Interaction.EDGE]
+    wedges = at_poses(tracing, number, found.pose[row])
+    own[row, place] = wedges.patch
+    own[row, place, 1] = np.where(wedges.patch[:, 0] == wedges.patch[:, 1], -1, wedges.patch[:, 1])
+    to_middle = 0.5 * (wedges.start_m + wedges.end_m) - within[row, place, 0]
+    along = np.sign(dot_rows(to_middle, wedges.along))[:, None] * wedges.along
+    turn = wedges.open_angle_rad[:, None]
+    for face, angle in enumerate((0.0 * turn, turn)):
+        inwards = np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
+        within[row, place, face] += FLUSH_M * (inwards + along)
+    return own, within
 
 
 @compiled
-def _covered(mirrors, own, pose, points, blind):
+def _covered(mirrors, own, within, pose, points, blind):
     out = np.zeros(len(pose), np.bool_)
     for r in range(len(pose)):
+        n = pose[r]
         for k in range(own.shape[1]):
             if max(own[r, k, 0], own[r, k, 1]) < 0:
                 continue
             for p in range(len(mirrors.radius_m)):
-                height = dot(points[r, k + 1], mirrors.normal[pose[r], p]) - mirrors.offset_m[pose[r], p]
-                if abs(height) > blind or not _lies_on(mirrors, pose[r], p, own[r, k]):
+                height = dot(points[r, k + 1], mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+                if abs(height) > blind or p == own[r, k, 0] or p == own[r, k, 1]:
                     continue
-                for end in (points[r, k], points[r, k + 2]):
-                    if _hides(mirrors, pose[r], p, max(own[r, k, 0], own[r, k, 1]), points[r, k + 1], end, height):
-                        out[r] = True
+                for face in range(2):
+                    patch = own[r, k, face]
+                    if patch < 0 or abs(dot(mirrors.normal[n, p], mirrors.normal[n, patch])) <= PARALLEL_COS:
+                        continue
+                    for end in (points[r, k], points[r, k + 2]):
+                        if _hides(mirrors, n, p, patch, within[r, k, face], end, height):
+                            out[r] = True
     return out
-
-
-@inlined
-def _lies_on(mirrors, n, p, own):
-    """Whether a patch is another than those at a point, and parallel to one of them."""
-    parallel = False
-    for other in own:
-        if p == other:
-            return False
-        if other >= 0:
-            parallel |= abs(dot(mirrors.normal[n, p], mirrors.normal[n, other])) > PARALLEL_COS
-    return parallel
 
 
 @inlined

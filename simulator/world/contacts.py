@@ -7,17 +7,21 @@ leans makes a corner with its image, and ends there.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
-from obstaclewatch.support.arrays import Flags, Floats
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
-from simulator.world.corners import TOUCHING_M, leaning_ends
+from simulator.world.corners import STEEP, TOUCHING_M, leaning_ends
 from simulator.world.visibility import Blocker
 
 CIRCUIT_M = TOUCHING_M  # a surface this close to an edge touches it
-CELL_M, MAX_CELLS = 0.1, 64
+CELL_M, MAX_CELLS = 0.1, 64  # what touches an edge between two places this far apart may be missed if it is a sheet
+HALVINGS = 20  # of such a cell: 0.1 um
+ROUNDED_M = 1e-4  # an edge that ends this close to a mirror ends on it
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
 
@@ -32,47 +36,119 @@ def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patch
     """
     if len(wedges) == 0:
         return wedges
-    cells = np.clip(np.ceil(wedges.length_m / CELL_M), 3, MAX_CELLS).astype(np.int64)
-    owner = np.repeat(np.arange(len(wedges)), cells)
-    place = np.arange(len(owner)) - np.repeat(np.cumsum(cells) - cells, cells)
-    share = (place + 0.5) / cells[owner]
-    free = ~_touched(wedges[owner], share, blockers, carried)
-    before = free & (place > 0) & np.concatenate([[False], free[:-1]])
-    after = free & (place < cells[owner] - 1) & np.concatenate([free[1:], [False]])
-    first, last = np.flatnonzero(free & ~before), np.flatnonzero(free & ~after)
-    stretch = wedges[owner[first]]
-    low, high = place[first] / cells[owner[first]], (place[last] + 1) / cells[owner[last]]
-    along = stretch.end_m - stretch.start_m
-    corner = np.stack([low == 0.0, high == 1.0], axis=1)
-    runs_on = corner & np.stack([_runs_on(stretch, end, blockers, carried) for end in (0, 1)], axis=1)
+    row, low, high = _free_stretches(wedges, blockers, carried)
+    whole, cut = wedges[row], np.stack([low > 0.0, high < 1.0], axis=1)
+    low, high = _ending_on_mirrors(whole, np.stack([low, high], axis=1), cut, patches).T
+    stretch = replace(whole, start_m=_place(whole, low), end_m=_place(whole, high))
+    runs_on = cut | np.stack([_runs_on(stretch, end, blockers, carried) for end in (0, 1)], axis=1)
     leans_on = leaning_ends(stretch, runs_on, patches, carried)
-    corner &= ~runs_on | (leans_on >= 0)
-    return Wedges(
-        stretch.start_m + low[:, None] * along, stretch.start_m + high[:, None] * along, stretch.inwards,
-        stretch.normal, stretch.open_angle_rad, stretch.patch, stretch.obstacle, stretch.sheet_m, corner,
-        stretch.mirror, leans_on,
-    )  # fmt: skip
+    return replace(stretch, radiates=~runs_on | (leans_on >= 0), leans_on=leans_on)
 
 
-def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> NDArray:
+def _free_stretches(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags) -> tuple[Ints, Floats, Floats]:
+    """(F,) wedge of every stretch that no surface touches, and the shares of its length from which to which it runs."""
+    cells = np.clip(np.ceil(wedges.length_m / CELL_M), 3, MAX_CELLS).astype(np.int64)
+    row = np.repeat(np.arange(len(wedges)), cells)
+    place = np.arange(len(row)) - np.repeat(np.cumsum(cells) - cells, cells)
+    beside = 2.0 * _radius_m(wedges)[row] / wedges.length_m[row]  # at its very end an edge may stand on something
+    near, far = (np.clip((place + end) / cells[row], beside, 1.0 - beside) for end in (0, 1))
+    both = np.concatenate([near, far]), np.concatenate([far, near])
+    onwards, back = np.split(_reach(wedges[np.tile(row, 2)], *both, blockers, carried), 2)
+    low, high = np.where(near <= beside, 0.0, near), np.where(far >= 1.0 - beside, 1.0, far)
+    some, rest = onwards > near, back < far
+    row = np.concatenate([row[some], row[rest]])
+    low, high = np.concatenate([low[some], back[rest]]), np.concatenate([onwards[some], high[rest]])
+    return _joined(row, low, high)
+
+
+def _joined(row: Ints, low: Floats, high: Floats) -> tuple[Ints, Floats, Floats]:
+    """Runs of one row each, from `low` to `high` (R,), with those that meet or overlap in one."""
+    order = np.lexsort((low, row))
+    row, low, high = row[order], low[order], high[order]
+    first = np.append(True, (np.diff(row) != 0) | (low[1:] > high[:-1]))[: len(row)]
+    last = np.append(first[1:], True)[: len(row)]
+    return row[first], low[first], high[last]
+
+
+def _reach(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Floats:
+    """(R,) share of the length up to which an edge is free, from one share towards another."""
+    free, met = start.copy(), end.copy()
+    open_ = ~_met(wedges, start, end, blockers, carried)
+    free[open_] = end[open_]
+    rows = np.flatnonzero(~open_ & ~_touched(wedges, start, blockers, carried))
+    some = wedges[rows]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (free[rows] + met[rows])
+        beyond = _met(some, start[rows], middle, blockers, carried)
+        met[rows], free[rows] = np.where(beyond, middle, met[rows]), np.where(beyond, free[rows], middle)
+    return free
+
+
+def _met(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+    """(R,) whether a surface touches an edge at one share of its length, or stands across it from another on."""
+    before, there = _circuit(wedges, start), _circuit(wedges, end)
+    return _any_blocked(wedges, [*there[:-1], *before], [*there[1:], *there], blockers, carried)
+
+
+def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
     """(R,) whether a surface crosses the open side next to a place on the edge."""
-    point = wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
-    radius = np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)
-    stops = [point + radius[:, None] * _open_direction(wedges, part) for part in SHARES]
-    touched = np.zeros(len(wedges), dtype=bool)
-    for k in range(len(SHARES) - 1):
-        step = _blocked(wedges, stops[k], stops[k + 1], blockers, carried)
-        touched |= step & ((k < len(SHARES) - 2) | np.isinf(wedges.sheet_m))  # the last is inside a thin plate
-    return touched
+    stops = _circuit(wedges, share)
+    return _any_blocked(wedges, stops[:-1], stops[1:], blockers, carried)
 
 
-def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: Flags) -> NDArray:
+def _circuit(wedges: Wedges, share: Floats) -> list[Floats]:
+    """(R, 3) points about places on edges, from one face to the other; the last is inside a thin plate."""
+    return [_place(wedges, share) + _radius_m(wedges)[:, None] * _open_direction(wedges, part) for part in SHARES]
+
+
+def _any_blocked(
+    wedges: Wedges, start: list[Floats], end: list[Floats], blockers: tuple[Blocker, ...], carried: Flags
+) -> Flags:
+    """(R,) whether anything stands between some of the points (R, 3) of circuits.
+
+    Segments to their last point do not count on thin plates: every fourth from the third on.
+    """
+    which = np.tile(np.arange(len(wedges)), len(start))
+    hit = _blocked(wedges.obstacle[which], np.concatenate(start), np.concatenate(end), blockers, carried)
+    hit = hit.reshape(len(start), len(wedges))
+    outside = np.ones_like(hit)
+    outside[len(SHARES) - 2 :: len(SHARES)] = np.isinf(wedges.sheet_m)
+    found: Flags = np.logical_or.reduce(hit & outside, axis=0)
+    return found
+
+
+def _ending_on_mirrors(wedges: Wedges, share: Floats, cut: Flags, patches: PlanarPatches) -> Floats:
+    """(W, 2) shares of the length; those that are cut off (W, 2) within `ROUNDED_M` of a mirror end on it."""
+    moved, (row, end) = share.copy(), np.nonzero(cut)
+    gap = patches.offset_m - _place(wedges[row], share[row, end]) @ patches.normal.T
+    cosine = wedges.along[row] @ patches.normal.T
+    at, patch = np.nonzero((np.abs(cosine) > STEEP) & (np.abs(gap) <= ROUNDED_M * np.abs(cosine)))
+    step = gap[at, patch] / cosine[at, patch]
+    nearest_last = np.argsort(-np.abs(step), kind="stable")
+    at, patch, step = at[nearest_last], patch[nearest_last], step[nearest_last]
+    row, end = row[at], end[at]
+    inside = norm(_place(wedges[row], share[row, end]) - patches.center_m[patch]) <= patches.radius_m[patch] + ROUNDED_M
+    row, end = row[inside], end[inside]
+    moved[row, end] = share[row, end] + step[inside] / wedges.length_m[row]
+    return moved
+
+
+def _place(wedges: Wedges, share: Floats) -> Floats:
+    """(W, 3) points of edges, at shares (W,) of their length."""
+    return wedges.start_m + share[:, None] * (wedges.end_m - wedges.start_m)
+
+
+def _radius_m(wedges: Wedges) -> Floats:
+    """(W,) of the circuit on which what touches an edge is looked for."""
+    return np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)
+
+
+def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
     """(R,) whether a surface stands across the edge at its start (0) or end (1)."""
-    along = (wedges.end_m - wedges.start_m) / wedges.length_m[:, None]
-    radius = np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)[:, None]
+    radius = _radius_m(wedges)[:, None]
     corner = (wedges.end_m if end else wedges.start_m) + radius * _open_direction(wedges, 0.5)
-    reach = 2.0 * radius * along
-    return _blocked(wedges, corner - reach, corner + reach, blockers, carried)
+    reach = 2.0 * radius * wedges.along
+    return _blocked(wedges.obstacle, corner - reach, corner + reach, blockers, carried)
 
 
 def _open_direction(wedges: Wedges, share: float) -> Floats:
@@ -81,11 +157,11 @@ def _open_direction(wedges: Wedges, share: float) -> Floats:
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 
-def _blocked(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
-    """(R,) whether anything that can touch the wedge's body stands between two points."""
-    hit = np.zeros(len(wedges), dtype=bool)
+def _blocked(obstacle: Ints, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+    """(R,) whether anything that can touch an edge of an obstacle (R,) stands between two points."""
+    hit = np.zeros(len(obstacle), dtype=bool)
     for shadow in blockers:
-        rows = np.flatnonzero(carried[wedges.obstacle] == carried[shadow.obstacle])
+        rows = np.flatnonzero(carried[obstacle] == carried[shadow.obstacle])
         if len(rows):
             hit[rows] |= shadow.blocks(start[rows], end[rows])
     return hit
