@@ -40,7 +40,7 @@ NOT_MODELLED = (
     "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
     "a diffraction and a curve in one path",
-    "diffraction round rounded bodies of all but rays off planes: a facet is lit or hidden, and so is an edge",
+    "diffraction round rounded bodies of all but rays off planes and over one edge: a facet is lit or hidden",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
@@ -112,7 +112,10 @@ def traced(search: Search) -> tuple[Paths, Candidates]:
 
 def _gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
     """(C, K) complex gain of each path, without its travel phase, past the rounded bodies on its way."""
-    return path_gain(search, found, sums, frequency_hz) * behind_rounded(search, found, frequency_hz)
+    gain = path_gain(search, found, sums, frequency_hz)
+    kept = np.flatnonzero(np.abs(gain).max(axis=1, initial=0.0) >= search.lost_in_noise)
+    gain[kept] *= behind_rounded(search, found[kept], frequency_hz)
+    return gain
 
 
 def _passed(search: Search, reason: Reason, found: Candidates, kept: Flags, sums: Complexes) -> Candidates:

@@ -1,4 +1,4 @@
-"""What is left of rays off planes behind rounded bodies: the field behind a screen of their outline.
+"""What is left behind rounded bodies of rays off planes and over edges: the field behind a screen of their outline.
 
 Into the shadow of a sharp edge its own diffraction goes. A pole, a person or a round bin has no edge, and behind it a
 ray would be there or not. Here its parts stand in the way of the unfolded ray as an opaque screen does. By Kirchhoff's
@@ -11,6 +11,10 @@ as one, whatever their depth: all that stands in the way of the ray, between any
 Behind two rigid cylinders in turn, a pole and its image in the wall, this differs from the exact field by 0.07 of the
 free one on average while they are up to 0.8 m apart, and by 0.12 at 2 to 5 m; the product of two screens by 0.19 to
 0.07.
+
+A path over a sharp edge is unfolded there as by a mirror, and so fades with the mirror path that ends at that edge. Of
+the field that an edge receives past a pole it has 0.12 to 0.21 of the free one too much or too little on average, where
+an edge that is there or hidden has 0.28 to 0.33.
 """
 
 from __future__ import annotations
@@ -22,22 +26,26 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.single import point_slot
 from simulator.field.outlines import DIRECTION, REACH_RAD, behind_outlines
+from simulator.images.given_planes import mirrored
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
+from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import World
 
 
 def passes_around(world: World, found: Candidates) -> Flags:
-    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes, none of them of such a body.
+    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes and over one sharp edge.
 
-    A thin plate is no part of one: a sign's post weakens what its plate reflects.
+    None of them of such a body. A thin plate is no part of one: a sign's post weakens what its plate returns.
     """
-    planar = np.isin(found.interaction, (-1, Interaction.SPECULAR)).all(axis=1) & (found.order > 0)
+    straight = np.isin(found.interaction, (-1, Interaction.SPECULAR, Interaction.EDGE)).all(axis=1)
+    straight &= (found.order > 0) & (found.cell < 0)
     bodies = world.rounded.obstacle[~world.rounded.plates]
-    flags: Flags = planar & ~np.isin(world.obstacle_of(found.sequence), bodies).any(axis=1)
+    flags: Flags = straight & ~np.isin(world.obstacle_of(found.sequence), bodies).any(axis=1)
     return flags
 
 
@@ -48,7 +56,6 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     if not len(parts):
         return factor
     rows = np.flatnonzero(passes_around(search.tracing.world, found))
-    rows = rows[found[rows].amplitude > search.lost_in_noise]
     if not len(rows):
         return factor
     reach = float(np.sqrt(2.0 * REACH_RAD / search.wavenumber_1_m))
@@ -67,6 +74,9 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     return factor
 
 
+STRAIGHT = 1e-6  # sine of the turn under which a path goes straight on
+
+
 @dataclass(frozen=True)
 class _Segments(Rows):
     """The straight parts of unfolded rays, ray by ray; arrays as `behind_outlines` takes them."""
@@ -82,26 +92,70 @@ class _Segments(Rows):
 
 
 def _segments(found: Candidates) -> _Segments:
-    """All segments of paths over planes alone; what is ahead and across is mirrored from one to the next."""
+    """All segments of paths; what is ahead and across is mirrored from one to the next.
+
+    Edges send it on as a mirror would whose plane is square to the turn of the path.
+    """
     count, width = found.sequence.shape
     step = norm(np.diff(found.points_m, axis=1))
     before = np.cumsum(step, axis=1) - step
+    normal = _turning_planes(found, step)
     axes = np.empty((count, width + 1, 3, 3))
     axes[:, 0, 0] = (found.points_m[:, 1] - found.points_m[:, 0]) / step[:, :1]
-    upright = np.abs(axes[:, 0, 0, 2:]) > 0.9
-    axes[:, 0, 1] = np.cross(axes[:, 0, 0], np.where(upright, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
-    axes[:, 0, 1] /= norm(axes[:, 0, 1])[:, None]
+    axes[:, 0, 1] = _square_to(axes[:, 0, 0])
     axes[:, 0, 2] = np.cross(axes[:, 0, 0], axes[:, 0, 1])
     facing = np.zeros((count, width + 2, 3))
-    facing[:, 1:-1] = found.normal
+    facing[:, 1:-1] = normal
     for turn in range(width):
-        across = 2.0 * dot(axes[:, turn], found.normal[:, None, turn])
-        axes[:, turn + 1] = axes[:, turn] - across[..., None] * found.normal[:, None, turn]
+        across = 2.0 * dot(axes[:, turn], normal[:, None, turn])
+        axes[:, turn + 1] = axes[:, turn] - across[..., None] * normal[:, None, turn]
+    axes[..., 1:, :] = _half_way_to_the_end(axes, found.order)
     ray, k = np.nonzero(np.arange(width + 1) <= found.order[:, None])
     return _Segments(
         ray, found.points_m[ray, k], found.points_m[ray, k + 1], axes[ray, k, 0], axes[ray, k, 1:],
         np.stack([facing[ray, k], facing[ray, k + 1]], axis=1), before[ray, k], step.sum(axis=1)[ray],
     )  # fmt: skip
+
+
+def _square_to(ahead: Floats) -> Floats:
+    """(C, 3) unit vectors across (C, 3) others: level ones, unless these are upright."""
+    upright = np.abs(ahead[:, 2:]) > 0.9
+    across = np.cross(ahead, np.where(upright, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    return across / norm(across)[:, None]
+
+
+def _half_way_to_the_end(axes: Floats, order: Ints) -> Floats:
+    """(C, N + 1, 2, 3) what is across, half-way from `_square_to` of the first segments to that of the last ones.
+
+    A path and its reverse then have the same directions about them, and lose the same.
+    """
+    last = axes[np.arange(len(axes)), order]
+    end = _square_to(last[:, 0])
+    half = 0.5 * np.arctan2(dot(end, last[:, 2]), dot(end, last[:, 1]))[:, None, None]
+    one, other = axes[..., 1, :], axes[..., 2, :]
+    return np.stack([np.cos(half) * one + np.sin(half) * other, np.cos(half) * other - np.sin(half) * one], axis=2)
+
+
+def _turning_planes(found: Candidates, length_m: Floats) -> Floats:
+    """(C, N, 3) unit normals of the mirrors, and at edges of the planes whose mirrors would bend a path as they do.
+
+    Args:
+        length_m: (C, N + 1) of the segments. Where the end of an edge stands on a mirror one of them is nothing: its
+            direction is that of the next one as the mirror shows it.
+    """
+    width, at, normal = found.sequence.shape[1], point_slot(found), found.normal
+    ahead = np.diff(found.points_m, axis=1) / np.maximum(length_m, 1e-300)[..., None]
+    nothing = (length_m < COINCIDENT_M) & (np.arange(width + 1) <= found.order[:, None])
+    for k in range(1, width + 1):
+        rows = np.flatnonzero(nothing[:, k] & (k <= at))
+        ahead[rows, k] = mirrored(ahead[rows, k - 1], normal[rows, k - 1], np.zeros(len(rows)))
+    for k in reversed(range(width)):
+        rows = np.flatnonzero(nothing[:, k] & (k > at))
+        ahead[rows, k] = mirrored(ahead[rows, k + 1], normal[rows, k], np.zeros(len(rows)))
+    turn = np.diff(ahead, axis=1)
+    size = norm(turn)
+    over = (found.interaction == Interaction.EDGE)[..., None]
+    return np.where(over, turn / np.where(size > STRAIGHT, size, np.inf)[..., None], normal)
 
 
 def _at_rest(segments: _Segments, frame: Floats) -> _Segments:

@@ -100,6 +100,14 @@ def test_niches_between_pillars_have_the_waves_of_their_edges(level):
         assert 2.0 * 2.2421 * steps(scene, start, axis, level) < MOST
 
 
+@pytest.mark.parametrize("level", ["standard", "auto"])
+def test_a_post_beside_a_plate_weakens_its_edges_as_its_mirror(level):
+    """Cause: it weakened the mirror alone, so that the edge's wave did not make up for where that ends (-34 dB)."""
+    scene, target = street("sign", 4189, 3.07082)
+    start = np.array([float(target.mesh.bounds[0, 0]) - 1.6755, -0.00221, 1.02121])
+    assert 2.0 * 1.6755 * steps(scene, start, np.eye(3)[2], level) < 10.0 ** (-55.0 / 20.0)
+
+
 @pytest.mark.parametrize(("level", "axis"), [("standard", 0), ("standard", 1), ("standard", 2), ("auto", 0)])
 def test_no_echo_drops_out_over_a_signs_edge(level, axis):
     sign = pole_sign()

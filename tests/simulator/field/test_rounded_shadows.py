@@ -95,6 +95,37 @@ def test_a_post_that_crosses_the_way_to_a_wall_does_not_switch_its_echo():
     assert np.abs(gain).min() < 0.5
 
 
+def edge_echo(*posts):
+    """(F,) gain over the upright edge of a wall that ends at (1, 0.3); speaker and microphone are 2.4 m apart."""
+    wall = trimesh.creation.box(bounds=[[1.0, -8.0, -3.0], [1.2, 0.3, 6.0]])
+    bodies = [Obstacle(mesh, Material.rigid(), f"{k}") for k, mesh in enumerate([wall, *posts])]
+    speaker, mic = np.array([0.0, -1.2, HEIGHT_M]), np.array([0.0, 1.2, HEIGHT_M])
+    paths = trace_paths(
+        Scene(bodies, Air.lossless(SPEED_M_S)), Phone.ideal(speaker, [mic, mic + [0.0, 0.05, 0.0]]),
+        Pose([0.0, 0.0, 0.0], held_rotation(np.pi / 2)), Fidelity(level="auto", max_order=1),
+    )  # fmt: skip
+    met = (paths.mic == 0) & (paths.kind == "edge") & (paths.obstacle == "0")
+    return paths[met & (np.abs(paths.points_m[:, 1, :2] - [1.0, 0.3]).max(axis=1) < 1e-9)].gain_at(FREQUENCY_HZ)[0]
+
+
+@pytest.mark.parametrize(("radius_m", "share"), [(0.03, 0.3), (0.03, 0.6), (0.1, 0.3), (0.1, 0.6)])
+def test_an_edge_past_a_post_is_neither_there_nor_hidden(radius_m, share):
+    """The post stands on the way out alone: what the edge receives is the field past a cylinder."""
+    speaker, edge = np.array([0.0, -1.2]), np.array([1.0, 0.3])
+    length = np.linalg.norm(edge - speaker)
+    across = np.array([edge[1] - speaker[1], speaker[0] - edge[0]]) / length
+    free, errors, binary = edge_echo(), [], []
+    for aside_m in (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.35):
+        place = speaker + share * (edge - speaker) + aside_m * across
+        ends = [np.append(end - place, HEIGHT_M) for end in (speaker, edge)]
+        scattered = rigid_cylinder.scattered(radius_m, *ends, FREQUENCY_HZ, SPEED_M_S)
+        exact = 1.0 + length * scattered * np.exp(1j * WAVENUMBER_1_M * length)
+        errors.append(off(edge_echo(post_at(place, radius_m)) / free, exact))
+        binary.append(off(float(aside_m > radius_m), exact))
+    assert np.mean(errors) < 0.75 * np.mean(binary)
+    assert np.mean(errors) < 0.22
+
+
 def test_a_square_post_hides_the_ray_and_leaves_the_rest_to_its_edges():
     post = trimesh.creation.box((0.06, 0.06, 6.0))
     post.apply_translation([1.0, 0.0, HEIGHT_M])
