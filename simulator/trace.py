@@ -37,7 +37,7 @@ SAME_IMAGE_M = 1e-7
 
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
-    "concave creases within one obstacle, and corners of mirrors of less than 60 degrees",
+    "creases in corners of mirrors of less than 60 degrees",
     "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
     "a diffraction and a curve in one path",
     "diffraction round rounded bodies of all but rays off planes and over one edge: a facet is lit or hidden",

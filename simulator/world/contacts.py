@@ -25,7 +25,9 @@ ROUNDED_M = 1e-4  # an edge that ends this close to a mirror ends on it
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
 
-def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patches: PlanarPatches) -> Wedges:
+def exposed(
+    wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patches: PlanarPatches, follows: Flags
+) -> Wedges:
     """The free stretches of wedges, and whether their ends are corners.
 
     Args:
@@ -33,6 +35,7 @@ def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patch
         blockers: everything that stands there.
         carried: (O,) obstacles that go with the walker: they touch nothing but themselves.
         patches: mirrors that stand there.
+        follows: (P, P) which may follow which (`mirrors.facing`).
     """
     if len(wedges) == 0:
         return wedges
@@ -41,7 +44,7 @@ def exposed(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patch
     low, high = _ending_on_mirrors(whole, np.stack([low, high], axis=1), cut, patches).T
     stretch = replace(whole, start_m=_place(whole, low), end_m=_place(whole, high))
     runs_on = cut | np.stack([_runs_on(stretch, end, blockers, carried) for end in (0, 1)], axis=1)
-    leans_on = leaning_ends(stretch, runs_on, patches, carried)
+    leans_on = leaning_ends(stretch, runs_on, patches, follows, carried)
     return replace(stretch, radiates=~runs_on | (leans_on >= 0), leans_on=leans_on)
 
 

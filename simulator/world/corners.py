@@ -25,35 +25,38 @@ STEEP = 0.1  # cosine to a patch's normal from which an edge runs into it and no
 SHORTEST_M = 0.01  # a crease of half a wavelength
 
 
-def corner_wedges(patches: PlanarPatches, velocity_m_s: Floats, carried: Flags) -> list[Wedges]:
-    """Creases between faces and the mirrors of other obstacles that they stand on, where all stand at time 0.
+def corner_wedges(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carried: Flags) -> list[Wedges]:
+    """Creases between faces and the mirrors that they stand on, of their own body or another, as all stand at time 0.
 
-    A crease moves with its face, so the mirror rests, and the face stays on it. What goes with the walker stands on
-    nothing.
+    A crease moves with its face, so the mirror goes with it or rests, and the face stays on it. What goes with the
+    walker stands on nothing.
 
     Args:
         patches: of all obstacles.
+        follows: (P, P) which may follow which (`mirrors.facing`): others make no corner.
         velocity_m_s: (O, 3) of the obstacles.
         carried: (O,) obstacles that go with the walker.
     """
-    face, mirror = _meeting(patches, velocity_m_s, carried)
+    face, mirror = _meeting(patches, follows, velocity_m_s, carried)
     return [each for i, j in zip(face, mirror, strict=True) for each in _creases(patches, int(i), int(j))]
 
 
-def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, carried: Flags) -> Ints:
-    """(W, 2) patch of another obstacle into which an edge runs at its start and its end other than squarely, or -1.
+def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, follows: Flags, carried: Flags) -> Ints:
+    """(W, 2) patch into which an edge runs at its start and its end other than squarely, or -1.
 
     Args:
         wedges: where they stand at time 0.
         runs_on: (W, 2) whether any surface stands across the edge there.
-        patches, carried: as for `corner_wedges`.
+        patches, follows, carried: as for `corner_wedges`.
     """
     found = np.full(runs_on.shape, -1)
+    if len(patches) == 0:
+        return found
     row, end = np.nonzero(runs_on)
     point = np.where((end == 0)[:, None], wedges.start_m[row], wedges.end_m[row])
     touches = np.abs(point @ patches.normal.T - patches.offset_m) < TOUCHING_M
     touches &= np.abs(wedges.along[row] @ patches.normal.T) > STEEP
-    touches &= (patches.obstacle != wedges.obstacle[row, None]) & ~carried[patches.obstacle]
+    touches &= np.logical_or.reduce(follows[wedges.patch[row]], axis=1) & ~carried[patches.obstacle]
     at, patch = np.nonzero(touches & ~carried[wedges.obstacle[row], None])
     inside = norm(point[at] - patches.center_m[patch]) <= patches.radius_m[patch]
     slant = norm(np.cross(wedges.along[row[at]], patches.normal[patch]))
@@ -62,19 +65,20 @@ def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, carried
     return found
 
 
-def _meeting(patches: PlanarPatches, velocity_m_s: Floats, carried: Flags) -> tuple[Ints, Ints]:
-    """Pairs of a face and the mirror on which it may stand at an angle; of two at rest the wider is the mirror."""
+def _meeting(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carried: Flags) -> tuple[Ints, Ints]:
+    """Pairs of a face and the mirror on which it may stand at an angle; of two that rest the wider is the mirror."""
     owner, radius, normal = patches.obstacle, patches.radius_m, patches.normal
     cosine: Floats = np.abs(normal @ normal.T)
     height: Floats = np.abs(patches.center_m @ normal.T - patches.offset_m)
-    meets: Flags = (height <= radius[:, None] + TOUCHING_M) & (owner[:, None] != owner)
+    meets: Flags = follows & (height <= radius[:, None] + TOUCHING_M)
     meets &= meets.T & (cosine > SQUARE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
     face, mirror = np.nonzero(meets)
     moves = carried | velocity_m_s.any(axis=1)
     wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))
     stays = dot(velocity_m_s[owner[face]], normal[mirror]) == 0.0
     apart = norm(patches.center_m[face] - patches.center_m[mirror])
-    keep = ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays
+    together = owner[mirror] == owner[face]
+    keep = np.where(together, wider, ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays)
     keep &= ~carried[owner[face]] & (apart <= radius[face] + radius[mirror] + TOUCHING_M)
     return face[keep], mirror[keep]
 

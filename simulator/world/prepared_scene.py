@@ -193,6 +193,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     faces = _patches(parts)
     crack, strip = cracks(faces, moves)
     patches = closed(faces, crack, strip) if "specular" in mechanisms else merge_patches([])
+    follows = facing(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     meshes = [
         (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
@@ -201,8 +202,8 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     wedges = no_wedges()
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
-        corners = corner_wedges(patches, velocities(obstacles), carried)
-        wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches)
+        corners = corner_wedges(patches, follows, velocities(obstacles), carried)
+        wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches, follows)
     readings = [part.reading for part in parts]
     own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
     rounded, sharp = rounded_parts(readings, own), blockers
@@ -210,7 +211,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         left = [_mesh_of(r, ~o) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
         sharp = _blockers(left, moves, faces.obstacle[crack], strip)
     return World(
-        obstacles, carried, origin_m, patches, facing(patches, moves),
+        obstacles, carried, origin_m, patches, follows,
         tuple(surfaces if "curved" in mechanisms else []), wedges,
         tuple((part.reading, part.surface) for part in parts), blockers, rounded, sharp,
     )  # fmt: skip

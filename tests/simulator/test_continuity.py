@@ -100,6 +100,28 @@ def test_niches_between_pillars_have_the_waves_of_their_edges(level):
         assert 2.0 * 2.2421 * steps(scene, start, axis, level) < MOST
 
 
+def _star_column() -> trimesh.Trimesh:
+    """Five ridges with valleys of 130 degrees between them."""
+    turn = np.pi / 5.0 * np.arange(10)
+    radius_m = np.where(np.arange(10) % 2 == 0, 0.4778, 0.2547)
+    foot = np.column_stack([radius_m * np.cos(turn), radius_m * np.sin(turn), np.zeros(10)])
+    corners = np.vstack([foot, foot + [0.0, 0.0, 0.9], [[0.0, 0.0, 0.0], [0.0, 0.0, 0.9]]])
+    here, there = np.arange(10), np.roll(np.arange(10), -1)
+    sides = [(here, there, 10 + there), (here, 10 + there, 10 + here)]
+    caps = [(np.full(10, 20), there, here), (np.full(10, 21), 10 + here, 10 + there)]
+    star = trimesh.Trimesh(corners, np.concatenate([np.column_stack(each) for each in sides + caps]), process=False)
+    return star.apply_transform(trimesh.transformations.rotation_matrix(2.2283, [0.0, 0.0, 1.0]))
+
+
+@pytest.mark.parametrize("level", ["standard", "auto"])
+def test_a_reflection_fades_into_the_valley_of_a_star(level):
+    """Cause: concave creases within one body had no wave (-6 dB)."""
+    column = Obstacle(_star_column(), Material.rigid(), "target")
+    scene = PreparedScene(Scene([Obstacle(ground(), Material.named("asphalt"), "ground"), column]))
+    start = np.array([float(column.mesh.bounds[0, 0]) - 1.1415, -0.1274, 1.3])
+    assert 2.0 * 1.1415 * steps(scene, start, np.eye(3)[0], level) < MOST
+
+
 @pytest.mark.parametrize("level", ["standard", "auto"])
 def test_a_post_beside_a_plate_weakens_its_edges_as_its_mirror(level):
     """Cause: it weakened the mirror alone, so that the edge's wave did not make up for where that ends (-34 dB)."""
