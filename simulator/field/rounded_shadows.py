@@ -36,6 +36,8 @@ from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import World
 
+STRAIGHT = 1e-6  # sine of the turn under which a path goes straight on
+
 
 def passes_around(world: World, found: Candidates) -> Flags:
     """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes and over one sharp edge.
@@ -72,9 +74,6 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     )  # type: ignore[call-arg]  # fmt: skip
     factor[rows[shaded]] = field
     return factor
-
-
-STRAIGHT = 1e-6  # sine of the turn under which a path goes straight on
 
 
 @dataclass(frozen=True)

@@ -100,24 +100,19 @@ def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carri
 
 
 def _circuit(wedges: Wedges, share: Floats) -> list[Floats]:
-    """(R, 3) points about places on edges, from one face to the other; the last is inside a thin plate."""
-    return [_place(wedges, share) + _radius_m(wedges)[:, None] * _open_direction(wedges, part) for part in SHARES]
+    """(R, 3) points about places on edges, from one face to the other; on thin plates the last, inside, is left out."""
+    furthest = np.where(np.isinf(wedges.sheet_m), SHARES[-1], SHARES[-2])[:, None]
+    parts = (np.minimum(part, furthest) for part in SHARES)
+    return [_place(wedges, share) + _radius_m(wedges)[:, None] * _open_direction(wedges, part) for part in parts]
 
 
 def _any_blocked(
     wedges: Wedges, start: list[Floats], end: list[Floats], blockers: tuple[Blocker, ...], carried: Flags
 ) -> Flags:
-    """(R,) whether anything stands between some of the points (R, 3) of circuits.
-
-    Segments to their last point do not count on thin plates: every fourth from the third on.
-    """
-    which = np.tile(np.arange(len(wedges)), len(start))
-    hit = _blocked(wedges.obstacle[which], np.concatenate(start), np.concatenate(end), blockers, carried)
-    hit = hit.reshape(len(start), len(wedges))
-    outside = np.ones_like(hit)
-    outside[len(SHARES) - 2 :: len(SHARES)] = np.isinf(wedges.sheet_m)
-    found: Flags = np.logical_or.reduce(hit & outside, axis=0)
-    return found
+    """(R,) whether anything stands between some of the points (R, 3) of circuits."""
+    obstacle = np.tile(wedges.obstacle, len(start))
+    hit = _blocked(obstacle, np.concatenate(start), np.concatenate(end), blockers, carried)
+    return np.logical_or.reduce(hit.reshape(len(start), len(wedges)), axis=0)
 
 
 def _ending_on_mirrors(wedges: Wedges, share: Floats, cut: Flags, patches: PlanarPatches) -> Floats:
@@ -154,8 +149,8 @@ def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: F
     return _blocked(wedges.obstacle, corner - reach, corner + reach, blockers, carried)
 
 
-def _open_direction(wedges: Wedges, share: float) -> Floats:
-    """(W, 3) unit vectors off the edge at a share of the angle without images."""
+def _open_direction(wedges: Wedges, share: float | Floats) -> Floats:
+    """(W, 3) unit vectors off the edge at a share, one or (W, 1), of the angle without images."""
     angle = share * wedges.free_angle_rad[:, None]
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 

@@ -44,10 +44,10 @@ def _bumpy_person() -> Obstacle:
 
 
 def _sign_from_behind() -> Obstacle:
-    """The post hides the middle of the plate: once the ray came back whole, or not at all, 4 and 17 dB off, and while
-    edges were there or hidden more than 0.5 dB; 0.32 today."""
+    """The post hides the middle of the plate: once the ray came back whole, or not at all, 4 and 17 dB off. Past a post
+    of half the width rays are right to 0.3 dB since it weakens the plate's edges as well."""
     plate = trimesh.creation.box((0.003, 0.6, 0.6)).apply_translation([1.78, 0.0, 1.3])
-    post = trimesh.creation.cylinder(radius=0.03, height=1.6, sections=32).apply_translation([1.74, 0.03, 0.8])
+    post = trimesh.creation.cylinder(radius=0.06, height=1.6, sections=32).apply_translation([1.71, 0.06, 0.8])
     return Obstacle(trimesh.util.concatenate([plate, post]), Material.named("sign-sheet"), "target")
 
 
@@ -68,7 +68,7 @@ def test_auto_keeps_every_tolerance_where_rays_do_not(target):
     assert choice.left_db < 0.1 < choice.rays_db
     assert str(choice) in exact.explain()
     assert len(errors["rays"]) == 2
-    assert np.abs(errors["rays"]).max() > 0.25
+    assert np.abs(errors["rays"]).max() > 0.5
     for name, tolerance_db in TOLERANCES.items():
         assert np.abs(errors[name]).max() <= tolerance_db, (name, errors[name])
 
