@@ -23,8 +23,8 @@ def patch_ends(wedges: Wedges, readings: Sequence[MeshReading], patch_of: Ints) 
         readings: of all obstacles.
         patch_of: (P,) obstacle of each patch, sorted.
     """
-    edge, side = np.nonzero((wedges.mirror < 0)[:, None] & (wedges.patch >= 0))
-    owners, ends = [wedges.patch[edge, side]], [np.stack([wedges.start_m[edge], wedges.end_m[edge]], axis=1)]
+    own = wedges[wedges.mirror < 0]
+    owners, ends = [own.patch.ravel()], [np.repeat(np.stack([own.start_m, own.end_m], axis=1), 2, axis=0)]
     for obstacle in np.unique(patch_of):
         mesh, patch = readings[obstacle].mesh, readings[obstacle].patch
         rows = convex_creases(readings[obstacle])

@@ -99,8 +99,7 @@ def wedges_of(reading: MeshReading, index: int, first_patch: int) -> Wedges:
     edge, face = _fans(reading)
     pieces = merge_wedges([_fan_wedges(reading, edge, face, index), _rim_wedges(reading, edge, face, index)])
     merged = _in_line(pieces)
-    patch = np.where(merged.patch >= 0, merged.patch + first_patch, -1)
-    return replace(merged, patch=patch)
+    return replace(merged, patch=merged.patch + first_patch)
 
 
 def _fans(reading: MeshReading) -> tuple[Ints, Ints]:

@@ -7,7 +7,9 @@ leans makes a corner with its image, and ends there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +26,9 @@ HALVINGS = 20  # of such a cell: 0.1 um
 ROUNDED_M = 1e-4  # an edge that ends this close to a mirror ends on it
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
+Blocked = Callable[[Ints, Floats, Floats], Flags]
+"""(R,) whether anything that can touch an edge of an obstacle (R,) stands between two points (R, 3)."""
+
 
 def exposed(
     wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patches: PlanarPatches, follows: Flags
@@ -39,16 +44,17 @@ def exposed(
     """
     if len(wedges) == 0:
         return wedges
-    row, low, high = _free_stretches(wedges, blockers, carried)
+    blocked = partial(_blocked, blockers, carried)
+    row, low, high = _free_stretches(wedges, blocked)
     whole, cut = wedges[row], np.stack([low > 0.0, high < 1.0], axis=1)
     low, high = _ending_on_mirrors(whole, np.stack([low, high], axis=1), cut, patches).T
     stretch = replace(whole, start_m=_place(whole, low), end_m=_place(whole, high))
-    runs_on = cut | np.stack([_runs_on(stretch, end, blockers, carried) for end in (0, 1)], axis=1)
+    runs_on = cut | np.stack([_runs_on(stretch, end, blocked) for end in (0, 1)], axis=1)
     leans_on = leaning_ends(stretch, runs_on, patches, follows, carried)
     return replace(stretch, radiates=~runs_on | (leans_on >= 0), leans_on=leans_on)
 
 
-def _free_stretches(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags) -> tuple[Ints, Floats, Floats]:
+def _free_stretches(wedges: Wedges, blocked: Blocked) -> tuple[Ints, Floats, Floats]:
     """(F,) wedge of every stretch that no surface touches, and the shares of its length from which to which it runs."""
     cells = np.clip(np.ceil(wedges.length_m / CELL_M), 3, MAX_CELLS).astype(np.int64)
     row = np.repeat(np.arange(len(wedges)), cells)
@@ -56,7 +62,7 @@ def _free_stretches(wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flag
     beside = 2.0 * _radius_m(wedges)[row] / wedges.length_m[row]  # at its very end an edge may stand on something
     near, far = (np.clip((place + end) / cells[row], beside, 1.0 - beside) for end in (0, 1))
     both = np.concatenate([near, far]), np.concatenate([far, near])
-    onwards, back = np.split(_reach(wedges[np.tile(row, 2)], *both, blockers, carried), 2)
+    onwards, back = np.split(_reach(wedges[np.tile(row, 2)], *both, blocked), 2)
     low, high = np.where(near <= beside, 0.0, near), np.where(far >= 1.0 - beside, 1.0, far)
     some, rest = onwards > near, back < far
     row = np.concatenate([row[some], row[rest]])
@@ -73,30 +79,30 @@ def _joined(row: Ints, low: Floats, high: Floats) -> tuple[Ints, Floats, Floats]
     return row[first], low[first], high[last]
 
 
-def _reach(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Floats:
+def _reach(wedges: Wedges, start: Floats, end: Floats, blocked: Blocked) -> Floats:
     """(R,) share of the length up to which an edge is free, from one share towards another."""
     free, met = start.copy(), end.copy()
-    open_ = ~_met(wedges, start, end, blockers, carried)
+    open_ = ~_met(wedges, start, end, blocked)
     free[open_] = end[open_]
-    rows = np.flatnonzero(~open_ & ~_touched(wedges, start, blockers, carried))
+    rows = np.flatnonzero(~open_ & ~_touched(wedges, start, blocked))
     some = wedges[rows]
     for _ in range(HALVINGS):
         middle = 0.5 * (free[rows] + met[rows])
-        beyond = _met(some, start[rows], middle, blockers, carried)
+        beyond = _met(some, start[rows], middle, blocked)
         met[rows], free[rows] = np.where(beyond, middle, met[rows]), np.where(beyond, free[rows], middle)
     return free
 
 
-def _met(wedges: Wedges, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+def _met(wedges: Wedges, start: Floats, end: Floats, blocked: Blocked) -> Flags:
     """(R,) whether a surface touches an edge at one share of its length, or stands across it from another on."""
     before, there = _circuit(wedges, start), _circuit(wedges, end)
-    return _any_blocked(wedges, [*there[:-1], *before], [*there[1:], *there], blockers, carried)
+    return _any_blocked(wedges, [*there[:-1], *before], [*there[1:], *there], blocked)
 
 
-def _touched(wedges: Wedges, share: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+def _touched(wedges: Wedges, share: Floats, blocked: Blocked) -> Flags:
     """(R,) whether a surface crosses the open side next to a place on the edge."""
     stops = _circuit(wedges, share)
-    return _any_blocked(wedges, stops[:-1], stops[1:], blockers, carried)
+    return _any_blocked(wedges, stops[:-1], stops[1:], blocked)
 
 
 def _circuit(wedges: Wedges, share: Floats) -> list[Floats]:
@@ -106,12 +112,10 @@ def _circuit(wedges: Wedges, share: Floats) -> list[Floats]:
     return [_place(wedges, share) + _radius_m(wedges)[:, None] * _open_direction(wedges, part) for part in parts]
 
 
-def _any_blocked(
-    wedges: Wedges, start: list[Floats], end: list[Floats], blockers: tuple[Blocker, ...], carried: Flags
-) -> Flags:
+def _any_blocked(wedges: Wedges, start: list[Floats], end: list[Floats], blocked: Blocked) -> Flags:
     """(R,) whether anything stands between some of the points (R, 3) of circuits."""
     obstacle = np.tile(wedges.obstacle, len(start))
-    hit = _blocked(obstacle, np.concatenate(start), np.concatenate(end), blockers, carried)
+    hit = blocked(obstacle, np.concatenate(start), np.concatenate(end))
     return np.logical_or.reduce(hit.reshape(len(start), len(wedges)), axis=0)
 
 
@@ -141,12 +145,12 @@ def _radius_m(wedges: Wedges) -> Floats:
     return np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)
 
 
-def _runs_on(wedges: Wedges, end: int, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+def _runs_on(wedges: Wedges, end: int, blocked: Blocked) -> Flags:
     """(R,) whether a surface stands across the edge at its start (0) or end (1)."""
     radius = _radius_m(wedges)[:, None]
     corner = (wedges.end_m if end else wedges.start_m) + radius * _open_direction(wedges, 0.5)
     reach = 2.0 * radius * wedges.along
-    return _blocked(wedges.obstacle, corner - reach, corner + reach, blockers, carried)
+    return blocked(wedges.obstacle, corner - reach, corner + reach)
 
 
 def _open_direction(wedges: Wedges, share: float | Floats) -> Floats:
@@ -155,7 +159,7 @@ def _open_direction(wedges: Wedges, share: float | Floats) -> Floats:
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 
-def _blocked(obstacle: Ints, start: Floats, end: Floats, blockers: tuple[Blocker, ...], carried: Flags) -> Flags:
+def _blocked(blockers: tuple[Blocker, ...], carried: Flags, obstacle: Ints, start: Floats, end: Floats) -> Flags:
     """(R,) whether anything that can touch an edge of an obstacle (R,) stands between two points."""
     hit = np.zeros(len(obstacle), dtype=bool)
     for shadow in blockers:

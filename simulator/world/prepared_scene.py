@@ -231,8 +231,7 @@ def _patches(parts: list[Parts]) -> PlanarPatches:
 
 def _numbered(wedges: Wedges, obstacle: int, first_patch: int) -> Wedges:
     """The edges of a mesh as those of an obstacle of the world, whose first patch has that number."""
-    patch = np.where(wedges.patch >= 0, wedges.patch + first_patch, -1)
-    return replace(wedges, patch=patch, obstacle=np.full(len(wedges), obstacle))
+    return replace(wedges, patch=wedges.patch + first_patch, obstacle=np.full(len(wedges), obstacle))
 
 
 def _blockers(meshes: list[tuple[Floats, Ints]], moves: Flags, cracked: Ints, strip_m: Floats) -> tuple[Blocker, ...]:
