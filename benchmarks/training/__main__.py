@@ -1,4 +1,4 @@
-"""Learn anew: `python -m benchmarks.training decision --walks 10000 --held-out 2000 -j 2`, and `bearing` likewise."""
+"""Learn anew: `python -m benchmarks.training decision -j 2`, and `bearing` likewise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from benchmarks.training.fit import (
     stated,
     with_thresholds,
 )
-from benchmarks.training.walks import development_cells, with_people_drawn
+from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
 from obstaclewatch.support.arrays import Floats, Halves, Ints
 from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
 from obstaclewatch.tracking.bearing_model import BearingModel
@@ -33,7 +33,7 @@ from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel
 
 SEEDS = {"learned": {"paper": 2018, "mixed": 2019}, "held out": {"paper": 7001, "mixed": 7001}}
 """Of the development split; more than 1299 walks of a recipe take the seeds that follow."""
-WALKS, HELD_OUT = 3638, 169
+WALKS, WHOLE, HELD_OUT = 3638, 3638, 169
 MIXED_SHARE = 0.3
 """Of the walks; the others have the recipe `paper`."""
 Found = TypeVar("Found", Examples, BearingExamples)
@@ -56,7 +56,8 @@ def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
             "--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first"
         ),
         click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
-        click.option("--walks", default=WALKS, show_default=True, help="to learn from"),
+        click.option("--whole", default=WHOLE, show_default=True, help="walks to learn from with all echoes"),
+        click.option("--walks", default=WALKS, show_default=True, help="to learn from; those beyond have fewer echoes"),
     ):
         command = option(command)
     return command
@@ -68,14 +69,14 @@ def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
     "-o", "--output", default=WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="weights; card beside"
 )
 def decision(
-    walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
+    walks: int, whole: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
 ) -> None:
     """The probability of a collision, and the thresholds for an alert."""
-    learned = examples_of(learned_walks(walks), receptions, jobs, folder / "learned")
+    learned = examples_of(learned_walks(walks, whole), receptions, jobs, folder / "learned")
     model = model_of(learned, jobs)
     model.write(output)
     unseen = of_unseen(examples_of, held_out, receptions, jobs, folder)
-    write_card(output, card(model, shared(walks), unseen))
+    write_card(output, card(model, learned_from(walks, whole), unseen))
     if table is not None:
         write_table(table, unseen["paper"], model)
 
@@ -86,23 +87,35 @@ def decision(
     "-o", "--output", default=BEARING_WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="the same"
 )
 def bearing(
-    walks: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
+    walks: int, whole: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
 ) -> None:
     """The bearing of what a track follows."""
     from benchmarks.training.bearing_network import learned_bearings  # PyTorch is an extra
 
-    model = learned_bearings(bearings_of(learned_walks(walks), receptions, jobs, folder / "learned"))
+    model = learned_bearings(bearings_of(learned_walks(walks, whole), receptions, jobs, folder / "learned"))
     model.write(output)
     unseen = of_unseen(bearings_of, held_out, receptions, jobs, folder)
-    write_card(output, bearing_card(model, shared(walks), unseen))
+    write_card(output, bearing_card(model, learned_from(walks, whole), unseen))
     if table is not None:
         unseen["paper"].write(table)
 
 
-def learned_walks(walks: int) -> list[list[Cell]]:
-    """So many walks to learn from, recipe by recipe, every second one with the reflection of people drawn."""
-    wanted = (development_cells(recipe, SEEDS["learned"][recipe], count) for recipe, count in shared(walks).items())
-    return list(map(with_people_drawn, wanted))
+def learned_walks(walks: int, whole: int) -> list[list[Cell]]:
+    """So many walks to learn from, recipe by recipe: every second one with the reflection of people drawn."""
+    parts = []
+    for recipe, count in shared(walks).items():
+        cells = with_people_drawn(development_cells(recipe, SEEDS["learned"][recipe], count))
+        parts.append(with_fewer_echoes(cells, shared(whole).get(recipe, 0)))
+    return parts
+
+
+def learned_from(walks: int, whole: int) -> dict[str, Any]:
+    """Of what a card says: how many walks of each recipe, and how many of them have which fewer echoes."""
+    found: dict[str, Any] = {"walks": shared(walks)}
+    if walks > whole:
+        fewer = {recipe: count - shared(whole).get(recipe, 0) for recipe, count in shared(walks).items()}
+        found["with fewer echoes"] = fewer | FEWER
+    return found
 
 
 def of_unseen(
@@ -162,20 +175,20 @@ def read_table(path: Path) -> tuple[Examples, Floats, Ints, Halves]:
         return examples, stored["probability"], stored["shown"], stored["pictures"]
 
 
-def card(model: CollisionModel, learned: dict[str, int], unseen: dict[str, Examples]) -> dict[str, Any]:
-    """Of how many walks of each recipe the model was learned, and what it does on walks that it has not seen."""
+def card(model: CollisionModel, learned: dict[str, Any], unseen: dict[str, Examples]) -> dict[str, Any]:
+    """What the model was learned from (`learned_from`), and what it does on walks that it has not seen."""
     receptions = max(int(found.reception.max()) + 1 for found in unseen.values())
     return {
-        "data": {"split": "dev", "seeds": SEEDS, "walks": learned, "receptions": receptions},
+        "data": {"split": "dev", "seeds": SEEDS, **learned, "receptions": receptions},
         "cost": {"collision without an alert": MISS_COST, "false alert": FALSE_COST, "in time, m left": IN_TIME_M},
         "held out": {recipe: measured(model, found) for recipe, found in unseen.items()},
     }
 
 
-def bearing_card(model: BearingModel, learned: dict[str, int], unseen: dict[str, BearingExamples]) -> dict[str, Any]:
-    """Of how many walks of each recipe the model was learned, and its errors on walks that it has not seen."""
+def bearing_card(model: BearingModel, learned: dict[str, Any], unseen: dict[str, BearingExamples]) -> dict[str, Any]:
+    """What the model was learned from, and its errors on walks that it has not seen."""
     return {
-        "data": {"split": "dev", "seeds": SEEDS, "walks": learned},
+        "data": {"split": "dev", "seeds": SEEDS, **learned},
         "held out": {recipe: errors(model, found) for recipe, found in unseen.items()},
     }
 

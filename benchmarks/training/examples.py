@@ -116,7 +116,8 @@ def walk_files(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, fold
 
 def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
     """The file of a walk's examples, which is made if it is not there."""
-    path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}.npz"
+    fidelity = "".join(f"-{name}={value}" for name, value in sorted(cell.fidelity.items()))
+    path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}{fidelity}.npz"
     if not path.exists():
         walk = recorded(cell)
         seen = [seen_at_beeps(walk, reception) for reception in range(receptions)]

@@ -26,6 +26,8 @@ from scenes.truth.truth import GroundTruth
 from simulator.phone.noise import noise_rms
 
 SUITE, TIER = "paper", "full"
+FEWER = {"max_order": 2, "max_range_m": 5.0}
+"""Arguments of `simulator.Fidelity` for walks that take two fifths of the time to trace, and teach nearly as much."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,11 @@ def with_people_drawn(cells: list[Cell]) -> list[Cell]:
     """The walks, every second one with the reflection of people drawn."""
     drawn = [cell.model_copy(update={"scene_change": with_unknowns(cell).scene_change}) for cell in cells]
     return [drawn[k] if k % 2 else cell for k, cell in enumerate(cells)]
+
+
+def with_fewer_echoes(cells: list[Cell], whole: int) -> list[Cell]:
+    """The walks, those after so many first ones with `FEWER` echoes."""
+    return cells[:whole] + [cell.model_copy(update={"fidelity": cell.fidelity | FEWER}) for cell in cells[whole:]]
 
 
 def recorded(cell: Cell) -> Walk:

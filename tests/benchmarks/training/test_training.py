@@ -14,11 +14,22 @@ from scipy.special import expit, logit
 
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import list_suites, load_suite
-from benchmarks.training.__main__ import HELD_OUT, SEEDS, WALKS, card, main, read_table, shared, write_table
+from benchmarks.training.__main__ import (
+    HELD_OUT,
+    SEEDS,
+    WALKS,
+    card,
+    learned_from,
+    learned_walks,
+    main,
+    read_table,
+    shared,
+    write_table,
+)
 from benchmarks.training.bearings import BearingExamples, bearings_of, errors
 from benchmarks.training.examples import APART, FOLDS, Examples, examples_of
 from benchmarks.training.fit import alerts_by, calibration, distances_left, rates, stated, with_thresholds
-from benchmarks.training.walks import development_cells, with_people_drawn
+from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
 from obstaclewatch.tracking.approach_picture import SHAPE
 from obstaclewatch.tracking.bearing_evidence import NUMBERS, TrackNumbers
 from obstaclewatch.tracking.bearing_model import CARD as BEARING_CARD
@@ -71,6 +82,13 @@ def test_walks_are_of_the_development_split_and_never_shared():
     assert max(apart[0]) < APART
     changed = [cell.scene_change.person_level_db != 0.0 for cell in with_people_drawn(learned["paper"])[:40]]
     assert changed == [k % 2 == 1 for k in range(40)]
+
+
+def test_walks_beyond_the_first_have_fewer_echoes_and_the_card_says_so():
+    fewer = [[FEWER.items() <= cell.fidelity.items() for cell in cells] for cells in learned_walks(10, 2)]
+    assert fewer == [[False] + 6 * [True], [False] + 2 * [True]]
+    assert learned_from(10, 2)["with fewer echoes"] == {"paper": 6, "mixed": 2} | FEWER
+    assert learned_from(10, 10) == {"walks": {"paper": 7, "mixed": 3}}
 
 
 def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
@@ -141,7 +159,7 @@ def test_thresholds_are_those_that_cost_least():
 
 def _learned_again(folder, output):
     """Four walks to learn from and one of each recipe held out."""
-    asked, found = ["--walks=4", "--held-out=1", "--receptions=2", f"--examples={folder}"], []
+    asked, found = ["--walks=4", "--whole=2", "--held-out=1", "--receptions=2", f"--examples={folder}"], []
     for command in ("decision", "bearing"):
         weights = output.with_name(f"{command}-{output.name}")
         done = CliRunner().invoke(main, [command, *asked, "-o", str(weights)], catch_exceptions=False)
@@ -175,6 +193,9 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
     twice = examples_of([cells, cells], 2, 1, tmp_path)
     assert (twice.walk == np.repeat([cells[0].seed, cells[0].seed + APART], len(found))).all()
     assert (twice.pictures == np.concatenate([found.pictures, found.pictures])).all()
+    fewer = examples_of([with_fewer_echoes(cells, 0)], 1, 1, tmp_path)
+    assert len(fewer) == (found.reception == 0).sum()
+    assert (fewer.pictures != found.pictures[found.reception == 0]).any()  # in a file of their own
     candidates = bearings_of([cells], 2, 1, tmp_path)
     assert candidates.evidence.shape == (len(candidates), NUMBERS)
     assert (candidates.walk == cells[0].seed).all()
@@ -187,7 +208,7 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
         np.unique(first.walk)
     )
     model = collision_model()
-    entry = card(model, {"paper": 1}, {"paper": found})
+    entry = card(model, learned_from(1, 1), {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
     write_table(tmp_path / "table.npz", found, model)
     table, probability, shown, pictures = read_table(tmp_path / "table.npz")
