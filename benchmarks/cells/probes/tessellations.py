@@ -1,6 +1,6 @@
 """What the segments of a round body cost and buy: echoes of cylinders and spheres against those of many segments.
 
-The finest body stands for the round one: its echo is within 0.013 dB of the exact series (README).
+The finest body stands for the round one: its echo is within 0.013 dB of the exact series (docs/accuracy.md).
 """
 
 from __future__ import annotations
