@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from benchmarks.cells.spec import Cell
 from benchmarks.training.walks import Seen, Walk, recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
+from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.approach_picture import SHAPE
 from obstaclewatch.tracking.detector import FARTHEST_M
@@ -29,7 +30,7 @@ PAST_M = -0.02
 
 
 @dataclass(frozen=True)
-class Examples:
+class Examples(Rows):
     """n beeps.
 
     Attributes:
@@ -46,12 +47,6 @@ class Examples:
     left_m: Floats
     evidence: Floats
     pictures: Halves
-
-    def __len__(self) -> int:
-        return len(self.walk)
-
-    def __getitem__(self, rows: Flags | Ints) -> Examples:
-        return Examples(*(getattr(self, name)[rows] for name in self.__annotations__))
 
     @property
     def without_pictures(self) -> Examples:
@@ -85,11 +80,6 @@ class Examples:
         return found
 
 
-def _joined(parts: Sequence[Examples]) -> Examples:
-    """All of them in one."""
-    return Examples(*(np.concatenate([getattr(p, name) for p in parts]) for name in Examples.__annotations__))
-
-
 def examples_of(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, folder: Path) -> Examples:
     """Examples of walks in several parts, whose numbers lie `APART`.
 
@@ -121,7 +111,7 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
     if not path.exists():
         walk = recorded(cell)
         seen = [seen_at_beeps(walk, reception) for reception in range(receptions)]
-        kept = _joined([_of_reception(walk, each, reception) for reception, each in enumerate(seen)])
+        kept = Examples.joined([_of_reception(walk, each, reception) for reception, each in enumerate(seen)])
         arrays: dict[str, Any] = {name: getattr(kept, name) for name in Examples.__annotations__}
         arrays |= {
             "bearing_reception": np.repeat(np.arange(receptions), [len(each.beep) for each in seen]),

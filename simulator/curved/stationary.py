@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.facet_bounds import beyond, may_mirror
 from simulator.surfaces.quadratic_triangles import dot, rounded, surface_around, with_curvature
@@ -91,8 +92,7 @@ def find(
             f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
             f"{np.round(surface.center_m, 3).tolist()} m from the phone: smooth its mesh, or call it flat"
         )
-    query = np.repeat(np.arange(len(frame)), count)
-    slot = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
+    query, slot = repeated(count)
     return _complete(surface, frame, ends, query, face[query, slot], uv[query, slot])
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
@@ -110,8 +111,7 @@ def _cut(surface: SmoothSurface, facet: Ints, local: Ints, size_m: float) -> tup
     ends = _CORNERS[local]
     length = np.linalg.norm(surface.corner_m[facet, local[:, 0]] - surface.corner_m[facet, local[:, 1]], axis=1)
     count = np.maximum(1, np.ceil(length / size_m)).astype(np.int64)
-    owner = np.repeat(np.arange(len(facet)), count)
-    step = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    owner, step = repeated(count)
     share = [((step + k) / count[owner])[:, None] for k in (0, 1)]
     begin, end = ((1.0 - s) * ends[owner, 0] + s * ends[owner, 1] for s in share)
     return owner, begin, end

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
@@ -89,8 +90,8 @@ def _of_planes(reading: MeshReading) -> Border:
 def _divided(start: Floats, end: Floats) -> tuple[Ints, Floats]:
     """Edges from (E, 3) to (E, 3) in points: (B,) the edge of each, and (B, 1) how far along it is."""
     count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
-    edge = np.repeat(np.arange(len(start)), count)
-    share = (np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[edge]
+    edge, point = repeated(count)
+    share = (point + 0.5) / count[edge]
     return edge, share[:, None]
 
 

@@ -13,6 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.round_bodies import recognised
 from simulator.surfaces.vertex_fits import fit_quadrics, rings
@@ -115,8 +116,8 @@ class _Edges:
         longest = self.start[1:] - 1
         beyond = self.to[longest]
         count = self.start[beyond + 1] - self.start[beyond]
-        owner = np.repeat(np.arange(len(beyond)), count)
-        onward = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + self.start[beyond][owner]
+        owner, step = repeated(count)
+        onward = step + self.start[beyond][owner]
         before, after = longest[owner], onward
         leads_on = dot(self.away_m[before], self.away_m[after]) > AHEAD * self.length_m[before] * self.length_m[after]
         most = np.zeros(len(beyond))

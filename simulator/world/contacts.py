@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import norm
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
@@ -57,8 +58,7 @@ def exposed(
 def _free_stretches(wedges: Wedges, blocked: Blocked) -> tuple[Ints, Floats, Floats]:
     """(F,) wedge of every stretch that no surface touches, and the shares of its length from which to which it runs."""
     cells = np.clip(np.ceil(wedges.length_m / CELL_M), 3, MAX_CELLS).astype(np.int64)
-    row = np.repeat(np.arange(len(wedges)), cells)
-    place = np.arange(len(row)) - np.repeat(np.cumsum(cells) - cells, cells)
+    row, place = repeated(cells)
     beside = 2.0 * _radius_m(wedges)[row] / wedges.length_m[row]  # at its very end an edge may stand on something
     near, far = (np.clip((place + end) / cells[row], beside, 1.0 - beside) for end in (0, 1))
     both = np.concatenate([near, far]), np.concatenate([far, near])
