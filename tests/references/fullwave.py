@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -44,11 +45,17 @@ def correlation_peak(
     transfer: NDArray[np.complex128], frequency_hz: NDArray, delay_s: float, reach_s: float = 1.2e-3
 ) -> tuple[float, float]:
     """Level, dB, and time about `delay_s`, s, of the peak of the matched filter's envelope within `reach_s` of it."""
-    beep = BeepDesign()
-    time = np.arange(0.0, beep.duration_s, SAMPLE_S)
-    power = np.abs(np.exp(-2j * np.pi * frequency_hz[:, None] * time) @ beep.waveform(time)) ** 2
-    lag = np.arange(-reach_s, reach_s, SAMPLE_S / 20.0)
-    kernel = np.exp(2j * np.pi * np.outer(frequency_hz, lag))
+    power, lag, kernel = _filter(tuple(frequency_hz.tolist()), reach_s)
     envelope = np.abs((power * transfer * np.exp(2j * np.pi * frequency_hz * delay_s)) @ kernel)
     peak = int(envelope.argmax())
     return 20.0 * np.log10(envelope[peak] / power.sum()), float(lag[peak])
+
+
+@cache
+def _filter(frequency_hz: tuple[float, ...], reach_s: float) -> tuple[NDArray, NDArray, NDArray]:
+    """(F,) power of the beep, (L,) lags, and (F, L) what turns a spectrum into its envelope there."""
+    beep, each = BeepDesign(), np.array(frequency_hz)
+    time = np.arange(0.0, beep.duration_s, SAMPLE_S)
+    power = np.abs(np.exp(-2j * np.pi * each[:, None] * time) @ beep.waveform(time)) ** 2
+    lag = np.arange(-reach_s, reach_s, SAMPLE_S / 20.0)
+    return power, lag, np.exp(2j * np.pi * np.outer(each, lag))
