@@ -45,11 +45,11 @@ class Point:
 def emission_time(point, mic, speed_m_s, time_s, phone=PHONE):
     """When what microphone `mic` receives at `time_s` was emitted; both move while the sound travels.
 
-    Fixed point of c (t - t_e) = |P - S(t_e)| + |P - M(t)|: each round is v / c more exact, eight leave 1e-16 s.
+    Fixed point of c (t - t_e) = |P - S(t_e)| + |P - M(t)|: each round is v / c more exact, six leave 1e-16 s.
     """
     arrival = point.leg_m(phone.mics_m[mic, 1], speed_m_s, time_s) + point.detour_m[mic]
     emitted = time_s - 2.0 * arrival / C
-    for _ in range(8):
+    for _ in range(6):
         emitted = time_s - (point.leg_m(phone.speaker_m[1], speed_m_s, emitted) + arrival) / C
     return emitted
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from obstaclewatch import BeepDesign
@@ -38,7 +40,9 @@ def peak_levels_db(envelopes: Complexes) -> list[float]:
     return found
 
 
+@cache
 def _beep_power() -> Floats:
+    """(F,) of the beep at `FREQUENCY_HZ`, re all of it."""
     beep = BeepDesign()
     time = np.arange(round(beep.duration_s * 192_000.0)) / 192_000.0
     power = np.abs(np.exp(-2j * np.pi * FREQUENCY_HZ[:, None] * time) @ beep.waveform(time)) ** 2
