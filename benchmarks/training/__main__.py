@@ -56,8 +56,8 @@ def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
             "--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first"
         ),
         click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
-        click.option("--whole", default=WHOLE, show_default=True, help="walks to learn from with all echoes"),
-        click.option("--walks", default=WALKS, show_default=True, help="to learn from; those beyond have fewer echoes"),
+        click.option("--whole", default=WHOLE, show_default=True, help="of these with all echoes; the rest have fewer"),
+        click.option("--walks", default=WALKS, show_default=True, help="to learn from"),
     ):
         command = option(command)
     return command
@@ -101,7 +101,10 @@ def bearing(
 
 
 def learned_walks(walks: int, whole: int) -> list[list[Cell]]:
-    """So many walks to learn from, recipe by recipe: every second one with the reflection of people drawn."""
+    """So many walks to learn from, recipe by recipe: so many whole ones, then others with fewer echoes.
+
+    Every second one has the reflection of people drawn.
+    """
     parts = []
     for recipe, count in shared(walks).items():
         cells = with_people_drawn(development_cells(recipe, SEEDS["learned"][recipe], count))
