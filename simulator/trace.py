@@ -139,12 +139,17 @@ def _short_enough(search: Search, found: Candidates) -> Flags:
 def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way.
 
-    Facets of cells and edges of chains were asked before, and what passes around rounded bodies is weakened by them.
+    Facets of cells and edges of chains were asked before. What passes around rounded parts is weakened by them, but for
+    those of the pieces of a mesh that it meets.
     """
-    world, free = search.tracing.world, found.cell >= 0
-    around = passes_around(world, found)
+    tracing, free = search.tracing, found.cell >= 0
+    world, around = tracing.world, passes_around(found)
     for rows, blockers in ((around, world.sharp), (~(around | free), world.blockers)):
-        free[rows] = segments_free(search.tracing, found[rows], blockers)
+        free[rows] = segments_free(tracing, found[rows], blockers)
+    own = world.parts_met(found.sequence) & (around & free)[:, None]
+    for part in np.flatnonzero(own.any(axis=0)):
+        mine = own[:, part]
+        free[mine] &= segments_free(tracing, found[mine], (world.rounded.blockers[part],))
     return free
 
 

@@ -34,36 +34,34 @@ from simulator.world.frames import into_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
-from simulator.world.world import World
 
 STRAIGHT = 1e-6  # sine of the turn under which a path goes straight on
 
 
-def passes_around(world: World, found: Candidates) -> Flags:
-    """(C,) whether rounded bodies weaken a path instead of hiding it: rays off planes and over one sharp edge.
-
-    None of them of such a body. A thin plate is no part of one: a sign's post weakens what its plate returns.
-    """
+def passes_around(found: Candidates) -> Flags:
+    """(C,) whether rounded parts weaken a path instead of hiding it: rays off planes and over one sharp edge."""
     straight = np.isin(found.interaction, (-1, Interaction.SPECULAR, Interaction.EDGE)).all(axis=1)
-    straight &= (found.order > 0) & (found.cell < 0)
-    bodies = world.rounded.obstacle[~world.rounded.plates]
-    flags: Flags = straight & ~np.isin(world.obstacle_of(found.sequence), bodies).any(axis=1)
+    flags: Flags = straight & (found.order > 0) & (found.cell < 0)
     return flags
 
 
 def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) gain of each path at K frequencies, re that with nothing rounded in its way."""
+    """(C, K) gain of each path at K frequencies, re that with nothing rounded in its way.
+
+    The piece of a mesh that a path meets is none of that: what of it stands in the way hides the path (`trace`).
+    """
     factor = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     parts, placed = search.tracing.world.rounded, search.tracing.placed
     if not len(parts):
         return factor
-    rows = np.flatnonzero(passes_around(search.tracing.world, found))
+    rows = np.flatnonzero(passes_around(found))
     if not len(rows):
         return factor
     reach = float(np.sqrt(2.0 * REACH_RAD / search.wavenumber_1_m))
-    segments = _segments(found[rows])
+    segments, met = _segments(found[rows]), search.tracing.world.parts_met(found.sequence[rows])
     frame = placed[found.pose[rows[segments.ray]]][:, parts.obstacle]
-    segment, part = map(np.ascontiguousarray, np.nonzero(_near(segments, frame, parts.box_m, reach)))
+    near = _near(segments, frame, parts.box_m, reach) & ~met[segments.ray]
+    segment, part = map(np.ascontiguousarray, np.nonzero(near))
     seen = _at_rest(segments[segment], frame[segment, part])
     shaded, ray = np.unique(seen.ray, return_inverse=True)
     wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s

@@ -1,8 +1,14 @@
-"""The parts of obstacles that no sharp edge bounds: nothing else diffracts into the shadows that they cast."""
+"""The parts of obstacles that no sharp edge bounds: nothing else diffracts into the shadows that they cast.
+
+A part is what is rounded of one connected piece of a mesh: the two wheels of a bin are two. What a piece's own planes
+and edges return it may hide or not, but it stands in the way of all others, of the same obstacle as well.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,15 +16,16 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
 from simulator.surfaces.reflectors import MeshReading
 from simulator.surfaces.wedges import Wedges
+from simulator.world.visibility import Blocker, blocker
 
 
 @dataclass(frozen=True)
 class RoundedParts:
-    """The rounded facets of P obstacles in their rest frames.
+    """The rounded facets of P pieces in the rest frames of their obstacles.
 
     Attributes:
         obstacle: (P,) indices.
-        plates: (P,) whether thin plates stand among the parts, as a sign's does before or behind its post.
+        own_patch: (P, Q) whether a planar patch, of all Q, is of the same piece.
         corner_m: (F, 3, 3) corners of all their facets, part by part.
         ball_m: (F, 4) middle and radius of a ball that holds each facet.
         first: (P + 1,) where the facets of each part begin.
@@ -26,7 +33,7 @@ class RoundedParts:
     """
 
     obstacle: Ints
-    plates: Flags
+    own_patch: Flags
     corner_m: Floats
     ball_m: Floats
     first: Ints
@@ -34,6 +41,15 @@ class RoundedParts:
 
     def __len__(self) -> int:
         return len(self.obstacle)
+
+    @cached_property
+    def blockers(self) -> tuple[Blocker, ...]:
+        """Each part by itself."""
+        found = []
+        for part, (begin, end) in enumerate(pairwise(self.first.tolist())):
+            corner = self.corner_m[begin:end].reshape(-1, 3)
+            found.append(blocker([(corner, np.arange(len(corner)).reshape(-1, 3))], int(self.obstacle[part])))
+        return tuple(found)
 
 
 def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
@@ -55,19 +71,29 @@ def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
 
 
 def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedParts:
-    """What is rounded of all obstacles."""
-    obstacle = np.array([index for index, own in enumerate(rounded) if own.any()], dtype=np.int64)
-    corners = [facets_of(readings[index], rounded[index]) for index in obstacle]
+    """What is rounded (`rounded_facets`) of the pieces of all obstacles."""
+    found = [(i, k) for i, own in enumerate(rounded) for k in np.unique(readings[i].piece[own]).tolist()]
+    corners = [facets_of(readings[i], rounded[i] & (readings[i].piece == k)) for i, k in found]
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
     middle = corner.mean(axis=1)
     radius = norm(corner - middle[:, None]).max(axis=1, initial=0.0)
-    plates = np.array([readings[index].plated for index in obstacle], dtype=bool)
     return RoundedParts(
-        obstacle, plates, corner, np.column_stack([middle, radius]),
-        np.cumsum([0, *map(len, corners)]).astype(np.int64), np.array(boxes).reshape(-1, 2, 3),
+        np.array([i for i, _ in found], dtype=np.int64), _own_patches(readings, found), corner,
+        np.column_stack([middle, radius]), np.cumsum([0, *map(len, corners)]).astype(np.int64),
+        np.array(boxes).reshape(-1, 2, 3),
     )  # fmt: skip
+
+
+def _own_patches(readings: list[MeshReading], found: list[tuple[int, int]]) -> Flags:
+    """(P, Q) which of all planar patches are of pieces (obstacle, number)."""
+    first = np.cumsum([0, *(int(reading.patch.max(initial=-1)) + 1 for reading in readings)])
+    own = np.zeros((len(found), int(first[-1])), dtype=bool)
+    for part, (index, number) in enumerate(found):
+        patch = readings[index].patch[readings[index].piece == number]
+        own[part, first[index] + patch[patch >= 0]] = True
+    return own
 
 
 def facets_of(reading: MeshReading, chosen: Flags) -> Floats:

@@ -79,6 +79,18 @@ class World:
         """The obstacles of reflectors by their numbers; -1 for -1."""
         return self._owner[number]
 
+    @cached_property
+    def _own_parts(self) -> Flags:
+        """(R + 1, P) whether every reflector is a plane or an edge of the piece that a rounded part is of."""
+        own = self.rounded.own_patch.T
+        nothing = np.zeros((len(self.surfaces), own.shape[1]), dtype=bool)
+        bodies = np.zeros((len(self.obstacles) + 1, own.shape[1]), dtype=bool)
+        return np.concatenate([own[: len(self.patches)], nothing, own[self.wedges.patch].any(axis=1), bodies])
+
+    def parts_met(self, number: Ints) -> Flags:
+        """(C, P) whether reflectors (C, N) are planes or edges of the pieces that rounded parts are of."""
+        return np.logical_or.reduce(self._own_parts[number], axis=1)
+
 
 @dataclass(frozen=True)
 class Tracing:

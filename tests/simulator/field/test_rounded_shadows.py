@@ -126,6 +126,33 @@ def test_an_edge_past_a_post_is_neither_there_nor_hidden(radius_m, share):
     assert np.mean(errors) < 0.22
 
 
+def seen_past(obstacles, speaker_m, mic_m):
+    """What the first microphone receives of single mirrors and curves."""
+    paths = trace_paths(
+        Scene(obstacles, Air.lossless(SPEED_M_S)), Phone.ideal(speaker_m, [mic_m, np.add(mic_m, [0.0, 0.05, 0.0])]),
+        Pose([0.0, 0.0, 0.0], held_rotation(np.pi / 2)), Fidelity(mechanisms=("specular", "curved"), max_order=1),
+    )  # fmt: skip
+    return paths[(paths.mic == 0) & (paths.kind == "specular")]
+
+
+def test_a_post_of_the_same_mesh_weakens_as_another_obstacle_does():
+    """Cause: what a body's own pieces hid was there or not; a bin's wheel switched off what the other one returned."""
+    wall, post = trimesh.creation.box(bounds=[[2.0, -4.0, -2.0], [2.2, 4.0, 4.0]]), post_at((1.0, 0.02), 0.03)
+    one = [Obstacle(trimesh.util.concatenate([wall, post]), Material.rigid(), "both")]
+    two = [Obstacle(mesh, Material.rigid(), name) for mesh, name in ((wall, "wall"), (post, "post"))]
+    gain = [seen_past(each, [0.0, 0.0, 1.3], [0.0, 0.1, 1.3]).gain_at(FREQUENCY_HZ) for each in (one, two, two[:1])]
+    np.testing.assert_allclose(gain[0], gain[1], rtol=1e-9)
+    assert (np.abs(gain[1] / gain[2]) < 0.8).all()
+
+
+def test_a_spool_hides_what_its_own_lower_flange_would_return():
+    profile = [[0.0, 0.0], [0.3, 0.0], [0.3, 0.05], [0.05, 0.05], [0.05, 0.5], [0.3, 0.5], [0.3, 0.55], [0.0, 0.55]]
+    spool = [Obstacle(trimesh.creation.revolve(np.array(profile), sections=64), Material.rigid(), "spool")]
+    above, within = (seen_past(spool, [0.2, 0.0, z], [0.18, 0.1, z]).points_m[:, 1, 2] for z in (0.9, 0.3))
+    np.testing.assert_allclose(above, [0.55], atol=1e-9)
+    np.testing.assert_allclose(np.sort(within), [0.05, 0.5], atol=1e-9)
+
+
 def test_a_square_post_hides_the_ray_and_leaves_the_rest_to_its_edges():
     post = trimesh.creation.box((0.06, 0.06, 6.0))
     post.apply_translation([1.0, 0.0, HEIGHT_M])
