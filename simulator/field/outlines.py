@@ -54,7 +54,7 @@ def behind_outlines(
         while q < len(ray) and ray[q] == r:
             wide = 0.5 * reach * np.sqrt(total[q])
             for f in range(first[part[q]], first[part[q] + 1]):
-                if _apart(ball[f], start[q], ahead[q], wide):
+                if _apart(ball[f], start[q], ahead[q], before[q], total[q], reach):
                     continue
                 _copy(corner[f], stack[0])
                 waiting = 1
@@ -95,11 +95,14 @@ def _with_room(spans):
 
 
 @inlined
-def _apart(ball, start, ahead, wide):
-    """Whether a ball is farther than `wide` off the line from a point."""
+def _apart(ball, start, ahead, before, total, reach):
+    """Whether all of a ball is out of reach of the ray, which reaches farthest half way."""
     x, y, z = ball[0] - start[0], ball[1] - start[1], ball[2] - start[2]
     depth = x * ahead[0] + y * ahead[1] + z * ahead[2]
-    return x * x + y * y + z * z - depth * depth > (wide + ball[3]) ** 2
+    aside = np.sqrt(max(x * x + y * y + z * z - depth * depth, 0.0)) - ball[3]
+    depth += before
+    widest = min(max(0.5 * total, depth - ball[3]), depth + ball[3])
+    return aside > 0.0 and aside * aside * total > reach * reach * widest * (total - widest)
 
 
 @inlined

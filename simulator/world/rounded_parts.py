@@ -1,7 +1,8 @@
 """The parts of obstacles that no sharp edge bounds: nothing else diffracts into the shadows that they cast.
 
 A part is what is rounded of one connected piece of a mesh: the two wheels of a bin are two. What a piece's own planes
-and edges return it may hide or not, but it stands in the way of all others, of the same obstacle as well.
+and edges return it may hide or not, but it stands in the way of all others, of the same obstacle as well. Pieces that
+have no planes are one part together.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from simulator.world.visibility import Blocker, blocker
 
 @dataclass(frozen=True)
 class RoundedParts:
-    """The rounded facets of P pieces in the rest frames of their obstacles.
+    """The rounded facets of P parts in the rest frames of their obstacles.
 
     Attributes:
         obstacle: (P,) indices.
@@ -71,32 +72,41 @@ def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
 
 
 def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedParts:
-    """What is rounded (`rounded_facets`) of the pieces of all obstacles."""
-    found = [(i, k) for i, own in enumerate(rounded) for k in np.unique(readings[i].piece[own]).tolist()]
-    corners = [facets_of(readings[i], rounded[i] & (readings[i].piece == k)) for i, k in found]
+    """What is rounded (`rounded_facets`) of all obstacles."""
+    owners = [(i, rows) for i, reading in enumerate(readings) for rows in _in_parts(reading, rounded[i])]
+    corners = [facets_of(readings[i], rows) for i, rows in owners]
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
     middle = corner.mean(axis=1)
     radius = norm(corner - middle[:, None]).max(axis=1, initial=0.0)
     return RoundedParts(
-        np.array([i for i, _ in found], dtype=np.int64), _own_patches(readings, found), corner,
+        np.array([i for i, _ in owners], dtype=np.int64), _own_patches(readings, owners), corner,
         np.column_stack([middle, radius]), np.cumsum([0, *map(len, corners)]).astype(np.int64),
         np.array(boxes).reshape(-1, 2, 3),
     )  # fmt: skip
 
 
-def _own_patches(readings: list[MeshReading], found: list[tuple[int, int]]) -> Flags:
-    """(P, Q) which of all planar patches are of pieces (obstacle, number)."""
+def _in_parts(reading: MeshReading, rounded: Flags) -> list[Ints]:
+    """The rounded facets of each part."""
+    flat = np.isin(reading.piece, reading.piece[reading.patch >= 0])
+    part, rows = np.where(flat, reading.piece, -1), np.flatnonzero(rounded)
+    rows = rows[np.argsort(part[rows], kind="stable")]
+    return [each for each in np.split(rows, np.flatnonzero(np.diff(part[rows])) + 1) if len(each)]
+
+
+def _own_patches(readings: list[MeshReading], owners: list[tuple[int, Ints]]) -> Flags:
+    """(P, Q) which of all planar patches are of the pieces of the parts, which some facets of obstacles are."""
     first = np.cumsum([0, *(int(reading.patch.max(initial=-1)) + 1 for reading in readings)])
-    own = np.zeros((len(found), int(first[-1])), dtype=bool)
-    for part, (index, number) in enumerate(found):
-        patch = readings[index].patch[readings[index].piece == number]
+    own = np.zeros((len(owners), int(first[-1])), dtype=bool)
+    for part, (index, rows) in enumerate(owners):
+        reading = readings[index]
+        patch = reading.patch[np.isin(reading.piece, reading.piece[rows])]
         own[part, first[index] + patch[patch >= 0]] = True
     return own
 
 
-def facets_of(reading: MeshReading, chosen: Flags) -> Floats:
+def facets_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
     """(F, 3, 3) corners of some facets of an obstacle."""
     found: Floats = np.asarray(reading.mesh.vertices)[np.asarray(reading.mesh.faces)[chosen]]
     return found
