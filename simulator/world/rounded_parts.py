@@ -73,7 +73,7 @@ def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
 
 def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedParts:
     """What is rounded (`rounded_facets`) of all obstacles."""
-    owners = [(i, rows) for i, reading in enumerate(readings) for rows in _in_parts(reading, rounded[i])]
+    owners = [(i, rows) for i, own in enumerate(rounded) for rows in _in_parts(readings[i], own)]
     corners = [facets_of(readings[i], rows) for i, rows in owners]
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
