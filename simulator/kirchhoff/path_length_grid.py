@@ -66,7 +66,9 @@ class Grid:
         spread = np.sinc(0.5 * beyond * STEP_M / np.pi) ** 2  # what sharing between two points takes off
         carry = window[:, None] * np.exp(-1j * np.outer(offset, beyond)) / spread
         part = self._parts(total)
-        sums = part[pair, :, slot] @ carry[: self.taps] + part[pair, :, slot + 1] @ carry[self.taps :]
+        before, after = (part[pair, :, at].reshape(-1, self.taps) for at in (slot, slot + 1))  # one product, not M
+        sums = before @ carry[: self.taps] + after @ carry[self.taps :]
+        sums = sums.reshape(len(pair), total.shape[1], len(beyond))
         return sums * np.exp(1j * self.centre_rad_m * (self._centres_m() - self.lead_m))[slot, None, None]
 
     def _parts(self, total: Complexes) -> Complexes:
