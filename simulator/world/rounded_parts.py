@@ -88,7 +88,7 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
 
 
 def _in_parts(reading: MeshReading, rounded: Flags) -> list[Ints]:
-    """The rounded facets of each part."""
+    """Which facets each part has."""
     flat = np.isin(reading.piece, reading.piece[reading.patch >= 0])
     part, rows = np.where(flat, reading.piece, -1), np.flatnonzero(rounded)
     rows = rows[np.argsort(part[rows], kind="stable")]
@@ -96,7 +96,7 @@ def _in_parts(reading: MeshReading, rounded: Flags) -> list[Ints]:
 
 
 def _own_patches(readings: list[MeshReading], owners: list[tuple[int, Ints]]) -> Flags:
-    """(P, Q) which of all planar patches are of the pieces of the parts, which some facets of obstacles are."""
+    """(P, Q) which of all planar patches are of the same pieces as parts, given by obstacle and facets."""
     first = np.cumsum([0, *(int(reading.patch.max(initial=-1)) + 1 for reading in readings)])
     own = np.zeros((len(owners), int(first[-1])), dtype=bool)
     for part, (index, rows) in enumerate(owners):
