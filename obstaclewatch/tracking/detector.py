@@ -253,16 +253,20 @@ class TrackingDetector(StreamingDetector):
         }
 
     def _decide(self, time_s: float, trajectories: list[Expectation], found: list[TrackRange]) -> Decision:
-        """Of the trajectories that rather collide, the first to do so; or what the sums say."""
+        """Of the trajectories that rather collide, the first to do so; without any, or where the sums say what is left,
+        that distance."""
         probability, left_m = self._model.probability(self.evidence, self.picture), self.evidence.distance_left_m
         near = left_m <= min(FARTHEST_M, self.settings.danger_m)
         alert = near and bool(self._model.suffices(probability, left_m, self._false_alert_cost))
         likely = [k for k, trajectory in enumerate(trajectories) if trajectory.collision >= 0.5]
-        if not likely or (alert and not self.evidence.by_track):
-            range_m, contact_s = (left_m + FRONT_M, left_m / WALKING_M_S) if alert else (np.nan, np.nan)
-            return Decision(alert, time_s, range_m, contact_s, len(likely), probability)
-        first = min(likely, key=lambda k: trajectories[k].contact_s)
-        return Decision(alert, time_s, found[first].range_m, trajectories[first].contact_s, len(likely), probability)
+        if alert and not (likely and self.evidence.by_track):
+            range_m, contact_s = left_m + FRONT_M, left_m / WALKING_M_S
+        elif likely:
+            first = min(likely, key=lambda k: trajectories[k].contact_s)
+            range_m, contact_s = found[first].range_m, trajectories[first].contact_s
+        else:
+            range_m, contact_s = np.nan, np.nan
+        return Decision(alert, time_s, range_m, contact_s, len(likely), probability)
 
 
 def no_decision(time_s: float) -> Decision:

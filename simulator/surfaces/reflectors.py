@@ -123,7 +123,6 @@ class MeshReading:
         curved: (T,) facets of the smooth surface.
         rim: (T,) facets of the rims of thin plates, which neither mirror nor bend.
         sheet_m: (T,) thickness of the thin plate whose face a facet is part of; 0 for all others.
-        piece: (T,) which of the mesh's connected pieces each facet is of.
     """
 
     mesh: trimesh.Trimesh
@@ -133,7 +132,16 @@ class MeshReading:
     curved: Flags
     rim: Flags
     sheet_m: Floats
-    piece: Ints
+
+    @cached_property
+    def piece(self) -> Ints:
+        """(T,) which of the mesh's connected pieces each facet is of."""
+        return components(self.mesh.face_adjacency, len(self.mesh.faces))
+
+    @property
+    def planes(self) -> int:
+        """Number of planar patches."""
+        return int(self.patch.max(initial=-1)) + 1
 
     @property
     def plated(self) -> bool:
@@ -155,8 +163,7 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     planar = ~(curved | rim)
     patch = np.full(len(curved), -1)
     patch[planar] = np.unique(regions[planar], return_inverse=True)[1]
-    piece = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(curved)).astype(np.int64)
-    return MeshReading(mesh, closed, patch, smooth_edges, curved & ~rim, rim, sheet_m, piece)
+    return MeshReading(mesh, closed, patch, smooth_edges, curved & ~rim, rim, sheet_m)
 
 
 def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:

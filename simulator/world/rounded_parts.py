@@ -46,11 +46,8 @@ class RoundedParts:
     @cached_property
     def blockers(self) -> tuple[Blocker, ...]:
         """Each part by itself."""
-        found = []
-        for part, (begin, end) in enumerate(pairwise(self.first.tolist())):
-            corner = self.corner_m[begin:end].reshape(-1, 3)
-            found.append(blocker([(corner, np.arange(len(corner)).reshape(-1, 3))], int(self.obstacle[part])))
-        return tuple(found)
+        meshes = [loose(self.corner_m[begin:end]) for begin, end in pairwise(self.first.tolist())]
+        return tuple(blocker([mesh], index) for mesh, index in zip(meshes, self.obstacle.tolist(), strict=True))
 
 
 def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
@@ -67,7 +64,7 @@ def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
         plane = np.where(reading.patch >= 0, first + reading.patch, -1)
         blunt = (plane >= 0) & ~np.isin(plane, wedges.patch)
         found.append((reading.curved | blunt) & reading.curved.any())
-        first += int(reading.patch.max(initial=-1)) + 1
+        first += reading.planes
     return found
 
 
@@ -89,15 +86,17 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
 
 def _in_parts(reading: MeshReading, rounded: Flags) -> list[Ints]:
     """Which facets each part has."""
+    if not rounded.any():
+        return []
     flat = np.isin(reading.piece, reading.piece[reading.patch >= 0])
     part, rows = np.where(flat, reading.piece, -1), np.flatnonzero(rounded)
     rows = rows[np.argsort(part[rows], kind="stable")]
-    return [each for each in np.split(rows, np.flatnonzero(np.diff(part[rows])) + 1) if len(each)]
+    return np.split(rows, np.flatnonzero(np.diff(part[rows])) + 1)
 
 
 def _own_patches(readings: list[MeshReading], owners: list[tuple[int, Ints]]) -> Flags:
     """(P, Q) which of all planar patches are of the same pieces as parts, given by obstacle and facets."""
-    first = np.cumsum([0, *(int(reading.patch.max(initial=-1)) + 1 for reading in readings)])
+    first = np.cumsum([0, *(reading.planes for reading in readings)])
     own = np.zeros((len(owners), int(first[-1])), dtype=bool)
     for part, (index, rows) in enumerate(owners):
         reading = readings[index]
@@ -110,3 +109,8 @@ def facets_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
     """(F, 3, 3) corners of some facets of an obstacle."""
     found: Floats = np.asarray(reading.mesh.vertices)[np.asarray(reading.mesh.faces)[chosen]]
     return found
+
+
+def loose(corner_m: Floats) -> tuple[Floats, Ints]:
+    """Facets (F, 3, 3) as vertices and faces that share none."""
+    return corner_m.reshape(-1, 3), np.arange(3 * len(corner_m)).reshape(-1, 3)

@@ -127,7 +127,7 @@ def test_an_edge_past_a_post_is_neither_there_nor_hidden(radius_m, share):
 
 
 def seen_past(obstacles, speaker_m, mic_m):
-    """What the first microphone receives of single mirrors and curves."""
+    """What the first microphone receives off single planes."""
     paths = trace_paths(
         Scene(obstacles, Air.lossless(SPEED_M_S)), Phone.ideal(speaker_m, [mic_m, np.add(mic_m, [0.0, 0.05, 0.0])]),
         Pose([0.0, 0.0, 0.0], held_rotation(np.pi / 2)), Fidelity(mechanisms=("specular", "curved"), max_order=1),
