@@ -12,16 +12,16 @@ import yaml
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
-from benchmarks.figures.bench.variants import variants
 from benchmarks.plan.cells import plan_cells, plan_digest, thinned
 from benchmarks.plan.label_filter import label_filter
 from benchmarks.plan.suite import Suite, load_suite
 from benchmarks.plan.trust import check_trust
 from benchmarks.runs.executors import choose_executor
 from benchmarks.runs.manifest import manifest
-from benchmarks.runs.results import RunData, load_run
+from benchmarks.runs.results import RunData, load_run, read_manifest
 from benchmarks.runs.runner import run_cells
 from benchmarks.runs.store import point_to, to_json, write_atomically
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.scores import summary
 
 if TYPE_CHECKING:
@@ -77,7 +77,10 @@ def run(
     texts = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
     chosen = planned(suite, [*texts, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, labels=labels, limit=limit)
-    folder = prepared(Path(out), chosen, tier, cells, ["benchmarks.run", suite, tier, *texts])
+    options = {"--tier": tier, "--seed": seed, "--split": split, "-k": labels, "--limit": limit}
+    asked = [word for name, value in options.items() if value is not None for word in (name, str(value))]
+    asked += [word for text in texts for word in ("--set", text)] + ["--allow-code"] * allow_code
+    folder = prepared(Path(out), chosen, tier, cells, ["run", suite, *asked])
     run_cells(folder, cells, choose_executor(None, jobs))
     frame = results_frame(tabulated(folder)[0])
     frame.attrs["folder"] = str(folder)
@@ -116,16 +119,26 @@ def chosen_cells(
 
 
 def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str] | None = None) -> Path:
-    """The run's folder with manifest and resolved suite; an existing manifest of the same plan is kept."""
+    """The run's folder with manifest and resolved suite.
+
+    An existing manifest of the same plan is kept, unless title or figures, which the plan does not hold, are others.
+    """
     digest = plan_digest(cells, source_fingerprint())
     folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
-    if not (folder / "manifest.json").is_file():
+    shown = suite.title, list(suite.figures)
+    if not (folder / "manifest.json").is_file() or _shown_in(folder) != shown:
         resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
         write_atomically(folder / "config.resolved.yaml", resolved)
         asked = sys.argv[1:] if argv is None else argv
         write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, asked)))
     point_to(folder, folder.with_name("latest"))
     return folder
+
+
+def _shown_in(folder: Path) -> tuple[str, list[str]]:
+    """Title and figures by an existing manifest."""
+    found = read_manifest(folder / "manifest.json")
+    return found.get("title", ""), found.get("figures", [])
 
 
 def tabulated(folder: Path) -> tuple[RunData, dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -37,7 +38,8 @@ Split = tuple[str, Cell]
 def split_walks(suite: Suite, walks: int) -> list[Split]:
     """So many cells and the split of each; those of a smaller number are among those of a larger one.
 
-    All points of a sweep of one walk are in one split. "test" shares no seed, street or body with the others.
+    All points of a sweep of one walk are in one split. "test" shares no seed with the others; scene files and the
+    six stored bodies of pedestrians are in all splits.
 
     Raises:
         ValueError: fewer than one walk, or a suite that has none.
@@ -143,8 +145,8 @@ def _texts(suite: Suite, table: pd.DataFrame, argv: Sequence[str]) -> dict[str, 
     counts = pd.crosstab([table.kind, table.scene, table.category], table.split).reindex(columns=SPLITS, fill_value=0)
     card = templates.get_template("data_card.md.j2").render(
         suite=suite, table=table, counts=counts.reset_index().to_dict("records"), loader=loader,
-        argv=" ".join(argv), hours=f"{table.duration_s.sum() / 3600.0:.2g}", not_modelled=NOT_MODELLED,
-        source=source_fingerprint()[:12], with_licence=licence is not None,
+        command=shlex.join(["obstaclewatch", *argv]), hours=f"{table.duration_s.sum() / 3600.0:.2g}",
+        not_modelled=NOT_MODELLED, source=source_fingerprint()[:12], with_licence=licence is not None,
     )  # fmt: skip
     return {"README.md": card, "load.py": loader} | ({} if licence is None else {"LICENSE": licence})
 

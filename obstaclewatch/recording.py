@@ -11,7 +11,7 @@ from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats, Singles
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhoneGeometry:
     """Where a phone's top speaker and two microphones sit, in the phone frame.
 
@@ -54,7 +54,7 @@ class PhoneGeometry:
         return np.linalg.norm(self.mics_m - self.speaker_m, axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """A two-channel recording; channel k is microphone k.
 

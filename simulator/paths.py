@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ REPR_ROWS, HTML_ROWS = 12, 40
 _WIDTHS = (4, 3, 9, 9, 8, 5, 0)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Paths:
     """Paths between the speaker and the two microphones, for one pose or many.
 
@@ -32,12 +33,13 @@ class Paths:
         mic: (P,) microphone, 0 top or 1 bottom.
         pose: (P,) index of the pose.
         order: (P,) number of reflections, an edge counting as one; 0 is the direct sound.
-        kind: (P,) "direct", "specular", "curved", "edge", or "mixed" (one curved surface or edge among
-            mirrors, two curved surfaces, or several edges of a thin panel). An edge has a row for its apex and one
-            for each end, which add up.
-        obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound.
-        sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges. N is
-            the fidelity's `max_order`, or more if a path meets more edges of a panel.
+        kind: (P,) "direct", "specular", "curved", "edge", "kirchhoff", or "mixed" (one curved surface, edge or body
+            among mirrors, two curved surfaces, or several edges of a thin panel). An edge has a row for its apex and
+            one for each end, and a body by Kirchhoff's integral one for each cell, which add up.
+        obstacle: (P,) names of the obstacles in the order met, joined by " > "; "" for the direct sound through
+            the air, "case" for that through the phone's case.
+        sequence: (P, N) reflectors in the order met, -1 padded: planar patches, then smooth surfaces, then edges, then
+            bodies. N is the fidelity's `max_order`, or more if a path meets more edges of a panel.
         points_m: (P, N + 2, 3) source, reflection points, then the microphone (repeated), world frame.
         face: (P, N) facet of the smooth surface met at each reflection, -1 where none is.
         uv: (P, N, 2) position within that facet.
@@ -107,7 +109,7 @@ class Paths:
 
     def _strongest(self, count: int) -> list[tuple[str, ...]]:
         """Rows of text about the strongest paths, under a row of headings."""
-        level_db = 20.0 * np.log10(np.maximum(np.abs(self.gain), 1e-300))
+        level_db = self._level_db
         return [
             ("pose", "mic", "delay, ms", "level, dB", "kind", "order", "off"),
             *(
@@ -118,13 +120,29 @@ class Paths:
         ]  # fmt: skip
 
     def __getitem__(self, mask: ArrayLike) -> Paths:
-        """The paths that a boolean mask, an index array or a slice selects."""
-        index = mask if isinstance(mask, slice) else np.asarray(mask)
+        """The paths that a boolean mask, an index array or a slice selects.
+
+        Raises:
+            ValueError: anything else, such as a single number.
+        """
+        index = as_rows(mask)
         rows: dict[str, Any] = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in _SHARED}
         return replace(self, **rows)
 
     def __add__(self, other: Paths) -> Paths:
-        """These paths, then the others; both of the same phone and poses."""
+        """These paths, then the others.
+
+        Raises:
+            ValueError: of another phone object, number of poses, `band_points` or width of `sequence`.
+        """
+        if other.phone is not self.phone:
+            raise ValueError(f"paths to be added must be of one phone object, got {self.phone} and {other.phone}")
+        sizes = [(each.poses, each.band_gain.shape[1], each.sequence.shape[1]) for each in (self, other)]
+        if sizes[0] != sizes[1]:
+            raise ValueError(
+                f"paths to be added must have as many poses, band points and columns of sequence, got {sizes[0]} and "
+                f"{sizes[1]}"
+            )
         rows: dict[str, Any] = {
             f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)])
             for f in fields(self) if f.name not in _SHARED
@@ -136,8 +154,13 @@ class Paths:
         """(P,) complex gain at 20 kHz."""
         return self.gain_at(band.REFERENCE_HZ)[:, 0]
 
+    @property
+    def _level_db(self) -> Floats:
+        """(P,) level at 20 kHz."""
+        return 20.0 * np.log10(np.maximum(np.abs(self.gain), 1e-300))
+
     def obstacles_met(self) -> list[tuple[str, ...]]:
-        """Names of the obstacles that each path meets, in turn; empty for the direct sound."""
+        """Names of the obstacles that each path meets, in turn; () for the direct sound, ("case",) through the case."""
         names, which = np.unique(self.obstacle, return_inverse=True)
         met = [tuple(name.split(" > ")) if name else () for name in names.tolist()]
         return [met[k] for k in which.tolist()]
@@ -147,7 +170,7 @@ class Paths:
         return band.evaluate(band.coefficients(self.band_gain), np.atleast_1d(np.asarray(frequency_hz, np.float64)))
 
     def transfer_function(self, frequency_hz: ArrayLike) -> Complexes:
-        """Coherent sum of all paths, responses of speaker and microphones included, in Pa at 1 m in Pa.
+        """Pressure at each microphone, responses included, over the free-field pressure 1 m in front of the speaker.
 
         Args:
             frequency_hz: (F,) frequencies; gains are held at their end values outside 15-25 kHz.
@@ -168,12 +191,28 @@ class Paths:
         lines = [f"{len(self)} paths at {self._poses_named()} and 2 microphones"]
         for kind in np.unique(self.kind):
             rows = self.kind == kind
-            level = 20.0 * np.log10(np.abs(self.gain[rows]).max())
+            level = self._level_db[rows].max()
             lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
         lines += [f"  rejected, {name}: {count}" for name, count in self.rejected.items() if count]
         lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)
+
+
+def as_rows(chosen: ArrayLike | slice) -> Any:
+    """A mask, an index array or a slice as numpy takes it: what it selects of columns are columns.
+
+    Raises:
+        ValueError: anything else, such as a single number.
+    """
+    if isinstance(chosen, slice):
+        return chosen
+    index = np.asarray(chosen)
+    if index.ndim == 1 and index.size == 0 and index.dtype != bool:
+        return index.astype(np.int64)
+    if index.ndim != 1 or index.dtype.kind not in "biu":
+        raise ValueError(f"paths must be selected by a mask, an index array or a slice, got {reprlib.repr(chosen)}")
+    return index
 
 
 _SHARED = ("phone", "poses", "rejected", "left_out", "choices")

@@ -8,20 +8,21 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from obstaclewatch.support.argument_types import check_counts
 from obstaclewatch.support.arrays import Floats, Ints, Strings
+from simulator.paths import as_rows
 from simulator.phone.phone import Phone
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
-from simulator.trace import instants, names_of, still_tracing, traced
+from simulator.trace import names_of, still_search, traced
 from simulator.world.candidates import concatenated, nothing
 from simulator.world.prepared_scene import PreparedScene
 from simulator.world.rejection_log import RejectionLog
-from simulator.world.search_context import Search
 from simulator.world.world import World
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rejections:
     """R paths that were rejected, strongest first.
 
@@ -66,7 +67,7 @@ class Rejections:
 
     def __getitem__(self, mask: ArrayLike) -> Rejections:
         """Those that a boolean mask, an index array or a slice selects."""
-        index = mask if isinstance(mask, slice) else np.asarray(mask)
+        index = as_rows(mask)
         return replace(self, **{f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "counts"})
 
     @property
@@ -114,13 +115,10 @@ def trace_rejected(
         >>> len(loudest), bool(loudest.level_db[0] >= loudest.level_db[-1])
         (5, True)
     """
-    if not (isinstance(limit, int) and limit >= 1):
-        raise ValueError(f"limit must be a whole number from 1 on, got {limit!r}")
-    fidelity = fidelity or Fidelity()
-    tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
-    log = RejectionLog(limit)
-    traced(Search(tracing, phone, scene.air, fidelity, log))
-    return _listed(tracing.world, log, max(fidelity.max_order, 1))
+    check_counts(1, limit=limit)
+    search = still_search(scene, phone, pose, fidelity, time_s, RejectionLog(limit))
+    traced(search)
+    return _listed(search.tracing.world, search.log, max(search.max_order, 1))
 
 
 def _listed(world: World, log: RejectionLog, width: int) -> Rejections:

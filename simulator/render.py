@@ -58,16 +58,16 @@ def render_walk(
         beep: the emitted signal; its rate is the recording's.
         fidelity: what is modelled; None takes the defaults.
         seed: of the noise; the same seed gives the same samples bit for bit.
-        gated: names of obstacles whose own echoes an oracle gates out: paths that meet these obstacles and no other.
-            What they hide, and what they add to the echoes of others, stays.
+        gated: names of obstacles whose echoes are left out of the recording: paths that meet these obstacles and no
+            other. What they hide, and what they add to the echoes of others, stays.
         seen: told the paths of every block of beeps that is rendered, and the number of its first beep, which
             `Paths.pose` counts from: for those who keep both sound and paths.
 
     Raises:
         ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
             band that passes 15-25 kHz, in which gains are kept, a beep of less than about 1 ms, phone and obstacle that
-            may close in at a tenth of the speed of sound or more or pass through each other, or poses that
-            `trace_paths` refuses.
+            may close in at a tenth of the speed of sound or more or pass through each other, or poses or a
+            walker's body that `trace_paths` refuses.
 
     Example:
         >>> import trimesh
@@ -110,10 +110,11 @@ def render_pieces(
         >>> [round(piece.duration_s, 2) for piece in render_pieces(Scene([]), Phone.named("ideal"), walk, BeepDesign())]
         [5.26, 5.76, 0.95]
     """
-    fidelity = fidelity or Fidelity()
+    fidelity = Fidelity() if fidelity is None else fidelity
     check_seed(seed=seed)
     scene = as_prepared(scene)
     check_types(phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign), fidelity=(fidelity, Fidelity))
+    _check_band(beep)
     count, gated = beep_count(walk, beep), _known(gated, scene)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     early = int(np.ceil(SKIRT_S * beep.sample_rate_hz))
@@ -157,7 +158,9 @@ def ungated(paths: Paths, obstacles: Collection[str]) -> Flags:
 
 def _known(names: Collection[str], scene: PreparedScene) -> Collection[str]:
     there = [obstacle.name for obstacle in scene.obstacles]
-    unknown = sorted(set(names) - set(there))
+    if isinstance(names, str) or not isinstance(names, Collection):
+        raise ValueError(f"gated must be several of the scene's obstacles, {there}, got {names!r}")
+    unknown = [name for name in names if name not in there]
     if unknown:
         raise ValueError(f"gated must be names of the scene's obstacles, {there}, got {unknown}")
     return names
@@ -167,6 +170,7 @@ def trace_walk(
     scene: Scene | PreparedScene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity
 ) -> tuple[Paths, Motion, int]:
     """Paths at the middle of every beep, how they move within it, and the number of beeps."""
+    _check_band(beep)
     count = beep_count(walk, beep)
     return *_traced_beeps(as_prepared(scene), phone, walk, beep, fidelity, range(count)), count
 
@@ -175,8 +179,6 @@ def _traced_beeps(
     scene: PreparedScene, phone: Phone, walk: Walk, beep: BeepDesign, fidelity: Fidelity, beeps: range
 ) -> tuple[Paths, Motion]:
     """Paths at the middle of some beeps, counted from the first of them, and how they move within them."""
-    if min(beep.start_hz, beep.stop_hz) < band.LOW_HZ or max(beep.start_hz, beep.stop_hz) > band.HIGH_HZ:
-        raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
     start = np.arange(beeps.start, beeps.stop, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
     _check_speeds(scene, walk, start, beep.duration_s)
@@ -193,6 +195,12 @@ def _traced_beeps(
     return paths, motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )
+
+
+def _check_band(beep: BeepDesign) -> None:
+    """Refuse frequencies at which no gains are kept."""
+    if min(beep.start_hz, beep.stop_hz) < band.LOW_HZ or max(beep.start_hz, beep.stop_hz) > band.HIGH_HZ:
+        raise ValueError(f"the beep must lie within 15-25 kHz, got {beep.start_hz:g}-{beep.stop_hz:g} Hz")
 
 
 def _check_passage(tracing: Tracing, phone: Phone, walk: Walk, time_s: Floats) -> None:

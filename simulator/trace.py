@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_types
+from obstaclewatch.support.argument_types import as_floats, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Strings
 from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import APEX
@@ -25,11 +26,11 @@ from simulator.scene.pose import Pose
 from simulator.scene.scene import Scene
 from simulator.search import searched
 from simulator.waves.band import REFERENCE_HZ
-from simulator.world.candidates import FOCUS_GAIN, Candidates
+from simulator.world.candidates import FOCUS_GAIN, Candidates, direct
 from simulator.world.interactions import Interaction
 from simulator.world.mirrors import FLUSH_M
 from simulator.world.prepared_scene import PreparedScene, as_prepared
-from simulator.world.rejection_log import Reason, Rejected
+from simulator.world.rejection_log import Reason, Rejected, RejectionLog
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
 
@@ -59,8 +60,10 @@ def trace_paths(
         time_s: scalar or (N,), when each pose is taken; obstacles with a velocity have moved by then.
 
     Raises:
-        ValueError: an argument of another type, the speaker and a microphone coincide, a time is not finite, a
-            transducer is inside a closed body, or an obstacle stands between speaker and microphone.
+        ValueError: an argument of another type, the speaker and a microphone coincide, a time is not finite, times
+            and poses differ in number, a transducer is inside a closed body, an obstacle stands between speaker and
+            microphone, the walker's body has a velocity or the name of an obstacle, a smooth surface mirrors two points
+            in more than 32 places, or a body too large for Kirchhoff's integral is left to it.
 
     Example:
         >>> import trimesh
@@ -73,27 +76,39 @@ def trace_paths(
         >>> mirror.mic, (mirror.delay_s * 343.0).round(3)
         (array([0, 1]), array([3.88, 4.03]))
     """
-    fidelity = fidelity or Fidelity()
+    search = still_search(scene, phone, pose, fidelity, time_s, RejectionLog())
+    paths = traced(search)[0]
+    if phone.structure_borne is None:
+        return paths
+    return paths + through_case(search, phone.structure_borne, paths.sequence.shape[1])
+
+
+def still_search(
+    scene: Scene | PreparedScene, phone: Phone, pose: Pose, fidelity: Fidelity | None, time_s: ArrayLike,
+    log: RejectionLog,
+) -> Search:  # fmt: skip
+    """The arguments of `trace_paths`, checked."""
+    fidelity = Fidelity() if fidelity is None else fidelity
     scene = as_prepared(scene)
     check_types(phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
-    tracing = still_tracing(scene, phone, pose, instants(time_s, len(pose)), fidelity)
-    paths = traced(Search(tracing, phone, scene.air, fidelity))[0]
-    return paths if phone.structure_borne is None else paths + through_case(paths, phone.structure_borne)
+    tracing = still_tracing(scene, phone, pose, _instants(time_s, len(pose)), fidelity)
+    return Search(tracing, phone, scene.air, fidelity, log)
 
 
-def instants(time_s: ArrayLike, poses: int) -> Floats:
+def _instants(time_s: ArrayLike, poses: int) -> Floats:
     """(N,) when each of N poses is taken."""
-    time = np.broadcast_to(np.asarray(time_s, dtype=np.float64), (poses,))
-    if not np.isfinite(time).all():
-        raise ValueError(f"time_s must be finite, got {time_s!r}")
-    return time
+    time = as_floats("time_s", time_s)
+    if time.shape not in ((), (1,), (poses,)) or not np.isfinite(time).all():
+        raise ValueError(f"time_s must be finite with shape ({poses},), got {reprlib.repr(time.tolist())}")
+    return np.broadcast_to(time, (poses,))
 
 
 def still_tracing(
     scene: Scene | PreparedScene, phone: Phone, pose: Pose, time_s: Floats, fidelity: Fidelity
 ) -> Tracing:
     """Poses taken one by one: the walker's body stands where its pose says."""
-    position, heading = np.atleast_2d(pose.position_m), pose.body_heading_rad()
+    position = np.atleast_2d(pose.position_m)
+    heading = np.zeros(len(pose)) if phone.body is None else pose.body_heading_rad()
     return as_prepared(scene).tracing(
         phone, pose, time_s, fidelity.mechanisms, lambda index, _time_s: (position[index], heading[index])
     )
@@ -277,17 +292,8 @@ def names_of(world: World, found: Candidates) -> Strings:
     return np.array(labels, dtype=np.str_)[which]
 
 
-def through_case(paths: Paths, sound: StructureBorne) -> Paths:
-    """One path a pose and microphone, in the form of the airborne paths, named "case"."""
-    pose, mic = (index.ravel() for index in np.indices((paths.poses, 2)))
-    count, width = len(pose), paths.sequence.shape[1]
-    direct = paths[(paths.order == 0) & (paths.obstacle == "")]
-    return replace(
-        direct,
-        delay_s=sound.delay_s[mic],
-        band_gain=np.repeat(sound.gain[mic, None].astype(np.complex128), paths.band_gain.shape[1], axis=1),
-        mic=mic,
-        pose=pose,
-        obstacle=np.full(count, "case"),
-        sequence=np.full((count, width), -1),
-    )
+def through_case(search: Search, sound: StructureBorne, width: int) -> Paths:
+    """One path a pose and microphone, in the form of airborne ones of at most so many reflections, named "case"."""
+    found = direct(search.tracing, width)
+    gain = np.repeat(sound.gain[found.mic, None].astype(np.complex128), len(search.band_hz), axis=1)
+    return replace(_paths(search, found, gain), delay_s=sound.delay_s[found.mic], obstacle=np.full(len(found), "case"))

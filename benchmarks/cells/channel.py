@@ -16,9 +16,18 @@ SPLINE_ORDER = 5
 
 
 def through_channel(recording: Recording, change: RecordingChange) -> Recording:
-    """The recording as the detector gets it, as long as before."""
+    """The recording as the detector gets it, as long as before.
+
+    Raises:
+        ValueError: a channel that lags by more than the recording.
+    """
     if change == RecordingChange():
         return recording
+    count = recording.samples.shape[1]
+    if max(change.mic_delay_samples) > count:
+        raise ValueError(
+            f"mic_delay_samples must be within the recording's {count} samples, got {change.mic_delay_samples}"
+        )
     samples = recording.samples * (10.0 ** (np.array(change.mic_gain_db, dtype=np.float32)[:, None] / 20.0))
     samples = np.stack([_lagged(channel, lag) for channel, lag in zip(samples, change.mic_delay_samples, strict=True)])
     samples = _on_clock(samples, change.clock_ppm)

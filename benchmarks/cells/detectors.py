@@ -153,7 +153,7 @@ def _taken_apart(text: str, settings: PaperSettings) -> tuple[type, Any, dict[st
     """
     name = parse_detector(text)
     reading = name.arguments.get("reading", "")
-    if reading and reading not in READINGS:
+    if reading not in ("", *READINGS):
         raise ValueError(f"reading must be one of {sorted(READINGS)}, got {reading!r} for detector '{text}'")
     settings = replace(settings, **READINGS.get(reading, {}))
     own = {key: value for key, value in name.arguments.items() if key not in SETTINGS | ERRATA | {"reading"}}
@@ -196,10 +196,13 @@ def paper_settings(values: dict[str, Any]) -> PaperSettings:
 def _arguments(text: str, whole: str) -> dict[str, Any]:
     try:
         call = ast.parse(f"f({text})", mode="eval").body
-        if not isinstance(call, ast.Call) or call.args:
-            raise ValueError("constants must be named")
-        return {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
-    except (SyntaxError, ValueError) as error:
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name)) or call.args:
+            raise ValueError("constants must be named, in one pair of brackets")
+        found = {keyword.arg: ast.literal_eval(keyword.value) for keyword in call.keywords if keyword.arg is not None}
+        if len(found) < len(call.keywords):
+            raise ValueError("each constant must have a name of its own")
+        return found
+    except (SyntaxError, TypeError, ValueError) as error:  # TypeError: of a list as a key
         raise ValueError(f"the brackets of detector '{whole}' must hold constant=value, ...: {error}") from error
 
 

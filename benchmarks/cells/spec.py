@@ -222,11 +222,6 @@ class Cell(Conditions, frozen=True):
     detector_sources: dict[str, str] = {}
 
     @property
-    def beep_period_s(self) -> float:
-        """From the start of one beep to the start of the next, s."""
-        return self.beep.duration_s + self.beep.gap_s
-
-    @property
     def label(self) -> str:
         """Short name for people: "supermarket/dustbin/17", and what of a sweep it is: "[beep.start_hz=16000]"."""
         distance = "" if self.range_m is None else f"/{self.range_m:g}m"
@@ -245,31 +240,11 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def first_error(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first thing that pydantic found wrong, in one line: where, the rule, and the value.
+    """The first thing that pydantic found wrong with data for a model, in one line: where, the rule, and the value."""
+    from scenes.files.yaml_file import dotted, said  # slow to import, and needed by errors alone
 
-    Args:
-        error: of validating a model.
-        model: which; an unknown key is answered with the nearest one at its place.
-    """
-    first: Mapping[str, Any] = error.errors()[0]  # type: ignore[assignment]
-    where = ".".join(str(part) for part in first["loc"]) or "the file"
-    if first["type"] == "missing":
-        return f"{where} is missing"
-    if first["type"] == "extra_forbidden":
-        *place, key = first["loc"]
-        return f"{where}: no such key{did_you_mean(str(key), _keys(model, place))}"
-    return f"{where}: {first['msg']}, got {first['input']!r}"
-
-
-def _keys(model: type[BaseModel], place: Iterable[str | int]) -> list[str]:
-    """Keys that a model has at a place within it, from its schema."""
-    schema = model.model_json_schema()
-    node = schema
-    for part in place:
-        node = node.get("properties", {}).get(part, {}) if isinstance(part, str) else node.get("items", {})
-        node = next((each for each in (node, *node.get("anyOf", ())) if "$ref" in each), node)
-        node = schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node
-    return list(node.get("properties", ()))
+    first = error.errors()[0]
+    return dotted(first["loc"]) + said(first, model)
 
 
 def counts_as(cell: Mapping[str, Any], kind: str) -> bool:

@@ -49,7 +49,7 @@ def _as_data(found: Comparison) -> dict[str, object]:
     return {
         "first": found.first,
         "second": found.second,
-        "turned": found.turned,
+        "outcome_differs": found.outcome_differs,
         "rates": {rate: asdict(change) | {"points": 0.0 - change.loss_points} for rate, change in found.rates.items()},
         "shifts": [
             {"kind": kind, "quantity": quantity, "unit": unit} | asdict(shift)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
 LIVE_RATE_HZ = 48_000.0
 LIVE_LOOK_S = 1.0
-LEGEND = """   time    candidates: range, bearing off the walking direction, r = radius +- standard deviation
+LEGEND = """   time    candidates: range, bearing off the walking direction, r = radius
            ?: no estimate   !: on a collision course   ALERT: the walker is alerted"""
 
 
@@ -59,6 +59,8 @@ def detect(
         raise click.UsageError("either RECORDING or --live SECONDS must be given")
     if live is not None and plot is not None:
         raise click.UsageError("--plot needs a RECORDING: a live recording is not kept")
+    if live is not None and swap:
+        raise click.UsageError("--swap is for the channels of a RECORDING, and --live has none")
     if mic_phase is not None and detector != "TrackingDetector":
         raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
     if pitch is not None and not abs(pitch) < 90.0:

@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 
 from benchmarks.commands import ALLOW_CODE
-
-INCOMPLETE = 3
+from benchmarks.gates.verdict import INCOMPLETE
 
 
 @click.command()
@@ -35,7 +34,7 @@ def export(
     chosen = planned(suite, settings, seed, allow_code)
     cells = split_walks(chosen, walks)
     click.echo(f"{len(cells)} walks of suite '{chosen.name}' into {out}")
-    tally = write_data_set(out, chosen, cells, choose_executor(None, jobs), ["obstaclewatch", *sys.argv[1:]])
+    tally = write_data_set(out, chosen, cells, choose_executor(None, jobs), sys.argv[1:])
     click.echo(f"{out / 'README.md'}: {len(tally.ok)} walks")
     if not tally.complete:
         click.echo(f"{len(tally.failed)} walks failed, {len(tally.missing)} are missing", err=True)

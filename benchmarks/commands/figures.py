@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from benchmarks.commands import refuse_given
+
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path), required=False)
@@ -36,6 +38,7 @@ def figures(
 
         click.echo(write_paper_figures(paper_runs(tier, jobs, out), folder or out / "paper-figures"))
         return
+    refuse_given(("tier", "jobs", "out"), "there is no --paper")
     if folder is None:
         raise ValueError("FOLDER must name a run, or --paper ask for the paper's figures")
     _draw_run(folder, names, detector, others)

@@ -116,7 +116,8 @@ def calibrate(
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), first.sample_rate_hz)
     geometry = Phone.named(phone).geometry
     if speaker_cm is not None:
-        geometry = middle_line(NAME, 1e-2 * (mics_cm or 100 * geometry.mic_separation_m), 1e-2 * speaker_cm)
+        apart_m = geometry.mic_separation_m if mics_cm is None else 1e-2 * mics_cm
+        geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
     health = inspect(first, design, geometry, to_stderr=False)
     if speaker_cm is not None and mics_cm is None and health.calibration is not None:
         apart_m = measured_separation_m(health.calibration, 1e-2 * speaker_cm, speed)

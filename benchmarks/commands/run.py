@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from benchmarks.commands import ALLOW_CODE
+from benchmarks.gates.verdict import FAILED, INCOMPLETE, UNMEASURED
 from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs import EXECUTORS
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from benchmarks.plan.suite import Suite
     from benchmarks.runs.runner import Tally
 
-WRONG, INCOMPLETE, NOTHING_MEASURED = 1, 3, 4
 APPROACH_S = 15.0
 """No approach of the recipes lasts longer."""
 
@@ -87,10 +87,10 @@ def run(
         sys.exit(INCOMPLETE)
     _say_what_failed(folder, tally)
     if not tally.ok:
-        sys.exit(NOTHING_MEASURED)
+        sys.exit(UNMEASURED)
     if wrong := _wrong(folder):
         click.echo("\n".join(wrong), err=True)
-        sys.exit(WRONG)
+        sys.exit(FAILED)
     if not tally.complete:
         sys.exit(INCOMPLETE)
 

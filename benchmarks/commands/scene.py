@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from benchmarks.commands import OF_APPROACH, refuse_given
+
 if TYPE_CHECKING:
     from scenes import Encounter
     from scenes.checks.check import Finding
@@ -95,7 +97,7 @@ def _as_json(
 def _as_text(
     name: str, findings: list[Finding], needs: list[Need], cost: Cost | None, integrals: list[str] | None
 ) -> str:
-    width = max(len(need.name) for need in needs)
+    width = max((len(need.name) for need in needs), default=0)
     lines = [f"{'obstacle':{width}}  category    triangles  closed  planes  curved  edges  size / m"]
     for need in needs:
         size = " x ".join(f"{extent:.3g}" for extent in need.size_m)
@@ -131,6 +133,8 @@ def preview(name: str, output: Path, seed: int, category: str | None, index: int
     from scenes.preview.page import preview_html
     from scenes.preview.pictures import preview_around, preview_scene
 
+    if category is None:
+        refuse_given(OF_APPROACH, "there is no --category")
     suffix = output.suffix.lower()
     if suffix not in (".html", ".png"):
         raise ValueError(f"output must end in .html or .png, got '{output}'")

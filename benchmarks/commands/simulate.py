@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 import numpy as np
-from click.core import ParameterSource
+
+from benchmarks.commands import OF_APPROACH, given, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 SUFFIXES = (".wav", ".flac")
 STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
 """Options of a straight walk."""
-OF_APPROACH: tuple[str, ...] = ("index", "collision")
 
 
 @click.command()
@@ -84,7 +84,7 @@ def _of_file(scene: str, seed: int, phone: str) -> Encounter:
     """The file's own walk, with its phone unless another is asked for."""
     from scenes import load_encounter
 
-    return load_encounter(scene, seed, phone if "phone" in _given() else None)
+    return load_encounter(scene, seed, phone if "phone" in given() else None)
 
 
 def _check_given(category: str | None, own_walk: bool) -> None:
@@ -99,15 +99,7 @@ def _check_given(category: str | None, own_walk: bool) -> None:
         useless, reason = STRAIGHT + OF_APPROACH, "the scene has a walk of its own"
     else:
         useless, reason = OF_APPROACH, "there is no --category"
-    clash = [name for name in useless if name in _given()]
-    if clash:
-        raise ValueError(f"{reason}, so --{', --'.join(clash)} must not be given")
-
-
-def _given() -> set[str]:
-    """Names of the options that are on the command line."""
-    context = click.get_current_context()
-    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+    refuse_given(useless, reason)
 
 
 def _point(text: str) -> np.ndarray:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from benchmarks.gates.verdict import INCOMPLETE
+
 if TYPE_CHECKING:
     from benchmarks.runs.results import RunData
-
-INCOMPLETE = 3
 
 
 @click.command()

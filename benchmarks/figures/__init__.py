@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +18,6 @@ from benchmarks.figures.bench.rate_tables import rates_by_point, rates_by_stratu
 from benchmarks.figures.bench.sensitivity import alert_tornado, error_tornado, sides
 from benchmarks.figures.bench.speed import speed_growth, speed_table
 from benchmarks.figures.bench.sweeps import rates_by_band, rates_by_holding, rates_by_interference, sweep_curves
-from benchmarks.figures.bench.variants import of_one_variant
 from benchmarks.figures.data import BarFigure, CurveFigure
 from benchmarks.figures.paper.claims import claims_table
 from benchmarks.figures.paper.diagrams import (
@@ -45,6 +44,7 @@ from benchmarks.figures.plots import DrawingFigure, Figure, PlotFigure
 from benchmarks.plan.figure_names import FIGURE_RULES, known_figures
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_bytes_atomically
+from benchmarks.runs.variants import first_point
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -105,8 +105,21 @@ _BUILDERS: dict[str, Builder] = {
     "cause_table": cause_table,
     "claims": claims_table,
 }
+
+
+def _of_one_point(builder: Builder) -> Builder:
+    """The builder, given the first point of a sweep alone: pooled points would be no measurement of anything."""
+
+    def build(run: RunData) -> Figure:
+        first, remark = first_point(run)
+        figure = builder(first)
+        return replace(figure, note=f"{remark} {figure.note}") if remark else figure
+
+    return build
+
+
 FIGURES: dict[str, Builder] = {
-    name: _BUILDERS[name] if rule.compares_points else of_one_variant(_BUILDERS[name])
+    name: _BUILDERS[name] if rule.compares_points else _of_one_point(_BUILDERS[name])
     for name, rule in FIGURE_RULES.items()
 }
 """Name to the function that computes what the figure shows."""

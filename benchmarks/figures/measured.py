@@ -17,13 +17,12 @@ from benchmarks.scoring.scores import (
     PAPER_RECIPE,
     Table,
     absolute_errors,
-    quantile_with_interval,
     rate,
     recipe_of,
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate
+from benchmarks.scoring.statistics import Rate, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
@@ -125,23 +124,12 @@ def error_curve(
     return Curve(label, key, dashed, value, share, found, len(errors), summary)
 
 
-def quantile_over_walks(errors: Floats, quantile: float, walks: Strings) -> tuple[float, float, float, int]:
-    """Quantile, its 95 % interval (bootstrap over walks), and the count of finite errors.
-
-    The beeps of one walk are not independent, so fewer than two walks give no interval (NaN).
-    """
-    value, low, high, count = quantile_with_interval(errors, quantile, walks)
-    if len(np.unique(walks[np.isfinite(errors)])) < 2:
-        return value, float("nan"), float("nan"), count
-    return value, low, high, count
-
-
 def quantile_text(errors: Floats, quantile: float, unit: str, walks: Strings) -> str:
     """ "0.41 cm (0.38-0.45)": a quantile and its interval over walks; "no data" without a value.
 
     The unit is one of `SHOWN`, with its space.
     """
-    value, low, high, count = quantile_over_walks(errors, quantile, walks)
+    value, low, high, count = quantile_with_interval(errors, quantile, walks)
     if count == 0:
         return "no estimate" if len(errors) else NO_DATA
     ends = f" ({significant(low)}–{significant(high)})" if np.isfinite(low) else ""

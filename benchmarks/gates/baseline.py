@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
+from benchmarks.runs.manifest import options_in
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
 from benchmarks.runs.stored import check_stored, read_json
@@ -104,8 +105,9 @@ class Baseline:
 
 
 def run_key(run: RunData) -> str:
-    """Which runs measure the same walks: "suite/tier/split/seed"."""
-    return "/".join(str(run.manifest[name]) for name in ("suite", "tier", "split", "seed"))
+    """Which runs measure the same walks: "suite/tier/split/seed", and what cuts them: " --limit 5"."""
+    cut = options_in(run.manifest["argv"], "--only", "-k", "--limit")
+    return " ".join(["/".join(str(run.manifest[name]) for name in ("suite", "tier", "split", "seed")), *cut])
 
 
 def baseline_of(run: RunData) -> RunBaseline:

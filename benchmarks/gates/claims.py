@@ -8,6 +8,7 @@ from benchmarks.gates.config import Gates, MedianClaim, RateClaim
 from benchmarks.gates.quantities import QUANTITIES, per_walk_of, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import first_point
 from benchmarks.scoring.scores import (
     Table,
     approach_table,
@@ -25,7 +26,8 @@ GROUP = "claim"
 
 
 def judge_claims(run: RunData, gates: Gates) -> list[Verdict]:
-    """Every claim; unmeasured on another split than the one they are made for."""
+    """Every claim, of a sweep's first point; unmeasured on another split than the one they are made for."""
+    run, _ = first_point(run)
     named = [claim.model_copy(update={"detector": claim.detector or gates.claimed}) for claim in gates.claims]
     return [_judge(run, claim, gates.split) for claim in named]
 

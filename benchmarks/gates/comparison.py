@@ -8,6 +8,7 @@ from typing import Any
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import first_point
 from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
 from benchmarks.scoring.paper_values import SHOWN
 
@@ -23,23 +24,24 @@ class Comparison:
         first, second: names of the detectors.
         rates: "TP" and "TN" -> what the second lost and gained.
         shifts: kind, quantity and unit -> paired difference, second - first; only those with a pair.
-        turned: walks that collide in one run and not in the other; they are left out.
+        outcome_differs: walks that collide in one run and not in the other; they are left out.
     """
 
     first: str
     second: str
     rates: Mapping[str, Change]
     shifts: Mapping[tuple[str, str, str], Shift]
-    turned: int
+    outcome_differs: int
 
 
 def compare_runs(first: RunData, second: RunData, pairs: Sequence[tuple[str, str]] | None = None) -> list[Comparison]:
-    """Compare detectors, first -> second; by default those that both runs have.
+    """Compare detectors, first -> second; by default those that both runs have. Of sweeps, the first points alone.
 
     Raises:
         ValueError: no detector in common, an unknown one, or no walk in common: those of another seed or split have the
             same labels, but are others.
     """
+    first, second = first_point(first)[0], first_point(second)[0]
     here, there = detectors_of(first), detectors_of(second)
     asked = [(name, name) for name in sorted(here & there)] if pairs is None else list(pairs)
     if not asked:
@@ -97,8 +99,8 @@ def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[
 def comparison_lines(found: Comparison) -> list[str]:
     """A table in plain text, in cm and degrees."""
     lines = [found.first if found.first == found.second else f"{found.first} -> {found.second}"]
-    if found.turned:
-        lines.append(f"  {found.turned} walks collide in one run only and are left out")
+    if found.outcome_differs:
+        lines.append(f"  {found.outcome_differs} walks collide in one run only and are left out")
     for rate, change in found.rates.items():
         lines.append(
             f"  {rate:<34}{0.0 - change.loss_points:+8.1f} points   {change.gained} gained, {change.lost} lost "

@@ -47,12 +47,12 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
     @classmethod
     def _told(cls, left_m: float) -> float:
         if left_m not in LEFT_M:
-            raise ValueError(f"left_m must be one of {LEFT_M}")
+            raise ValueError(f"left_m must be one of {LEFT_M}, got {left_m}")
         return left_m
 
 
 class MedianClaim(BaseModel, extra="forbid", frozen=True):
-    """A quantity's median over walks whose one-sided upper bootstrap bound must stay below `at_most`.
+    """A quantity's median over walks whose exact one-sided upper bound must not exceed `at_most`.
 
     Attributes:
         detector: whose; the file's `claimed` by default.

@@ -12,6 +12,7 @@ from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_wal
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import change_of, shift_of
+from benchmarks.scoring.statistics import mcnemar
 
 GROUP = "regression"
 
@@ -62,6 +63,9 @@ def _rate(run: RunData, gates: Gates, before: RunBaseline, detector: str, agains
     found = change_of(earlier, right)
     if found.n == 0:
         return Verdict.unmeasured(GROUP, name, f"{name}: no such walk")
+    if mcnemar(sum(earlier.values()), 0) >= gates.p_below:
+        why = f"{sum(earlier.values())} of {found.n} walks were right, too few to lose significantly"
+        return Verdict.unmeasured(GROUP, name, f"{name}: {why}")
     fell = found.p < gates.p_below and found.loss_points >= gates.loss_points
     text = (
         f"{name}: {found.lost} of {found.n} walks lost and {found.gained} gained against the baseline "

@@ -26,16 +26,15 @@ MOST_CELLS = 200_000
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
+def plan_cells(suite: Suite, tier: str) -> list[Cell]:
     """The cells of a tier, in a fixed order.
 
     A smaller tier holds the first walks of every stratum (scene x category, or category x distance), so its cells
     are also cells of the larger tiers and every stratum is present. Collision and non-collision walks, and the
-    phones, alternate within a stratum. A sweep plans each of them at all of its points, one after the other. With
-    `limit`, the cells kept are spread over the whole list.
+    phones, alternate within a stratum. A sweep plans each of them at all of its points, one after the other.
 
     Raises:
-        ValueError: an unknown tier, a limit below 1, a plan without a cell, with one twice or with more than
+        ValueError: an unknown tier, a plan without a cell, with one twice or with more than
             `MOST_CELLS`, or a cell that could not run.
     """
     chosen = suite.tier(tier)
@@ -51,7 +50,6 @@ def plan_cells(suite: Suite, tier: str, limit: int | None = None) -> list[Cell]:
     if not cells:
         raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
     _tell_apart(cells)
-    cells = thinned(cells, limit)
     _check(cells)
     return cells
 

@@ -171,7 +171,7 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
         if name in _WHOLE:
             data[_WHOLE[name]] = [value] if name == "detector.name" else value
         else:
-            _put(data, _path(name), value)
+            _put(data, name, value)
     data["variant"] = data["variant"] | dict(point)
     try:
         return Cell.model_validate(data)
@@ -194,12 +194,14 @@ def value_at(cell: Mapping[str, Any], name: str) -> Any:
     return node
 
 
-def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
-    *parents, last = path
+def _put(data: dict[str, Any], name: str, value: Any) -> None:
+    *parents, last = _path(name)
     node = data
     for parent in parents:
         node[parent] = node.get(parent) or {}
         node = node[parent]
+        if not isinstance(node, dict):
+            raise ValueError(f"swept '{name}' must name a value inside mappings, but '{parent}' is {node!r}")
     node[last] = value
 
 

@@ -9,13 +9,15 @@ import numpy as np
 from benchmarks.cells.spec import Cell, PhoneChange
 from simulator import Phone
 
+STREAM = (4, 1)
+"""Of a walk's seed; keys of one number are what `make_approach` draws the walk itself from."""
 DRAWN = "unknowns drawn"
 """Name of the point of a run at which they are."""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A level that is assumed: what it may be more than assumed, evenly between two ends, dB, and by which source."""
+    """Offset from an assumed level, uniform between low_db and high_db, with its source."""
 
     name: str
     low_db: float
@@ -33,7 +35,7 @@ UNKNOWNS = (
 
 def with_unknowns(cell: Cell) -> Cell:
     """The walk with every unknown drawn, by its own seed: the same walk, phone and people, at other levels."""
-    rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(len(UNKNOWNS),)))
+    rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=STREAM))
     beep_db, noise_db, person_db, rear_db = (float(rng.uniform(u.low_db, u.high_db)) for u in UNKNOWNS)
     preset, asked = Phone.named(cell.phone), cell.phone_change
     level_db = preset.level_spl_db if asked.level_spl_db is None else asked.level_spl_db

@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.measured import detectors_of, judged_detectors, strata
 from benchmarks.report.verdict import Measured, rate_measured
+from benchmarks.runs.manifest import options_in
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import Table, approach_table, chosen, rows_where, true_negative_rate, true_positive_rate
 from obstaclewatch.support.arrays import Ints, Strings
@@ -84,7 +85,9 @@ def rerun_command(run: RunData, label: str) -> str:
     manifest = run.manifest
     parts = ["obstaclewatch", "run", _suite_of(run), "--tier", str(manifest.get("tier", UNKNOWN))]
     seed = ["--seed", str(manifest.get("seed", UNKNOWN))]
-    return shlex.join([*parts, "--only", label, *seed, *_kept_options(manifest.get("argv") or [])])
+    argv = manifest.get("argv") or []
+    trusted = ["--allow-code"] if "--allow-code" in argv else []
+    return shlex.join([*parts, "--only", label, *seed, *options_in(argv, "--set", "--split"), *trusted])
 
 
 def failures(run: RunData) -> list[tuple[str, str]]:
@@ -144,17 +147,6 @@ def _suite_of(run: RunData) -> str:
     """The suite as it was named on the command line, if that was a file."""
     files = [word for word in run.manifest.get("argv") or [] if word.endswith((".yaml", ".yml"))]
     return files[0] if files else str(run.manifest.get("suite", UNKNOWN))
-
-
-def _kept_options(argv: Sequence[str]) -> list[str]:
-    """The options of a command line that change what a walk is: --set and --split."""
-    kept: list[str] = []
-    for word, following in zip(argv, [*argv, ""][1:], strict=True):
-        if word in ("--set", "--split"):
-            kept += [word, following]
-        elif word.startswith(("--set=", "--split=")):
-            kept.append(word)
-    return kept
 
 
 def _last_line(error: str | None) -> str:

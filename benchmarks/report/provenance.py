@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.spec import BeepSetting
 from benchmarks.figures.measured import significant
 from benchmarks.figures.paper.energies import cpu_per_beep_s
 from benchmarks.report.cases import UNKNOWN
@@ -23,7 +24,7 @@ def cost_lines(run: RunData) -> Lines:
         return [("cost", UNKNOWN)]
     recorded = sum(cost["recording_s"] for _, cost in known)
     total = sum(cost["total_s"] for _, cost in known)
-    beeps = sum(cost["recording_s"] / _period_s(record) for record, cost in known)
+    beeps = sum(cost["recording_s"] / BeepSetting(**record["cell"]["beep"]).period_s for record, cost in known)
     lines = [
         ("cells with a known cost", f"{len(known)} of {len(run.cells)}"),
         ("sound simulated", f"{recorded:.0f} s, {beeps:.0f} beeps"),
@@ -69,11 +70,6 @@ def _revision(manifest: Mapping[str, Any]) -> str:
     if dirty is None:
         return f"{_shown(manifest, 'git_revision')}, changes unknown"
     return _shown(manifest, "git_revision") + (", with uncommitted changes" if dirty else "")
-
-
-def _period_s(record: Mapping[str, Any]) -> float:
-    beep = record["cell"]["beep"]
-    return float(beep["duration_s"] + beep["gap_s"])
 
 
 def _per_cell(seconds: list[float]) -> str:

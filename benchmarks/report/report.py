@@ -11,7 +11,6 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from benchmarks.figures import DrawnFigure, figures_of
-from benchmarks.figures.bench.variants import first_point
 from benchmarks.figures.draw.interactive import interactive
 from benchmarks.figures.draw.style import csv_text
 from benchmarks.figures.measured import detectors_of, rules_text
@@ -22,6 +21,7 @@ from benchmarks.report.verdict import headline, verdict_rows
 from benchmarks.runs.markdown import as_code, plain
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
+from benchmarks.runs.variants import first_point
 from scenes.preview.page import KINDS
 from scenes.preview.pictures import COLORS
 from scenes.preview.plotly_page import in_script, library_script

@@ -17,7 +17,6 @@ from benchmarks.figures.measured import (
     against_paper,
     detectors_of,
     judged_detectors,
-    quantile_over_walks,
     significant,
 )
 from benchmarks.report.verdict_lines import left_in_words
@@ -42,7 +41,7 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate
+from benchmarks.scoring.statistics import Rate, quantile_with_interval
 from obstaclewatch.support.arrays import Floats
 
 
@@ -263,7 +262,7 @@ def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, unit: str)
 def _quantile(
     values: Floats, quantile: float, walks: NDArray[Any], scale: float, unit: str, paper: PaperValue | None
 ) -> Measured:
-    value, low, high, count = quantile_over_walks(values, quantile, walks)
+    value, low, high, count = quantile_with_interval(values, quantile, walks)
     of = f"{count} of {len(values)}"
     if count == 0:
         return Measured("no estimate" if len(values) else NO_DATA, "", of)

@@ -45,6 +45,17 @@ def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]
     }
 
 
+def options_in(argv: Sequence[str], *names: str) -> list[str]:
+    """The words of a command line that are options of these names, with their values; "--name=value" stays one word."""
+    kept: list[str] = []
+    for word, following in zip(argv, [*argv, ""][1:], strict=True):
+        if word in names:
+            kept += [word, following]
+        elif word.startswith(tuple(f"{name}=" for name in names)):
+            kept.append(word)
+    return kept
+
+
 def _git(*arguments: str) -> str | None:
     try:
         done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)

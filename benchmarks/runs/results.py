@@ -48,7 +48,7 @@ def load_run(folder: str | Path) -> RunData:
     path = folder / "manifest.json"
     if not path.is_file():
         raise ValueError(f"a run folder must hold manifest.json, got '{folder}'")
-    manifest = _manifest(path)
+    manifest = read_manifest(path)
     cells, costs = [], []
     for digest in manifest["plan"]:
         record = read_cell(cell_path(folder, digest), digest)
@@ -59,7 +59,12 @@ def load_run(folder: str | Path) -> RunData:
     return RunData(folder, manifest, tuple(cells), tuple(costs))
 
 
-def _manifest(path: Path) -> dict[str, Any]:
+def read_manifest(path: Path) -> dict[str, Any]:
+    """What is stored of how a run came about.
+
+    Raises:
+        ValueError: it is damaged.
+    """
     held = read_json(path)
     check_stored(held, StoredManifest, f"'{path}' must be the manifest of a run")
     return held

@@ -126,7 +126,7 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
 
 
 def _median(values: Floats) -> float:
-    """Of an even number the lower middle, as all here; NaN of none."""
+    """Of an even number the lower middle; NaN of none."""
     return float(np.quantile(values, 0.5, method="lower")) if len(values) else math.nan
 
 

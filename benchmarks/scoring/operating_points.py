@@ -10,7 +10,7 @@ from benchmarks.scoring.statistics import Rate, exact_rate
 from obstaclewatch.support.arrays import Floats
 
 TRUE_NEGATIVE_RATES = (0.90, 0.95, 0.97)
-"""At which true positive rates are told."""
+"""TN rates at which TP is reported."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,8 @@ _FLAGS = ("collides", "line_collides", "alert", "true_alert", "low", "moving")
 
 LEFT_M = (1.0, 0.5, 0.0)
 """Distances, as walked, that must be left to contact at the first alert; 0 is before contact, which is all that the
-paper asks (section 3.6). An alert that comes earlier than its danger distance of 3 m lasts until then."""
+paper asks (section 3.6). An alert that comes earlier than its danger distance of 3 m lasts until then. They are counted
+where the beep leaves the speaker that the alert is decided by. Its echoes are in a period later, 12 cm at 1.3 m/s."""
 PAPER_RECIPE = "paper"
 """The recipe of the walks that the paper's rates are about."""
 NARROW_M = 0.5
@@ -157,10 +158,14 @@ def false_alerts_over_all(table: Table) -> Rate:
 
 def swept(table: Table, left_m: float, true_negative_rate: float) -> OperatingPoint | None:
     """TP and TN with the threshold on the stated probability at which TN is so high; None if none is stated."""
-    score, collides = table[score_column(left_m)], table["collides"]
-    if np.isfinite(score).any():
-        score = np.nan_to_num(score)  # of a walk in which no beep was found
+    score, collides = stated_scores(table, left_m), table["collides"]
     return operating_point(score[collides], score[~collides], true_negative_rate)
+
+
+def stated_scores(table: Table, left_m: float) -> Floats:
+    """Highest probability stated on each walk with so much left, 0 where no beep was found; all NaN if none is."""
+    score = table[score_column(left_m)]
+    return np.nan_to_num(score) if np.isfinite(score).any() else score
 
 
 def score_column(left_m: float) -> str:
@@ -199,7 +204,7 @@ def summary(run: RunData, points: Mapping[str, RunData]) -> dict[str, Any]:
 
     Args:
         run: all of it.
-        points: its parts by the point of the sweep; see `benchmarks.figures.bench.variants.variants`.
+        points: its parts by the point of the sweep; see `benchmarks.runs.variants.variants`.
 
     Returns:
         "cells", "failed", and "detectors"; of a sweep, whose points are the same walks over again and must not be

@@ -26,7 +26,6 @@ from benchmarks.training.fit import (
     with_thresholds,
 )
 from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
-from obstaclewatch.support.arrays import Floats, Halves, Ints
 from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
 from obstaclewatch.tracking.bearing_model import BearingModel
 from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel
@@ -167,15 +166,6 @@ def write_table(path: Path, found: Examples, model: CollisionModel) -> None:
         "evidence": evidence,
     }
     np.savez_compressed(path, **told, probability=probability, shown=shown, pictures=first.pictures[shown])
-
-
-def read_table(path: Path) -> tuple[Examples, Floats, Ints, Halves]:
-    """Beeps without pictures, what was stated at them (n,), which of them have pictures (S,), and these."""
-    with np.load(path) as stored:
-        told = {name: stored[name] for name in ("walk", "collides", "left_m", "evidence")}
-        none = np.zeros((len(told["walk"]), 0), dtype=np.float16)
-        examples = Examples(reception=np.zeros_like(told["walk"]), pictures=none, **told)
-        return examples, stored["probability"], stored["shown"], stored["pictures"]
 
 
 def card(model: CollisionModel, learned: dict[str, Any], unseen: dict[str, Examples]) -> dict[str, Any]:

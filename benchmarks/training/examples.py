@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,9 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
+from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.training import walks
 from benchmarks.training.walks import Seen, Walk, recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
 from obstaclewatch.support.rows import Rows
@@ -105,9 +109,8 @@ def walk_files(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, fold
 
 
 def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
-    """The file of a walk's examples, which is made if it is not there."""
-    fidelity = "".join(f"-{name}={value}" for name, value in sorted(cell.fidelity.items()))
-    path = folder / f"{cell.approach['recipe']}-{cell.seed}-{receptions}{fidelity}.npz"
+    """The file of a walk's examples, which is made if it is not there: of this walk, by this version of the source."""
+    path = folder / f"{cell.digest(_sources())[:16]}-{receptions}.npz"
     if not path.exists():
         walk = recorded(cell)
         seen = [seen_at_beeps(walk, reception) for reception in range(receptions)]
@@ -121,6 +124,13 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
         with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
             np.savez(file, **arrays)
     return path
+
+
+@cache
+def _sources() -> str:
+    """Digest of all that decides an example's numbers."""
+    own = (Path(__file__), Path(walks.__file__))
+    return hashlib.sha256(b"".join([source_fingerprint().encode(), *(each.read_bytes() for each in own)])).hexdigest()
 
 
 def _gathered(paths: Sequence[Path], numbers: Ints, pictures_path: Path) -> Examples:

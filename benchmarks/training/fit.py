@@ -62,9 +62,9 @@ def rates(examples: Examples, alerts: Flags, in_time_m: float) -> tuple[float, .
     return tuple(float(own.mean()) if len(own) else np.nan for own in (hits, others))
 
 
-def calibration(examples: Examples, probability: Floats, bins: int = 10) -> list[dict[str, Any]]:
+def calibration(examples: Examples, probability: Floats) -> list[dict[str, Any]]:
     """Stated and observed shares of collisions by the probability that is stated, and the walks behind them."""
-    rows, edge = [], np.linspace(0.0, 1.0, bins + 1)
+    rows, edge = [], np.linspace(0.0, 1.0, 11)
     used, weight = examples.used, np.zeros(len(examples))
     weight[used] = examples[used].weights()
     for low, high in pairwise(edge):

@@ -43,7 +43,7 @@ class EchoDetector(StreamingDetector):
         sound_speed_m_s: float = 343.0,
         pitch_rad: float | None = None,
     ) -> None:
-        self.settings = PaperSettings() if settings is None else settings
+        self.settings = PaperSettings.of(settings)
         self._pipeline = self._PIPELINE(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         self._vote = CollisionVote(self.settings.votes_needed, self.settings.votes_of)
         super().__init__(beep, phone, self._pipeline.direct_delay_s)

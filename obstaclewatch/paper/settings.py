@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from obstaclewatch.paper.errata import Errata
+from obstaclewatch.support.argument_types import check_counts, check_numbers, check_types
+
+COUNTS = ("max_candidates", "votes_needed", "votes_of")
+PAIRS = ("closing_speed_m_s", "body_distance_m", "crest_radius")
+OPTIONAL = ("crest_radius", "direct_delay_s")
 
 NOT_NEGATIVE = (
     "threshold_factor", "cfar_factor", "static_tolerance_m", "closing_tolerance_m", "walker_half_width_m",
@@ -91,12 +96,11 @@ class PaperSettings:
     errata: Errata = field(default_factory=Errata)
 
     def __post_init__(self) -> None:
+        self._check_types()
         if not 0.0 < self.near_m < self.far_m < np.inf:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
         if not 1 <= self.votes_needed <= self.votes_of:
             raise ValueError(f"votes_needed must be 1..votes_of, got {self.votes_needed} of {self.votes_of}")
-        if not self.max_candidates >= 1:
-            raise ValueError(f"max_candidates must be at least 1, got {self.max_candidates}")
         if not 0.0 < self.crest_level < 1.0:
             raise ValueError(f"crest_level must lie between 0 and 1, got {self.crest_level}")
         line = self.crest_radius
@@ -127,8 +131,38 @@ class PaperSettings:
         """
         return cls(**READINGS["calibrated"] | others)
 
+    @classmethod
+    def of(cls, settings: PaperSettings | None) -> PaperSettings:
+        """Settings as they are given; None takes the defaults.
+
+        Raises:
+            ValueError: another type.
+        """
+        if settings is None:
+            return cls()
+        check_types(settings=(settings, cls))
+        return settings
+
+    def _check_types(self) -> None:
+        """Refuse what no comparison can refuse: texts, fractions of a count, one number for two."""
+        check_types(errata=(self.errata, Errata))
+        for name in (each.name for each in fields(self) if each.name != "errata"):
+            value = getattr(self, name)
+            if name in OPTIONAL and value is None:
+                continue
+            if name in COUNTS:
+                check_counts(1, **{name: value})
+            elif name not in PAIRS:
+                check_numbers(**{name: value})
+            elif not isinstance(value, (tuple, list)) or len(value) != 2:
+                raise ValueError(f"{name} must be two numbers, got {value!r}")
+            else:
+                check_numbers(**{f"{name}[0]": value[0], f"{name}[1]": value[1]})
+
     def _check_numbers(self) -> None:
         """Refuse what would stop all detections without an error: NaN is below, above and within nothing."""
+        if not self.peak_window_s < np.inf:
+            raise ValueError(f"peak_window_s must be finite, got {self.peak_window_s}")
         for name in ("peak_window_s", "evaluation_m", "danger_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")

@@ -131,17 +131,32 @@ def _beeps(power: Floats, period: float) -> list[Floats]:
 
 
 def _fitted(piece: Floats, frequency: Floats) -> tuple[float, ...]:
-    """Start, stop, duration and core of the line through the ridge of one beep, weighted by energy."""
+    """Start, stop, duration and core of the line through the ridge of one beep, weighted by energy.
+
+    A frame of the spectrogram adds its own variance to the time of the energy, and nothing to its covariance with
+    frequency.
+    """
     time = np.arange(piece.shape[1]) * HOP_S
     weight = piece.max(axis=0)
     weight = np.where(weight > 0.01 * weight.max(), weight, 0.0)
-    ridge = frequency[np.argmax(piece, axis=0)]
-    mean = np.average(time, weights=weight)
-    spread = np.sqrt(np.average((time - mean) ** 2, weights=weight))
-    slope, height = np.polyfit(time - mean, ridge, 1, w=np.sqrt(weight))
-    duration = max(float(spread) / HANN_ENERGY_SPREAD, HOP_S)
-    half = 0.5 * float(slope) * duration
+    ridge = _ridge_hz(piece, frequency)
+    mean, height = np.average(time, weights=weight), np.average(ridge, weights=weight)
+    variance = np.average((time - mean) ** 2, weights=weight) - (HANN_ENERGY_SPREAD * FRAME_S) ** 2
+    variance = max(float(variance), (HANN_ENERGY_SPREAD * HOP_S) ** 2)
+    duration = variance**0.5 / HANN_ENERGY_SPREAD
+    half = 0.5 * duration * float(np.average((time - mean) * ridge, weights=weight)) / variance
     order = np.argsort(ridge)
     share = np.cumsum(weight[order]) / weight.sum()
     low, high = ridge[order][np.searchsorted(share, CORE_SHARES)]
     return float(height) - half, float(height) + half, duration, float(low), float(high)
+
+
+def _ridge_hz(piece: Floats, frequency: Floats) -> Floats:
+    """(K,) frequency of most power in each frame: the centroid of the three bins at its top.
+
+    A tone under a Hann window is read within 0.03 bins.
+    """
+    top, frames = np.argmax(piece, axis=0), np.arange(piece.shape[1])
+    below, middle, above = np.pad(piece, ((1, 1), (0, 0)))[top + np.arange(3)[:, None], frames]
+    total = below + middle + above
+    return frequency[top] + (above - below) / np.where(total > 0.0, total, 1.0) / FRAME_S

@@ -34,7 +34,7 @@ class CoherentBackground:
         """What of a (2, M) envelope was not there in the mean of earlier beeps; then learn it. Zeros at first."""
         self._count = min(self._count + 1, self._beeps)
         if self._mean is None:
-            self._mean = np.ascontiguousarray(envelope)
+            self._mean = np.array(envelope, order="C")
             return np.zeros_like(self._mean)
         return _learnt(self._mean, envelope, self._count)
 

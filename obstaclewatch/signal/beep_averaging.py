@@ -1,4 +1,4 @@
-"""Beeps of a phone held still add up in phase: n of them gain 10 log10 n of signal-to-noise ratio, and then some.
+"""Beeps of a phone held still add up in phase: n of them gain 10 log10 n of signal-to-noise ratio.
 
 What stands still has the same phase in every beep, noise has not; so the mean of the complex envelopes is the response
 of the place. A hand that moves by 1 mm rotates an echo's phase by 0.75 rad: then the mean starts anew.
@@ -12,6 +12,7 @@ import numpy as np
 
 from obstaclewatch.signal.echoes import noise_amplitude
 from obstaclewatch.signal.matched_filter import EchoProfile
+from obstaclewatch.support.argument_types import check_counts
 from obstaclewatch.support.arrays import Complexes
 
 STILL = 6.0
@@ -27,12 +28,11 @@ class AveragedBeeps:
             beep through as it is.
 
     Raises:
-        ValueError: not a single beep.
+        ValueError: not a whole number of beeps, or not a single one.
     """
 
     def __init__(self, beeps: int) -> None:
-        if beeps < 1:
-            raise ValueError(f"beeps must be at least 1, got {beeps}")
+        check_counts(1, averaged_beeps=beeps)
         self._beeps = beeps
         self._mean: Complexes | None = None
         self._count = 0

@@ -50,12 +50,18 @@ class PulseShape:
 
 @lru_cache(maxsize=16)
 def pulse_shape(beep: BeepDesign, level: float, sound_speed_m_s: float) -> PulseShape:
-    """Calibrate the pulse of a beep at rest and in motion."""
-    compressor = MatchedFilter(beep, beep.gap_s or beep.period_s)
+    """Calibrate the pulse of a beep at rest and in motion.
+
+    Raises:
+        ValueError: the pulse's side does not fall to the level within `REACH_S`.
+    """
+    compressor = MatchedFilter(beep, beep.period_s)
     trailing = [
         trailing_widths(*_peak_of(compressor, beep, speed, sound_speed_m_s), compressor.rate_hz, level, REACH_S)[0][0]
         for speed in SPEEDS_M_S
     ]
+    if np.isnan(trailing).any():
+        raise ValueError(f"the compressed beep must fall to {level:g} of its peak within {REACH_S} s, got {beep}")
     return PulseShape(level, np.array(trailing), rms_bandwidth_hz(beep))
 
 

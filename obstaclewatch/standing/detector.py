@@ -78,7 +78,7 @@ class StandingDetector(StreamingDetector):
         mic_phase_rad: float | None = 0.0,
         averaged_beeps: int = 16,
     ) -> None:
-        self.settings = PaperSettings() if settings is None else settings
+        self.settings = PaperSettings.of(settings)
         check_mic_phase(mic_phase_rad)
         measured = replace(
             self.settings, max_candidates=CANDIDATES, gate_margin_m=min(self.settings.gate_margin_m, GATE_MARGIN_M)

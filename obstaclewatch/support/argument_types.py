@@ -7,7 +7,9 @@ from numbers import Integral
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+from obstaclewatch.support.arrays import Complexes, Floats
 
 
 def check_numbers(**values: Any) -> None:
@@ -19,6 +21,31 @@ def check_numbers(**values: Any) -> None:
     for name, value in values.items():
         if value is None or np.ndim(value) > 0 or np.asarray(value).dtype.kind not in "iuf":
             raise ValueError(f"{name} must be a number, got {reprlib.repr(value)}")
+
+
+def as_floats(name: str, value: Any) -> Floats:
+    """A copy of real numbers as an array; its shape, NaN and infinity are the caller's to judge.
+
+    Raises:
+        ValueError: a text, None, a truth value, complex numbers, rows of unequal length; the message gives name and
+            value.
+    """
+    return _as_array(name, value, "iuf").astype(np.float64)
+
+
+def as_complexes(name: str, value: Any) -> Complexes:
+    """The same of numbers that may be complex."""
+    return _as_array(name, value, "iufc").astype(np.complex128)
+
+
+def _as_array(name: str, value: Any, kinds: str) -> NDArray[Any]:
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unequal length
+        array = np.empty(0, dtype=object)
+    if array.dtype.kind not in kinds:
+        raise ValueError(f"{name} must be numbers, got {reprlib.repr(value)}")
+    return array
 
 
 TURN_RAD = 2.0 * np.pi
@@ -47,9 +74,18 @@ def check_seed(**values: Any) -> None:
     Raises:
         ValueError: the message gives name and value.
     """
+    check_counts(0, **values)
+
+
+def check_counts(least: int, /, **values: Any) -> None:
+    """Refuse anything but a whole number, `least` or more.
+
+    Raises:
+        ValueError: the message gives name, rule and value.
+    """
     for name, value in values.items():
-        if not isinstance(value, Integral) or isinstance(value, bool) or value < 0:
-            raise ValueError(f"{name} must be a whole number, 0 or more, got {reprlib.repr(value)}")
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            raise ValueError(f"{name} must be a whole number, {least} or more, got {reprlib.repr(value)}")
 
 
 def check_types(**values: tuple[Any, type]) -> None:

@@ -5,7 +5,8 @@ sqrt(x^2 + b^2 + h^2) while x falls by v a second. Steps tell v to 12 %, the gro
 what 20 beeps received adds up along few curves, of which those with b = 0 are collisions. The difference between the
 best of these and the best that passes is close to a log likelihood ratio, and needs no track.
 
-Power counts over the mean of earlier beeps at its place: what stands there says little, rather than against an echo.
+Power counts over the mean of earlier beeps at its place. A place that always echoes counts little; it is not counted
+against an echo.
 """
 
 from __future__ import annotations

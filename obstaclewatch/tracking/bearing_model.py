@@ -19,8 +19,6 @@ from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.bearing_evidence import NUMBERS
 from obstaclewatch.tracking.deviations import deviations
 
-CARD = Path(__file__).with_name("bearing_model.json")
-"""What the weights were learned from, and what they did on walks that they had not seen."""
 WEIGHTS = Path(__file__).with_name("bearing_model.npz")
 EDGES_RAD = np.deg2rad([*np.arange(0.0, 40.0, 2.5), *np.arange(40.0, 95.0, 5.0)])
 """Of the bins."""

@@ -25,8 +25,6 @@ from obstaclewatch.tracking.approach_picture import LAYERS, SHAPE
 from obstaclewatch.tracking.deviations import deviations
 from obstaclewatch.tracking.evidence import OF_TRACKS, Evidence
 
-CARD = Path(__file__).with_name("collision_model.json")
-"""What the weights were learned from, and what they did on walks that they had not seen."""
 WEIGHTS = Path(__file__).with_name("collision_model.npz")
 KERNEL = 3
 POOLED_LAYERS = 2

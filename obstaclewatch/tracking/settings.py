@@ -47,10 +47,11 @@ class TrackingSettings:
         """Settings as they are given; those of the paper only where nothing else of them was changed.
 
         Raises:
-            ValueError: a constant that the tracking detector has no use for.
+            ValueError: another type, or a constant that the tracking detector has no use for.
         """
         if settings is None or isinstance(settings, TrackingSettings):
             return settings or cls()
+        settings = PaperSettings.of(settings)
         names = [each.name for each in fields(cls)]
         for each in fields(settings):
             value = getattr(settings, each.name)

@@ -71,7 +71,7 @@ def agreement(
 
     Args:
         bodies: (H,) what trajectories lead to.
-        ears: the phone.
+        receivers: the phone.
         time_s: (K,) that the readings stand for, from the asked time on.
         read_m: (K,) ranges.
         covariance: (K, K) of the ranges about a straight line.

@@ -23,7 +23,7 @@ from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_r
 RECEIVED_SHARE = 0.4
 """Share of microphone 1's power that counts: beeps within a step share their deviations."""
 MOST_MISFIT = 40.0
-"""Squared deviations in all, beyond which a trajectory is not thought less likely: some peaks are of another echo."""
+"""Squared deviations. Larger misfits lower the likelihood no further, since some peaks belong to other echoes."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
 CYCLE_RAD = 2.0 * np.pi

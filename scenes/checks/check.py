@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
+from scenes.files.schema import UNITS_M
 from scenes.obstacles.solids import shifted
 from scenes.truth.truth import NOT_IN_THE_WAY, contact
 from simulator.phone.phone import Phone
@@ -33,8 +34,6 @@ AFLOAT_M = 0.02
 BESIDE_GROUND_M = 0.02
 WALK_STEP_S = 0.02
 MEETING_STEP_S = 0.25
-
-UNITS_M = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "m": 1.0}
 
 
 @dataclass(frozen=True)

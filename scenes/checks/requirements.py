@@ -123,9 +123,7 @@ class _Opening:
         return self.walk.pose(time_s)
 
 
-def rendering_cost(
-    scene: Scene, phone: Phone, walk: Walk, fidelity: Fidelity | None = None, step: Step = _silent
-) -> Cost:
+def rendering_cost(scene: Scene, phone: Phone, walk: Walk, step: Step = _silent) -> Cost:
     """Measured on the walk's first beeps, whatever is compiled for them apart; `step` is called after `TIMED_STEPS`.
 
     Meshes that this process has read before cost nothing again. Linear algebra keeps to the one processor: small
@@ -134,7 +132,7 @@ def rendering_cost(
     Raises:
         ValueError: the walk is shorter than one beep.
     """
-    beep, fidelity, street = BeepDesign(), fidelity or Fidelity(), PreparedScene(scene)
+    beep, fidelity, street = BeepDesign(), Fidelity(), PreparedScene(scene)
     beeps = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
     some = min(TIMED_BEEPS, beeps)
 

@@ -1,4 +1,4 @@
-"""YAML of strangers: depth, aliases and size are bounded before anything is built of it.
+"""YAML of strangers: depth, aliases and size are bounded before anything is built of it, and no key is given twice.
 
 Nine aliases of nine aliases, nine deep, are 387 million values in 200 characters; a value that holds itself has no end.
 The parser's events show both without building either.
@@ -6,6 +6,7 @@ The parser's events show both without building either.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -82,7 +83,7 @@ def parsed(text: str, name: str, what: str) -> tuple[Any, yaml.Node | None]:
         name, what: of the file, for messages: "yard.yaml" and "scene file".
 
     Raises:
-        ValueError: not YAML, or beyond the bounds; with the line.
+        ValueError: not YAML, beyond the bounds, or a key twice in one mapping; with the line.
 
     >>> parsed("name: yard", "yard.yaml", "scene file")[0]
     {'name': 'yard'}
@@ -95,6 +96,10 @@ def parsed(text: str, name: str, what: str) -> tuple[Any, yaml.Node | None]:
             line = line if event.start_mark is None else event.start_mark.line + 1
             bounds.add(event)
         root = yaml.compose(text, Loader=yaml.SafeLoader)
+        repeated = next(_repeated_keys(root), None)  # before merges are built: what these bring in may be overridden
+        if repeated is not None:
+            key, line = repeated
+            raise ValueError(f"must give each key of a mapping once, got '{key}' twice")
         return None if root is None else _Builder().construct_document(root), root
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
@@ -103,6 +108,21 @@ def parsed(text: str, name: str, what: str) -> tuple[Any, yaml.Node | None]:
         raise ValueError(f"{where}: a {what} must be YAML: {problem}") from error
     except ValueError as error:
         raise ValueError(f"{name}:{line}: a {what} {error}") from error
+
+
+def _repeated_keys(node: yaml.Node | None) -> Iterator[tuple[str, int]]:
+    """Keys of which PyYAML would keep the last value alone, with their lines."""
+    if isinstance(node, yaml.MappingNode):
+        seen: set[str] = set()
+        for key, value in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in seen:
+                    yield key.value, key.start_mark.line + 1
+                seen.add(key.value)
+            yield from _repeated_keys(value)
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            yield from _repeated_keys(item)
 
 
 def read_text(path: Path, what: str) -> str:

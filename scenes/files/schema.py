@@ -39,7 +39,7 @@ from simulator.scene.air import Air
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle, Scene
 
-UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 
 
 GREATEST = 1000.0
@@ -120,12 +120,11 @@ class ObstacleSpec(Strict):
             if self.units is None:
                 raise ValueError(f"obstacle '{self.name}' with a mesh must have units, one of {list(UNITS_M)}")
         if self.kind is not None:
-            known = [name for name in inspect.signature(KINDS[self.kind].mesh).parameters if name != "rng"]
+            known = inspect.signature(KINDS[self.kind].mesh).parameters
             unknown = sorted(set(self.parameters) - set(known))
             if unknown:
-                raise ValueError(f"parameters of kind '{self.kind}' must be among {known}, got {unknown}")
-            parameters = inspect.signature(KINDS[self.kind].mesh).parameters
-            missing = [name for name in known if parameters[name].default is inspect.Parameter.empty]
+                raise ValueError(f"parameters of kind '{self.kind}' must be among {list(known)}, got {unknown}")
+            missing = [name for name in known if known[name].default is inspect.Parameter.empty]
             if left := sorted(set(missing) - set(self.parameters)):
                 raise ValueError(f"parameters of kind '{self.kind}' must include {left}")
             large = {name: value for name, value in self.parameters.items() if _exceeds(value, GREATEST)}

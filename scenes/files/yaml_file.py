@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,12 +45,9 @@ class YamlFile:
         if not path.is_file():
             raise FileNotFoundError(f"scene file must exist, got '{path}'")
         data, root = parsed(read_text(path, "scene file"), path.name, "scene file")
-        found = cls(path, data, root)
-        for key, line in _repeated_keys(root):
-            raise ValueError(f"{path.name}:{line}: {key}: is given twice in the same place")
         if not isinstance(data, dict):
             raise ValueError(f"{path.name}:1: a scene file must be a mapping of fields, got {data!r}")
-        return found
+        return cls(path, data, root)
 
     def as_model(self, model: type[Model]) -> Model:
         """The data as a pydantic model.
@@ -62,12 +59,12 @@ class YamlFile:
             return model.model_validate(self.data)
         except ValidationError as error:
             problems = [(self.line(e["loc"]), e) for e in error.errors()]
-            lines = [self.message(e["loc"], _said(e, model)) for _, e in sorted(problems, key=lambda item: item[0])]
+            lines = [self.message(e["loc"], said(e, model)) for _, e in sorted(problems, key=lambda item: item[0])]
             raise ValueError("; ".join(lines)) from error
 
     def message(self, place: Place, text: str) -> str:
         """One line about a field: "yard.yaml:7: obstacles[2].kind: text"."""
-        return f"{self.path.name}:{self.line(place)}: {_dotted(place)}{text}"
+        return f"{self.path.name}:{self.line(place)}: {dotted(place)}{text}"
 
     def line(self, place: Place) -> int:
         """The line of a field, or of the nearest mapping or list that should hold it; from 1."""
@@ -101,28 +98,14 @@ def _below(node: yaml.Node | None, step: int | str) -> tuple[int, yaml.Node] | N
     return None
 
 
-def _repeated_keys(node: yaml.Node | None) -> Iterator[tuple[str, int]]:
-    """Keys that YAML would silently let the last one win, with their lines."""
-    if isinstance(node, yaml.MappingNode):
-        seen: set[Hashable] = set()
-        for key, value in node.value:
-            if key.value in seen:
-                yield str(key.value), key.start_mark.line + 1
-            seen.add(key.value)
-            yield from _repeated_keys(value)
-    if isinstance(node, yaml.SequenceNode):
-        for item in node.value:
-            yield from _repeated_keys(item)
-
-
-def _dotted(place: Place) -> str:
+def dotted(place: Place) -> str:
     """ "obstacles[2].kind: ", or nothing for the file itself."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
     return f"{text}: " if text else ""
 
 
-def _said(error: Any, model: type[BaseModel]) -> str:
-    """What is wrong with a field, in a line."""
+def said(error: Any, model: type[BaseModel]) -> str:
+    """What is wrong with a field by one of pydantic's errors, in a line."""
     kind = error["type"]
     if kind == "missing":
         return "is missing"

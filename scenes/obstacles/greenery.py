@@ -14,14 +14,11 @@ LEAVES_M2 = 15.0  # one in five or so of the leaves that a wave meets first: pat
 DEPTH_M = 0.10  # how deep those leaves lie
 
 
-def hedge(
-    length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5, rng: np.random.Generator | None = None
-) -> trimesh.Trimesh:
+def hedge(length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5) -> trimesh.Trimesh:
     """Square leaves within 10 cm of the front, back, ends and top of a box along y, at random angles about its normals.
 
     Args:
         length_m, height_m, depth_m: of the box.
-        rng: where the leaves lie; None is always the same hedge.
 
     Returns:
         An open mesh, two triangles a leaf, both sides of which reflect.
@@ -31,8 +28,7 @@ def hedge(
     """
     for label, value in (("length_m", length_m), ("height_m", height_m), ("depth_m", depth_m)):
         require_positive(label, value)
-    rng = np.random.default_rng(0) if rng is None else rng
-    size = np.array([depth_m, length_m, height_m])
+    rng, size = np.random.default_rng(0), np.array([depth_m, length_m, height_m])
     sides = [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0)]
     middle, normal = (np.concatenate(part) for part in zip(*(_leaves(rng, size, k, s) for k, s in sides), strict=True))
     return _squares(middle, normal, rng)

@@ -93,8 +93,8 @@ def ellipse_rings(z_m: ArrayLike, radii_m: ArrayLike, center_m: ArrayLike | None
     return np.concatenate([plan, np.broadcast_to(z[:, None, None], (len(z), segments, 1))], axis=-1)
 
 
-def rounded_rectangle(size_m: ArrayLike, corner_m: float, corner_segments: int = 5, side_segments: int = 1) -> Floats:
-    """(N, 2) closed outline, counter-clockwise, centred; its corners are arcs, its sides are split evenly.
+def rounded_rectangle(size_m: ArrayLike, corner_m: float, corner_segments: int = 5) -> Floats:
+    """(N, 2) closed outline, counter-clockwise, centred; its corners are arcs.
 
     Raises:
         ValueError: a corner radius that does not fit the sides.
@@ -106,10 +106,7 @@ def rounded_rectangle(size_m: ArrayLike, corner_m: float, corner_segments: int =
     signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
     angle = quarter + np.pi / 2 * np.arange(4)[:, None]
     arcs = (signs * (half - corner_m))[:, None] + corner_m * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    step = np.arange(1, side_segments)[:, None] / max(side_segments, 1)
-    ends, starts = arcs[:, -1], np.roll(arcs[:, 0], -1, axis=0)
-    sides = ends[:, None] + step * (starts - ends)[:, None]
-    return np.concatenate([arcs, sides], axis=1).reshape(-1, 2)
+    return arcs.reshape(-1, 2)
 
 
 def prism(profile_m: ArrayLike, length_m: float) -> trimesh.Trimesh:

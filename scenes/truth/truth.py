@@ -44,6 +44,9 @@ UP_M = 0.05
 UPRIGHT_RAD = float(np.deg2rad(8.0))
 """What leans by less over so much height above the corner is upright: bins lean by up to 5 degrees, boards by 15."""
 
+PASSING_M = 0.05
+"""Over the least distance of a walk, from which on the walker counts as passing."""
+
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
 
@@ -238,12 +241,12 @@ def comes_within(obstacle: Obstacle, walk: Walk, gap_m: float) -> bool:
     return not slab.far_from(core, within_m) and bool(slab.distance_where_near(core).min() <= within_m)
 
 
-def passing_time(obstacle: Obstacle, walk: Walk, within_m: float = 0.05) -> float:
-    """When the walker's body first is as near to an obstacle as it ever gets, within some centimetres, s."""
+def passing_time(obstacle: Obstacle, walk: Walk) -> float:
+    """When the walker's body first is as near to an obstacle as it ever gets, within `PASSING_M`, s."""
     time, _, core = _track(obstacle, walk, Body())
     slab = Slab.of(obstacle.mesh, 0.0, Body().height_m)
-    distance = slab.distance_where_near(core, beyond_least_m=within_m)
-    return _at_index(slab.first_contact(core, distance, float(distance.min()) + within_m), time)
+    distance = slab.distance_where_near(core, beyond_least_m=PASSING_M)
+    return _at_index(slab.first_contact(core, distance, float(distance.min()) + PASSING_M), time)
 
 
 def _track(obstacle: Obstacle, walk: Walk, body: Body) -> tuple[Floats, Floats, Floats]:

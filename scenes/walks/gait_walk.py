@@ -138,7 +138,7 @@ class Gait:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GaitWalk:
     """A straight walk with gait.
 
@@ -191,6 +191,13 @@ class GaitWalk:
     def motion(self) -> Gait:
         """The gait in use."""
         return Gait.at_speed(self.speed_m_s) if self.gait is None else self.gait
+
+    def mean_plan_m(self, time_s: ArrayLike) -> Floats:
+        """(N,) times, s, to (N, 2) places in plan without the gait."""
+        ahead = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
+        walked_m = self.speed_m_s * np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        found: Floats = self.start_m[:2] + walked_m[:, None] * ahead
+        return found
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses; smooth in time, also before 0 and after the end."""

@@ -168,7 +168,8 @@ def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sightin
     images = images_of(search, surface, middle, search.max_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]
-    hit = curved.find(surface, frame, images.point_m, target[images.pose])
+    name = tracing.world.obstacles[surface.obstacle].name
+    hit = curved.find(surface, name, frame, images.point_m, target[images.pose])
     images, once = images[hit.query], np.ones(len(hit), dtype=np.int64)
     points = np.stack([images.point_m, hit.point_m, target[images.pose]], axis=1)
     amplitude = np.abs(spreading(points, hit.normal[:, None], hit.curvature[:, None], once))

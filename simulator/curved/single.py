@@ -31,13 +31,15 @@ ONE_PLACE_M, ONE_LENGTH_M = 0.01, 2e-4  # half and a hundredth of the shortest w
 
 def mixed(search: Search, index: int) -> Candidates:
     """One reflection off smooth surface `index`, with mirrors before and after it."""
-    surface = search.tracing.world.surfaces[index]
-    pairs = pairs_over(search, surface, search.max_order)
+    world = search.tracing.world
+    surface = world.surfaces[index]
+    name = world.obstacles[surface.obstacle].name
+    pairs = pairs_over(search, surface)
     frame = search.tracing.placed[pairs.pose, surface.obstacle]
     ends = pairs.before, pairs.after
     within = np.concatenate([shown(search.tracing, images, surface.obstacle, NEAR_MISS_M) for images in ends], axis=1)
-    hit = _each_once(curved.find(surface, frame, pairs.before.point_m, pairs.after.point_m, within), pairs)
-    number = search.tracing.world.numbering.number(Interaction.CURVED, index)
+    hit = _each_once(curved.find(surface, name, frame, pairs.before.point_m, pairs.after.point_m, within), pairs)
+    number = world.numbering.number(Interaction.CURVED, index)
     _book_missing(search, surface, number, pairs[np.setdiff1d(np.arange(len(pairs)), hit.query)])
     return _reflected(search, number, pairs, hit)
 

@@ -70,11 +70,12 @@ class StationaryPoints(Rows):
 
 
 def find(
-    surface: SmoothSurface, frame: Floats, source_m: Floats, receiver_m: Floats, shown: Floats | None = None
+    surface: SmoothSurface, name: str, frame: Floats, source_m: Floats, receiver_m: Floats, shown: Floats | None = None
 ) -> StationaryPoints:
     """Every stationary point of |x - source| + |receiver - x| on the surface for each of Q pairs of points.
 
     Args:
+        name: of the obstacle that it is the surface of, for messages.
         frame: (Q, 4) where the surface stands for each pair.
         source_m, receiver_m: (Q, 3) in the world.
         shown: (Q, K, 4) half-spaces outside of which none is wanted, at rest: normals inwards and offsets.
@@ -89,8 +90,8 @@ def find(
     )  # type: ignore[call-arg]  # fmt: skip
     if (count > MAX_HITS).any():
         raise ValueError(
-            f"a smooth surface must mirror two points in {MAX_HITS} places at most, got {count.max()} on the one round "
-            f"{np.round(surface.center_m, 3).tolist()} m from the phone: smooth its mesh, or call it flat"
+            f"the smooth surface of '{name}' must mirror two points in {MAX_HITS} places at most, got {count.max()}: "
+            "smooth its mesh, or call it flat"
         )
     query, slot = repeated(count)
     return _complete(surface, frame, ends, query, face[query, slot], uv[query, slot])

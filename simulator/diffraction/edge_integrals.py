@@ -6,9 +6,9 @@ edges at the points x, y (and z) and runs along the face between them contribute
     p_2 =   int int     b_S(x, y) b_R(y, x)               e^{-jk(m + |xy| + l)}        / (m |xy| l)        dx dy
     p_3 = - int int int b_S(x, y) b(x, y, z) b_R(z, y)    e^{-jk(m + |xy| + |yz| + l)} / (m |xy| |yz| l)   dx dy dz
 
-with b = (1/8 pi) sum_4 beta, the other end of each segment on the face; its two faces and the halves by which a wave
-along a face counts double make up for each other. Between points of the face b is 1 / (2 pi cosh(eta / 2)) with
-eta = u + u', one term of each segment, and the hyperbolic secant is its own Fourier transform:
+with b = (1/8 pi) sum_4 beta, the other end of each segment on the face; the factor 2 for two faces and the factor 1/2
+for a wave along a face cancel. Between points of the face b is 1 / (2 pi cosh(eta / 2)) with eta = u + u', one term of
+each segment, and the hyperbolic secant is its own Fourier transform:
 
     sech(eta / 2) = int sech(pi s) (cos su cos su' - sin su sin su') ds.
 

@@ -9,8 +9,8 @@ detour d over the border, beyond the straight way by the mirror image, so much o
 arrives where the way misses the mirror, and is taken off where it meets it: half of it on the border, from either side.
 It fades out towards `REACH_RAD` of kd, where it is a wave of its own.
 
-Where the mirror path off the edge's own face ends near the border of the next mirror, the wave over both edges belongs
-to the path by the first as to that by the second: each has the more of it the nearer its own mirror's border is.
+Where the mirror path off the edge's own face ends near the border of the next mirror, a wave over both edges belongs to
+two paths. It is shared between them, more to the path whose mirror's border is nearer.
 
 Where two mirrors meet in a corner images go on across it, and nothing fades.
 """

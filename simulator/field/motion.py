@@ -92,7 +92,7 @@ def motion_within(
     half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
     node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     reception = middle[:, None] + half * node
-    count = _retardations(tracing, walk, start, beep_s, speed_m_s)
+    count = _retardations(tracing, walk, beep_start_s, beep_s, speed_m_s)
     delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
     unfolded, curve = is_unfolded(found), _meets_one_curve(tracing, found)
     if len(found):

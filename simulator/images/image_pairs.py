@@ -56,12 +56,13 @@ class Pairs:
         return self.before.pose
 
 
-def pairs_over(search: Search, body: Body, max_order: int) -> Pairs:
-    """All pairs with mirrors of other obstacles before and after a body, up to `max_order` reflections with its own."""
-    lit, parts = images_of(search, body, search.tracing.source_m, max_order - 1), []
+def pairs_over(search: Search, body: Body) -> Pairs:
+    """All pairs with mirrors of other obstacles before and after a body, up to all reflections with its own."""
+    mirrors, parts = search.max_order - 1, []
+    lit = images_of(search, body, search.tracing.source_m, mirrors)
     for mic in range(2):
-        received = images_of(search, body, search.tracing.mics_m[:, mic], max_order - 1)
-        left, right = _matched(search, body, max_order, lit, received)
+        received = images_of(search, body, search.tracing.mics_m[:, mic], mirrors)
+        left, right = _matched(search, body, lit, received)
         parts.append(Pairs(np.full(len(left), mic), lit[left], received[right], body.obstacle))
     return joined_pairs(parts)
 
@@ -84,10 +85,10 @@ def images_of(search: Search, body: Body, point_m: Floats, max_order: int, exten
     return images_lighting(search.tracing.mirrors, allowed, point_m, max_order, goal)
 
 
-def _matched(search: Search, body: Body, max_order: int, lit: Images, received: Images) -> tuple[Ints, Ints]:
+def _matched(search: Search, body: Body, lit: Images, received: Images) -> tuple[Ints, Ints]:
     """Indices of images of speaker and microphone at the same pose that make a path over a body: within the order,
     not too long, and with large mirrors alone where there are several."""
-    left, right = matches(lit.pose, lit.order, received.pose, received.order, max_order - 1)
+    left, right = matches(lit.pose, lit.order, received.pose, received.order, search.max_order - 1)
     mirrors = lit.order[left] + received.order[right]
     small = np.append(~search.large_towards[:, body.obstacle], False)  # for -1
     alone = small[np.concatenate([lit.sequence[left], received.sequence[right]], axis=1)].any(axis=1)

@@ -35,7 +35,7 @@ def blocks_of(facets: Facets) -> Blocks:
     rows = np.zeros((len(size), 16, WIDE), dtype=np.float32)
     for column, value in enumerate(values):
         rows[:, column][used] = value
-    return rows.reshape(len(size), -1), facets.start, facets.part_of
+    return rows.reshape(len(size), 16 * WIDE), facets.start, facets.part_of
 
 
 @compiled

@@ -24,7 +24,7 @@ from simulator.kirchhoff.path_length_grid import Grid
 from simulator.kirchhoff.rays_over_pairs import Taken
 from simulator.kirchhoff.standing_creases import standing_on_mirrors
 from simulator.scene.fidelity import Fidelity
-from simulator.surfaces.facets import Facets, facets_of
+from simulator.surfaces.facets import Facets, check_cut, facets_of
 from simulator.surfaces.reflectors import MeshReading
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates
@@ -34,7 +34,8 @@ from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)  # of the strongest that may be left out, by tolerance
+CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)
+"""Share of the strongest cell below which cells are dropped: this times the tolerance, within these limits."""
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
@@ -55,6 +56,7 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     pairs = wanted.pairs
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, *sizes_m = _fineness(search.fidelity, reading)
+    check_cut(search.tracing.world.obstacles[pairs.obstacle].name, reading, sizes_m[0])
     facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
     spots = spots_of(facets, light.spot_m)
     at_once = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses

@@ -29,7 +29,7 @@ def left_to_integral(search: Search, doubts: list[Doubt], echoes: Candidates) ->
     """
     taken: list[Taken] = []
     for doubt in doubts:
-        pairs = pairs_over(search, doubt, search.max_order)
+        pairs = pairs_over(search, doubt)
         body = Taken(pairs, np.ones(len(pairs)))
         if doubt.uneven:
             name = search.tracing.world.obstacles[doubt.obstacle].name

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.support.argument_types import check_numbers, check_types
 from simulator.phone.presets import preset
 from simulator.phone.transducers import StructureBorne, Transducer
 from simulator.scene.scene import Obstacle
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Phone:
     """Everything of the phone that shapes a recording.
 
     Attributes:
         geometry: speaker and microphone positions, phone frame.
         speaker: response and directivity of the speaker.
-        mics: the same of the two microphones.
+        mics: the same of the two microphones, top and bottom.
         structure_borne: direct sound through the case; None has none.
         level_spl_db: sound pressure level of the beep 1 m in front of the speaker (its peak sine), dB re 20 uPa.
         noise_spl_db: noise of air and microphone in 18-23 kHz, dB re 20 uPa; -inf is silent.
@@ -29,7 +31,8 @@ class Phone:
             phone, x along the heading, y to the left, z up. None has no body.
 
     Raises:
-        ValueError: a level that is not a number, or infinite but for a silent noise.
+        ValueError: a level that is not a number, or infinite but for a silent noise; a part of another type; not two
+            microphones.
 
     Example:
         >>> from simulator import Phone
@@ -57,8 +60,20 @@ class Phone:
         return f"Phone({self.geometry.name!r}, {levels}, {body})"
 
     def __post_init__(self) -> None:
+        check_types(geometry=(self.geometry, PhoneGeometry), speaker=(self.speaker, Transducer))
+        check_types(mics=(self.mics, Iterable))
+        object.__setattr__(self, "mics", tuple(self.mics))
+        if len(self.mics) != 2:
+            raise ValueError(f"mics must be two transducers, got {len(self.mics)}")
+        for mic in self.mics:
+            check_types(mic=(mic, Transducer))
+        if self.structure_borne is not None:
+            check_types(structure_borne=(self.structure_borne, StructureBorne))
+        if self.body is not None:
+            check_types(body=(self.body, Obstacle))
         for name in ("level_spl_db", "noise_spl_db", "full_scale_spl_db"):
             level = getattr(self, name)
+            check_numbers(**{name: level})
             if not (np.isfinite(level) or (name == "noise_spl_db" and level == -np.inf)):
                 raise ValueError(f"{name} must be finite{' or -inf' * (name == 'noise_spl_db')}, got {level}")
 

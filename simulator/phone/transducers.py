@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from obstaclewatch.support.argument_types import as_floats, check_numbers
 from obstaclewatch.support.arrays import Floats
 
+UNIT = 1e-6  # of the length of an axis
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Transducer:
     """Frequency response and directivity of a speaker or a microphone, taken as separable.
 
@@ -22,12 +25,30 @@ class Transducer:
         response_db: (K,) level on the axis, dB.
         axis: (3,) unit vector of greatest sensitivity, phone frame.
         rear_loss_db: level opposite the axis, dB below the axis; 0 is omnidirectional.
+
+    Raises:
+        ValueError: tables that do not fit or do not increase, numbers that are not finite, an axis of another length
+            than 1, a negative loss.
     """
 
     response_hz: Floats = field(default_factory=lambda: np.array([0.0, 96_000.0]))
     response_db: Floats = field(default_factory=lambda: np.zeros(2))
     axis: Floats = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
     rear_loss_db: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("response_hz", "response_db", "axis"):
+            object.__setattr__(self, name, _finite(name, getattr(self, name)))
+        hz, db = self.response_hz, self.response_db
+        if hz.ndim != 1 or hz.size == 0 or (np.diff(hz) <= 0.0).any():
+            raise ValueError(f"response_hz must be one or more frequencies that increase, got {hz.tolist()}")
+        if db.shape != hz.shape:
+            raise ValueError(f"response_db must have one level per frequency, got shape {db.shape} for {hz.shape}")
+        if self.axis.shape != (3,) or abs(np.linalg.norm(self.axis) - 1.0) > UNIT:
+            raise ValueError(f"axis must be a unit vector, got {self.axis.tolist()}")
+        check_numbers(rear_loss_db=self.rear_loss_db)
+        if not 0.0 <= self.rear_loss_db < np.inf:
+            raise ValueError(f"rear_loss_db must be finite and not negative, got {self.rear_loss_db}")
 
     def response(self, frequency_hz: ArrayLike) -> Floats:
         """Amplitude response on the axis at any frequencies (linear in dB between table points, held outside).
@@ -41,7 +62,7 @@ class Transducer:
     @property
     def lean(self) -> Floats:
         """(3,) vector v along the axis such that the directivity is exp(v . direction - |v|)."""
-        return self.rear_loss_db * np.log(10.0) / 40.0 * np.asarray(self.axis, dtype=np.float64)
+        return self.rear_loss_db * np.log(10.0) / 40.0 * self.axis
 
     def directivity(self, direction: Floats) -> Floats:
         """(...,) amplitude factor for (..., 3) unit vectors of the phone frame that point away from the phone."""
@@ -49,14 +70,31 @@ class Transducer:
         return 10.0 ** (-self.rear_loss_db * (1.0 - cosine) / 40.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StructureBorne:
     """Direct sound through the case, one arrival per microphone.
 
     Attributes:
         delay_s: (2,) after emission.
         gain: (2,) amplitude relative to the free-field pressure 1 m in front of the speaker.
+
+    Raises:
+        ValueError: not two finite numbers each.
     """
 
     delay_s: Floats
     gain: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("delay_s", "gain"):
+            value = _finite(name, getattr(self, name))
+            if value.shape != (2,):
+                raise ValueError(f"{name} must be one number per microphone, got {value.tolist()}")
+            object.__setattr__(self, name, value)
+
+
+def _finite(name: str, value: ArrayLike) -> Floats:
+    array = as_floats(name, value)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {array.tolist()}")
+    return array

@@ -44,7 +44,8 @@ class Fidelity:
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a
-            thin panel may meet more edges: `edge_order`.
+            thin panel may meet more edges: `edge_order`. Given, it takes mirrors of any size: `mirror_m2` is then 0 at
+            every level, unless it is given too.
         mirror_m2: least area of the mirrors in paths of three reflections and more, and of a face of the edge in such
             paths. A Fresnel zone has 0.05 m2 at 1.5 m, 0.18 m2 at 7 m. Above 0.1 m2, echoes between the small faces of
             a wall with bays are lost, above 0.03 m2 those of some bins, above 0.01 m2 those of a dumpster's sleeves.
@@ -113,7 +114,7 @@ class Fidelity:
             edge_floor_db=self.edge_floor_db, edge_share_db=self.edge_share_db,
         )  # fmt: skip
         object.__setattr__(self, "mechanisms", tuple(self.mechanisms))
-        unknown = sorted(set(self.mechanisms) - set(MECHANISMS))
+        unknown = [each for each in self.mechanisms if each not in MECHANISMS]
         if unknown:
             raise ValueError(f"mechanisms must be among {MECHANISMS}, got {unknown}")
         whole = {"max_order": (0, 8), "motion_degree": (0, 8), "band_points": (1, 64), "edge_order": (1, 5)}

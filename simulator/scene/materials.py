@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_types
+from obstaclewatch.support.argument_types import as_complexes, as_floats, check_numbers, check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_HZ = (15_000.0, 25_000.0)
@@ -51,18 +51,20 @@ class Material:
     source: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "frequency_hz", tuple(float(f) for f in self.frequency_hz))
-        object.__setattr__(self, "normal_reflection", tuple(complex(r) for r in self.normal_reflection))
-        frequencies, reflections = np.array(self.frequency_hz), np.array(self.normal_reflection)
-        if len(frequencies) == 0 or len(frequencies) != len(reflections):
+        frequencies = as_floats(f"frequency_hz of '{self.name}'", self.frequency_hz)
+        reflections = as_complexes(f"normal_reflection of '{self.name}'", self.normal_reflection)
+        if frequencies.ndim != 1 or len(frequencies) == 0 or frequencies.shape != reflections.shape:
             raise ValueError(
                 f"material '{self.name}' must have one reflection per frequency, "
-                f"got {len(reflections)} for {len(frequencies)}"
+                f"got shape {reflections.shape} for {frequencies.shape}"
             )
+        object.__setattr__(self, "frequency_hz", tuple(frequencies.tolist()))
+        object.__setattr__(self, "normal_reflection", tuple(reflections.tolist()))
         if not (np.isfinite(frequencies).all() and (np.diff(frequencies) > 0.0).all()):
             raise ValueError(f"frequency_hz of '{self.name}' must increase, got {self.frequency_hz}")
         if not (np.abs(reflections) <= 1.0).all():
             raise ValueError(f"normal_reflection of '{self.name}' must not exceed 1, got {self.normal_reflection}")
+        check_numbers(roughness_m=self.roughness_m)
         if not (np.isfinite(self.roughness_m) and self.roughness_m >= 0.0):
             raise ValueError(f"roughness_m of '{self.name}' must not be negative, got {self.roughness_m}")
 

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import check_angles, check_numbers
+from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers
 from obstaclewatch.support.arrays import Floats
 
+UPRIGHT = 1e-6  # horizontal part of a long edge: its direction is then rounding
 MOST_TURNS = 4.0  # of a heading, as walks round a block wind it up; 30 degrees taken for radians are more
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """One pose, or N of them, of the phone in the world.
 
@@ -40,7 +41,7 @@ class Pose:
     heading_rad: Floats | None = None
 
     def __post_init__(self) -> None:
-        position = np.array(self.position_m, dtype=np.float64)
+        position = as_floats("position_m", self.position_m)
         if position.shape[-1:] != (3,) or position.ndim > 2 or position.size == 0 or not np.isfinite(position).all():
             raise ValueError(f"position_m must be finite with shape (3,) or (N, 3), N > 0, got {self.position_m}")
         if not isinstance(self.rotation, Rotation):
@@ -50,7 +51,7 @@ class Pose:
         if not self.rotation.single and len(self.rotation) != count:
             raise ValueError(f"rotation must be one or {count} rotations, got {len(self.rotation)}")
         if self.heading_rad is not None:
-            heading = np.asarray(self.heading_rad, dtype=np.float64)
+            heading = as_floats("heading_rad", self.heading_rad)
             if heading.shape not in ((), (1,), (count,)) or not np.isfinite(heading).all():
                 raise ValueError(f"heading_rad must be finite with shape ({count},), got {self.heading_rad}")
             heading = np.broadcast_to(heading, (count,))
@@ -74,10 +75,16 @@ class Pose:
         return rotated + origins
 
     def body_heading_rad(self) -> Floats:
-        """(N,) direction in which the walker's body faces."""
+        """(N,) direction in which the walker's body faces.
+
+        Raises:
+            ValueError: no heading is given, and the phone's long edge is upright.
+        """
         if self.heading_rad is not None:
             return self.heading_rad
-        edge = self.to_world([0.0, 1.0, 0.0]) - self.to_world([0.0, 0.0, 0.0])
+        edge = np.broadcast_to(self.rotation.as_matrix().reshape(-1, 3, 3), (len(self), 3, 3))[:, :, 1]
+        if (np.hypot(edge[:, 0], edge[:, 1]) < UPRIGHT).any():
+            raise ValueError("heading_rad must be given where the phone's long edge is upright, got None")
         return np.arctan2(edge[:, 1], edge[:, 0])
 
 
@@ -114,7 +121,8 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
 class Walk(Protocol):
     """Anything that can say where the phone is at any instant.
 
-    Poses must be smooth functions of time over a beep: delays are followed inside it.
+    Poses must be smooth functions of time over a beep: delays are followed inside it. `render_walk` asks for them from
+    up to 2 ms before 0, and after `duration_s` until the last echo has arrived and 3 ms more: a walk must answer there.
 
     Example:
         >>> from simulator import StraightWalk, Walk
@@ -130,7 +138,7 @@ class Walk(Protocol):
         """(N,) times, s, to N poses with headings."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StraightWalk:
     """Constant velocity, no gait: the walk against which exact formulas are checked.
 
@@ -169,7 +177,7 @@ class StraightWalk:
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
         check_angles(MOST_TURNS, heading_rad=self.heading_rad)
         check_angles(pitch_rad=self.pitch_rad)
-        start = np.array(self.start_m, dtype=np.float64)
+        start = as_floats("start_m", self.start_m)
         if start.shape != (3,) or not np.isfinite(start).all():
             raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
         object.__setattr__(self, "start_m", start)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from obstaclewatch.support.argument_types import check_types
+from obstaclewatch.support.argument_types import as_floats, check_types
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.scene.air import Air
 from simulator.scene.materials import Material
@@ -19,7 +19,7 @@ LEAST_AREA = 1e-9
 """Of a triangle, over the square of its longest side."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Obstacle:
     """One named body: a mesh in world coordinates, its material, and how its facets are to be read.
 
@@ -29,7 +29,7 @@ class Obstacle:
     Attributes:
         mesh: trimesh.Trimesh, m, world frame, at time 0.
         material: reflection of its whole surface.
-        name: unique within a scene.
+        name: unique within a scene, without " > ", which joins the names of those that a path meets.
         surface: "auto" reads nearly tangent neighbours (below 35 degrees of dihedral angle) as one smooth surface,
             "flat" takes every facet as the true surface, "smooth" rounds every edge but the sharp ones (60 degrees).
         velocity_m_s: (3,) constant velocity of the whole body.
@@ -60,6 +60,8 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not (isinstance(self.name, str) and self.name):
             raise ValueError(f"name of an obstacle must be a word or more, got {self.name!r}")
+        if " > " in f" {self.name} ":
+            raise ValueError(f"name of an obstacle must not hold ' > ', which joins names, got {self.name!r}")
         if not isinstance(self.mesh, trimesh.Trimesh):
             hint = "; its to_mesh() is one" if isinstance(self.mesh, trimesh.Scene) else ""
             raise ValueError(f"mesh of '{self.name}' must be a trimesh.Trimesh, got {type(self.mesh).__name__}{hint}")
@@ -70,7 +72,7 @@ class Obstacle:
         _check_mesh(self.mesh, self.name)
         if self.surface not in ("auto", "flat", "smooth"):
             raise ValueError(f"surface of '{self.name}' must be auto, flat or smooth, got {self.surface!r}")
-        velocity = np.array(self.velocity_m_s, dtype=np.float64)
+        velocity = as_floats(f"velocity_m_s of '{self.name}'", self.velocity_m_s)
         if velocity.shape != (3,) or not np.isfinite(velocity).all():
             raise ValueError(f"velocity_m_s of '{self.name}' must be three finite numbers, got {self.velocity_m_s}")
         velocity.setflags(write=False)
@@ -82,7 +84,7 @@ class Obstacle:
         return bool(np.any(self.velocity_m_s != 0.0))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Obstacles and air. The ground is an obstacle like any other.
 

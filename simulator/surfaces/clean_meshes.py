@@ -24,7 +24,7 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     Closed parts that touch along an edge stay apart: four facets on one edge belong to no closed surface, and a tree
     whose boughs share a ring would be taken for open.
     """
-    apart = trimesh.Trimesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), process=False)
+    apart = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
     merged = apart.copy()
     merged.merge_vertices(merge_tex=True, merge_norm=True)
     copy = merged

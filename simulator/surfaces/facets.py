@@ -90,6 +90,19 @@ def can_cut(reading: MeshReading, size_m: float) -> bool:
     return _least_m(reading, MOST_COARSE) <= max(size_m, COARSEST_M)
 
 
+def check_cut(name: str, reading: MeshReading, size_m: float) -> None:
+    """Refuse the mesh of a named obstacle that cannot be cut.
+
+    Raises:
+        ValueError: the mesh is too large, see `can_cut`.
+    """
+    if not can_cut(reading, size_m):
+        raise ValueError(
+            f"facets of {max(size_m, COARSEST_M)} m over the {reading.mesh.area:.3g} m2 of '{name}' must not be more "
+            f"than {MOST_COARSE}: choose larger ones or leave this obstacle to the other mechanisms"
+        )
+
+
 def _least_m(reading: MeshReading, most: int) -> float:
     """The least size of the facets at which a mesh has so many of them at most."""
     return float(np.sqrt(FACETS_A_SQUARE * reading.mesh.area / most))
@@ -101,16 +114,9 @@ def facets_of(
     """Cut a mesh into facets with edges up to `size_m`, shorter ones where it bends.
 
     There edges stand off their chords by `chord_m` at most, and by `CHORD` of their size where that is less. Skewed
-    pieces are longer, 2 % of a car's skin; and all are where that would be more than `MOST_FACETS`.
-
-    Raises:
-        ValueError: the mesh is too large, see `can_cut`.
+    pieces are longer, 2 % of a car's skin; and all are where that would be more than `MOST_FACETS`. `check_cut` says
+    whether a mesh is too large.
     """
-    if not can_cut(reading, size_m):
-        raise ValueError(
-            f"facets of {max(size_m, COARSEST_M)} m over {reading.mesh.area:.3g} m2 would be more than {MOST_COARSE}: "
-            "choose larger ones or leave this obstacle to the other mechanisms"
-        )
     return replace(_cut_skin(reading, surface, size_m, chord_m), obstacle=obstacle)
 
 

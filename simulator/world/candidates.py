@@ -32,7 +32,7 @@ class Candidates(Rows):
         standoff_m: (C, N) how far the true surface may stand off its mesh there.
         face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
-        part: (C,) edges.APEX, START or END of that edge.
+        part: (C,) edge_view.APEX, START or END of that edge.
         cell: (C,) cell of a body by Kirchhoff's integral, or a chain of edges: both carry gains worked out
             beforehand. -1 for all others.
         share: (C,) of the echo that is its own, where rays and Kirchhoff's integral share it; else 1.

@@ -97,24 +97,21 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
         return
     local = into_rest(points_m, tracing.placed[:, None, index])
     low, high = np.asarray(obstacle.mesh.bounds) - origin
-    if reading.mesh.volume < 0.0:
-        outside = np.argwhere(~((local > low - TOUCHING_M) & (local < high + TOUCHING_M)).all(axis=2))
-        for n, which in outside[:1]:
-            raise ValueError(
-                f"the phone must be inside of a body that is wound inwards, as a room is, got {TRANSDUCERS[which]} "
-                f"outside of '{obstacle.name}' {_when(tracing.time_s, n)}; its mesh.invert() winds it outwards"
-            )
+    near = ((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2)
+    if not near.any() and not reading.inwards:
         return
-    near = np.argwhere(((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2))
-    if not len(near):
-        return
-    body = _about(obstacle, origin)
-    for n, which in near[body.contains(local[tuple(near.T)])]:
-        if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] > TOUCHING_M:
+    body, inside = _about(obstacle, origin), near.copy()
+    inside[near] = body.contains(local[near])
+    for n, which in np.argwhere(inside != reading.inwards):
+        if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] <= TOUCHING_M:
+            continue
+        what, name, when = TRANSDUCERS[which], obstacle.name, _when(tracing.time_s, n)
+        if reading.inwards:
             raise ValueError(
-                f"the phone must be outside of all closed bodies, got {TRANSDUCERS[which]} inside '{obstacle.name}' "
-                f"{_when(tracing.time_s, n)}"
+                f"the phone must be inside of a body that is wound inwards, as a room is, got {what} outside of "
+                f"'{name}' {when}; its mesh.invert() winds it outwards"
             )
+        raise ValueError(f"the phone must be outside of all closed bodies, got {what} inside '{name}' {when}")
 
 
 def _about(obstacle: Obstacle, origin_m: Floats) -> trimesh.Trimesh:

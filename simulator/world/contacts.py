@@ -2,7 +2,7 @@
 
 The lower edge of a box on the ground is no wedge: with the ground it makes a corner (`corners`), whose echo the mirrors
 know. An upright edge that stands on the ground has no corner there: its image in the ground continues it. One that
-leans makes a corner with its image, and ends there.
+leans makes a corner with its image, and ends there. What moves apart is no contact: it touches at one instant.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ CIRCUIT_M = TOUCHING_M  # a surface this close to an edge touches it
 CELL_M, MAX_CELLS = 0.1, 64  # what touches an edge between two places this far apart may be missed if it is a sheet
 HALVINGS = 20  # of such a cell: 0.1 um
 ROUNDED_M = 1e-4  # an edge that ends this close to a mirror ends on it
+APART_M = 0.01  # by which bodies that move past each other are taken on: what still touches then stays in touch
 SHARES = (0.11, 0.37, 0.63, 0.89)  # of the open angle, off the multiples of 30 degrees at which other faces lie
 
 Blocked = Callable[[Ints, Floats, Floats], Flags]
@@ -32,20 +33,22 @@ Blocked = Callable[[Ints, Floats, Floats], Flags]
 
 
 def exposed(
-    wedges: Wedges, blockers: tuple[Blocker, ...], carried: Flags, patches: PlanarPatches, follows: Flags
-) -> Wedges:
+    wedges: Wedges, blockers: tuple[Blocker, ...], velocity_m_s: Floats, carried: Flags, patches: PlanarPatches,
+    follows: Flags,
+) -> Wedges:  # fmt: skip
     """The free stretches of wedges, and whether their ends are corners.
 
     Args:
         wedges: as recognised, body by body, where they stand at time 0.
         blockers: everything that stands there.
+        velocity_m_s: (O, 3) of obstacles.
         carried: (O,) obstacles that go with the walker: they touch nothing but themselves.
         patches: mirrors that stand there.
         follows: (P, P) which may follow which (`mirrors.facing`).
     """
     if len(wedges) == 0:
         return wedges
-    blocked = partial(_blocked, blockers, carried)
+    blocked = partial(_blocked, blockers, velocity_m_s, carried)
     row, low, high = _free_stretches(wedges, blocked)
     whole, cut = wedges[row], np.stack([low > 0.0, high < 1.0], axis=1)
     low, high = _ending_on_mirrors(whole, np.stack([low, high], axis=1), cut, patches).T
@@ -159,11 +162,17 @@ def _open_direction(wedges: Wedges, share: float | Floats) -> Floats:
     return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 
-def _blocked(blockers: tuple[Blocker, ...], carried: Flags, obstacle: Ints, start: Floats, end: Floats) -> Flags:
-    """(R,) whether anything that can touch an edge of an obstacle (R,) stands between two points."""
+def _blocked(
+    blockers: tuple[Blocker, ...], velocity_m_s: Floats, carried: Flags, obstacle: Ints, start: Floats, end: Floats
+) -> Flags:
+    """(R,) whether anything that stays in touch with an edge of an obstacle (R,) stands between two points."""
     hit = np.zeros(len(obstacle), dtype=bool)
     for shadow in blockers:
         rows = np.flatnonzero(carried[obstacle] == carried[shadow.obstacle])
-        if len(rows):
-            hit[rows] |= shadow.blocks(start[rows], end[rows])
+        rows = rows[shadow.blocks(start[rows], end[rows])]
+        drift = velocity_m_s[obstacle[rows]] - velocity_m_s[shadow.obstacle]
+        speed = norm(drift)
+        past, on = rows[speed > 0.0], APART_M * drift[speed > 0.0] / speed[speed > 0.0, None]
+        hit[rows[speed == 0.0]] = True
+        hit[past] |= shadow.blocks(start[past] + on, end[past] + on)
     return hit

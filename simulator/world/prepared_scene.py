@@ -44,7 +44,7 @@ KEPT_WORLDS = 8  # of one scene: with and without a body, by other mechanisms, a
 ORIGIN_GRID_M = 64.0  # a walk's origin is rounded to this, so that walks in one street share what is prepared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PreparedScene:
     """A scene whose reflectors, edges and shadows are worked out once and kept, for calls without number.
 
@@ -184,6 +184,7 @@ def _shifted(obstacle: Obstacle, origin_m: Floats) -> Obstacle:
 
 def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str, ...]) -> World:
     """Find the reflectors of a scene and build its visibility, about `origin_m`."""
+    _check_body(phone.body, scene)
     obstacles = tuple(scene.obstacles) + (() if phone.body is None else (phone.body,))
     carried = np.array([o is phone.body for o in obstacles], dtype=bool)
     moves = carried | np.array([o.moves for o in obstacles], dtype=bool)
@@ -203,7 +204,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
         corners = corner_wedges(patches, follows, velocities(obstacles), carried)
-        wedges = exposed(merge_wedges([every, *corners]), blockers, carried, patches, follows)
+        wedges = exposed(merge_wedges([every, *corners]), blockers, velocities(obstacles), carried, patches, follows)
     readings = [part.reading for part in parts]
     own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
     rounded, sharp = rounded_parts(readings, own), blockers
@@ -215,6 +216,17 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         tuple(surfaces if "curved" in mechanisms else []), wedges,
         tuple((part.reading, part.surface) for part in parts), blockers, rounded, sharp,
     )  # fmt: skip
+
+
+def _check_body(body: Obstacle | None, scene: Scene) -> None:
+    """Refuse a walker's body that paths could not tell from an obstacle, or that moves by itself."""
+    if body is not None and body.name in [obstacle.name for obstacle in scene.obstacles]:
+        raise ValueError(f"the walker's body must have a name that no obstacle of the scene has, got '{body.name}'")
+    if body is not None and body.moves:
+        raise ValueError(
+            f"the walker's body must have no velocity, it moves with the phone: got {body.velocity_m_s.tolist()} m/s "
+            f"for '{body.name}'"
+        )
 
 
 def _patches(parts: list[Parts]) -> PlanarPatches:

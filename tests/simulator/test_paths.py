@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import trimesh
 
-from simulator import Air, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.paths import REPR_ROWS
 from simulator.world.rejection_log import Choice
 
@@ -53,3 +56,40 @@ def test_rays_that_are_not_judged_have_no_error():
     """`explain` said "estimated error of rays inf dB" of people, whose rays say nothing of them."""
     assert str(Choice("man", 8, 8, float("inf"), 0.0)).endswith("rays alone say nothing of its echo, 0.00 dB are left")
     assert str(Choice("bin", 8, 2, 3.0, 0.25)).endswith("rays alone would err by 3.00 dB, 0.25 dB are left")
+
+
+@pytest.mark.parametrize("one", [0, np.int64(1), True, 1.5, None, "wall", [0.5, 1.5], [[0, 1]]])
+def test_paths_are_selected_by_rows(paths, one):
+    """`paths[0]` was an object whose columns are numbers, and failed wherever it was used."""
+    with pytest.raises(ValueError, match="paths must be selected by a mask, an index array or a slice, got "):
+        paths[one]
+
+
+def test_no_rows_are_no_paths(paths):
+    """An empty list is an array of floats, with which numpy selects nothing."""
+    assert len(paths[[]]) == len(paths[np.zeros(len(paths), dtype=bool)]) == 0
+    np.testing.assert_array_equal(paths[[2, 0]].delay_s, paths.delay_s[[2, 0]])
+
+
+def test_paths_that_do_not_belong_together_are_not_added(paths):
+    """The sum had the phone and the poses of the first; tables of another width were numpy's error."""
+    assert len(paths + paths[paths.order == 0]) == len(paths) + 4
+    with pytest.raises(ValueError, match=r"must be of one phone object, got Phone\('ideal'.* and Phone\('galaxy-s5'"):
+        paths + replace(paths, phone=Phone.named("galaxy-s5"))
+    pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
+    other = trace_paths(Scene([]), paths.phone, pose, Fidelity(max_order=1))
+    with pytest.raises(ValueError, match=r"as many poses, .*, got \(2, 10, 3\) and \(1, 10, 1\)"):
+        paths + other
+
+
+@pytest.mark.filterwarnings("error")
+def test_paths_without_sound_are_explained(paths):
+    """`explain` took the logarithm of 0."""
+    assert "strongest -6000.0 dB" in replace(paths, band_gain=np.zeros_like(paths.band_gain)).explain()
+
+
+def test_the_phone_s_own_case_is_named():
+    """The docstring said that the direct sound meets nothing."""
+    found = trace_paths(Scene([]), Phone.named("galaxy-s5"), Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0)))
+    assert set(found.kind) == {"direct"}
+    assert sorted(found.obstacles_met()) == [(), (), ("case",), ("case",)]

@@ -101,7 +101,32 @@ def test_hidden_and_kept_together_are_the_paths_without_walls_between(box, phone
     np.testing.assert_allclose(np.sort(hidden.level_db), np.sort(20.0 * np.log10(np.abs(echo.gain))), atol=1e-9)
 
 
-@pytest.mark.parametrize("limit", [0, -3, 2.5])
+@pytest.mark.parametrize("limit", [0, -3, 2.5, True])
 def test_limit_must_be_a_count(street, phone, limit):
     with pytest.raises(ValueError, match=f"limit must be .* got {limit}"):
         trace_rejected(street, phone, POSES, limit=limit)
+
+
+@pytest.mark.parametrize(
+    ("changed", "rule"),
+    [
+        ({"pose": None}, "pose must be of type Pose, got None"),
+        ({"phone": None}, "phone must be of type Phone, got None"),
+        ({"fidelity": "standard"}, "fidelity must be of type Fidelity, got 'standard'"),
+        ({"fidelity": 0}, "fidelity must be of type Fidelity, got 0"),
+        ({"time_s": [0.0, 1.0, 2.0]}, r"time_s must be finite with shape \(2,\), got \[0.0, 1.0, 2.0\]"),
+    ],
+)
+def test_what_tracing_refuses_is_refused(street, phone, changed, rule):
+    """Only `trace_paths` checked types: the same mistakes were a TypeError or an AttributeError here."""
+    with pytest.raises(ValueError, match=rule):
+        trace_rejected(**({"scene": street, "phone": phone, "pose": POSES} | changed))
+
+
+def test_limit_may_come_from_numpy(street, phone):
+    """A numpy integer was refused, and True taken for 1."""
+    rejected = trace_rejected(street, phone, POSES, Fidelity(mechanisms=("specular",)), limit=np.int64(3))
+    assert len(rejected) == 3
+    assert len(rejected[[]]) == 0
+    with pytest.raises(ValueError, match="paths must be selected by a mask, an index array or a slice, got 0"):
+        rejected[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -301,11 +302,27 @@ def test_a_microphone_on_a_face_hears_its_echo(box):
     np.testing.assert_allclose(heard.gain[1], heard.gain[0], rtol=1e-12)
 
 
-def test_a_surface_too_rough_for_rays_is_named_by_its_place(rng):
+def test_a_surface_too_rough_for_rays_is_named(rng):
+    """The error named a place about the middle of the world, "m from the phone", and no obstacle."""
     rough = trimesh.creation.box((0.8, 0.8, 0.8)).subdivide_to_size(0.02)
     rough.vertices += rng.normal(0.0, 0.002, rough.vertices.shape)
     rough.apply_translation([2.0, 0.0, 0.0])
     scene = Scene([Obstacle(rough, Material.rigid(), "rough")], Air.lossless())
     phone = Phone.named("ideal")
-    with pytest.raises(ValueError, match=r"32 places at most, got \d+ on the one round .* call it flat"):
+    with pytest.raises(ValueError, match=r"of 'rough' must .* 32 places at most, got \d+: .* call it flat"):
         trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(0.0)), Fidelity(mechanisms=("curved",)))
+
+
+def test_sound_through_the_case_is_there_where_the_direct_sound_is_hidden():
+    """Cause: half of its columns were those of the direct paths that are left: tables with columns of two lengths."""
+    phone = replace(Phone.named("galaxy-s8-plus"), body=None)
+    apart = replace(phone.geometry, mics_m=phone.geometry.mics_m * [1.0, 8.0, 1.0])  # too far apart to be one phone
+    phone = replace(phone, geometry=apart, noise_spl_db=-np.inf)
+    sheet = trimesh.creation.box(bounds=[[-0.201, -1.0, 0.0], [-0.2, 1.0, 3.0]])
+    scene = Scene([Obstacle(sheet, Material.rigid(), "sheet")])
+    found = trace_paths(scene, phone, Pose(np.tile([0.0, 0.0, 1.3], (3, 1)), held_rotation(0.0)))
+    case = found[found.obstacle == "case"]
+    assert list(zip(case.pose, case.mic, strict=True)) == [(pose, mic) for pose in range(3) for mic in (0, 1)]
+    assert ((found.order == 0) & (found.mic == 1) & (found.obstacle == "")).sum() == 0
+    assert found.explain()
+    assert {len(column) for column in (found.kind, found.delay_s, found.points_m, found.uv)} == {len(found)}

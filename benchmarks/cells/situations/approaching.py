@@ -20,6 +20,6 @@ def approach_situation(cell: Cell) -> Situation:
         phone_name=cell.phone,
         seed=cell.seed,
         collision=cell.collision,
-        **({"beep_period_s": cell.beep_period_s} | cell.approach),
+        **({"beep_period_s": cell.beep.period_s} | cell.approach),
     )
     return Situation(approach.scene, approach.walk, approach.phone, (approach.target,))

@@ -38,7 +38,7 @@ def standing_situation(cell: Cell) -> Situation:
     floor = Obstacle(ground(), Material.named("asphalt"), "ground", category="ground")
     pitch = float(rng.normal(np.deg2rad(30.0), np.deg2rad(4.0)))
     start = np.array([0.0, 0.0, PHONE_HEIGHT_M])
-    walk = GaitWalk(start, speed_m_s=0.0, duration_s=BEEPS * cell.beep_period_s, pitch_rad=pitch)
+    walk = GaitWalk(start, speed_m_s=0.0, duration_s=BEEPS * cell.beep.period_s, pitch_rad=pitch)
     phone = Phone.named(cell.phone).held_by(walker_body(phone_height_m=PHONE_HEIGHT_M))
     scene = Scene([floor, target, side], name="standing")
     return Situation(scene, walk, phone, ("target",))

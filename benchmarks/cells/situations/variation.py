@@ -24,7 +24,7 @@ def varied(setting: Situation, cell: Cell) -> Situation:
     """
     scene = changed_scene(setting, cell.scene_change)
     scene = replace(scene, air=air_of(cell)) if cell.air else scene
-    walk = changed_walk(setting.walk, cell.walk, cell.beep_period_s)
+    walk = changed_walk(setting.walk, cell.walk, cell.beep.period_s)
     if walk is not setting.walk:
         walk = until_contact(walk, scene, setting.targets)
     phone = changed_phone(setting.phone, cell.phone_change)

@@ -9,13 +9,13 @@ import numpy as np
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.error_budget import detected_enough
-from benchmarks.figures.bench.variants import variants
-from benchmarks.figures.measured import finite_quantile, quantile_over_walks, strata
+from benchmarks.figures.measured import finite_quantile, strata
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.scores import LEFT_M, Table, approach_table, beep_table, chosen
 from benchmarks.scoring.scores import in_time as alerts_in_time
-from benchmarks.scoring.statistics import exact_rate, paired_interval
+from benchmarks.scoring.statistics import exact_rate, paired_interval, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 Outcomes = dict[str, bool]
@@ -140,7 +140,7 @@ def range_cm(point: Point) -> Floats:
 
 def spread(errors: Floats, point: Point, upper: float) -> Spread:
     """Median and upper quantile of the errors of a point's beeps."""
-    median, low, high, _ = quantile_over_walks(errors, 0.5, point.beeps["walk"])
+    median, low, high, _ = quantile_with_interval(errors, 0.5, point.beeps["walk"])
     return Spread(median, low, high, finite_quantile(errors, upper))
 
 

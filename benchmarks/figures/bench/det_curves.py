@@ -16,7 +16,7 @@ from benchmarks.scoring.scores import (
     Table,
     approach_table,
     left_in_words,
-    score_column,
+    stated_scores,
     swept,
     true_negative_rate,
     true_positive_rate,
@@ -65,12 +65,12 @@ def _panel(tables: dict[str, Table], left_m: float) -> Panel:
 
 
 def _lines(name: str, table: Table, left_m: float) -> list[Line]:
-    score, collides = table[score_column(left_m)], table["collides"]
+    score, collides = stated_scores(table, left_m), table["collides"]
     hits, misses = int(collides.sum()), int((~collides).sum())
     tp, tn = true_positive_rate(table, left_m), true_negative_rate(table)
     family = parse_detector(name).cls
     lines = [Line(family, family, _deviate([1.0 - tn.value], misses), _deviate([1.0 - tp.value], hits), "points")]
-    if np.isfinite(score).all():
+    if not np.isnan(score).any():
         false, missed = det_curve(score[collides], score[~collides])
         lines.append(Line("", family, _deviate(false, misses), _deviate(missed, hits)))
     return lines

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from benchmarks.figures.bench.alerts import plain_detectors
-from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.measured import percents, rules_text, walking_detectors
 from benchmarks.figures.plots import TableFigure
 from benchmarks.plan.unknowns import DRAWN, UNKNOWNS
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.scores import (
     LEFT_M,
     Table,

@@ -10,10 +10,10 @@ import numpy as np
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.parameters import in_words, value_text
-from benchmarks.figures.bench.variants import holding_name, variant_name, variants
 from benchmarks.figures.measured import binned_rates, finite_quantile, judged_detectors, sentences
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import holding_name, variant_name, variants
 from benchmarks.scoring.scores import (
     absolute_errors,
     approach_table,
@@ -22,7 +22,7 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
-from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 Measure = Callable[[RunData, str], float]
 SIDE_BINS_DEG = (0.0, 5.0, 10.0, 20.0, 30.0, 45.0)
@@ -68,7 +68,7 @@ def sides(run: RunData) -> PlotFigure:
     for part in variants(run).values():
         lines = []
         for detector in judged_detectors(part):
-            bearing, right = side_calls(part, detector)
+            bearing, right, _ = side_calls(part, detector)
             lines.append(binned_rates(detector, SIDE_BINS_DEG, bearing, right))
             total = rate(right[bearing >= 5.0])
             if total.n:
@@ -197,15 +197,15 @@ def _named(rows: Rows, parameter: str) -> str:
     return f"{in_words(parameter)}: {', '.join(value_text(parameter, value) for value, _ in rows[parameter])}"
 
 
-def side_calls(run: RunData, detector: str) -> tuple[Floats, Flags]:
-    """True bearing off the heading, degrees, and whether the side was called right, of every beep with a bearing."""
+def side_calls(run: RunData, detector: str) -> tuple[Floats, Flags, Strings]:
+    """Of beeps with a bearing: the true one off the heading, degrees, whether its side was called rightly, the walk."""
     tables = [beep_table(run, detector, kind) for kind in ("approach", "standing")]
-    signed, found = (
+    signed, found, label = (
         np.concatenate([table.get(column, np.zeros(0)) for table in tables])
-        for column in ("true_signed_bearing_rad", "bearing_rad")
+        for column in ("true_signed_bearing_rad", "bearing_rad", "label")
     )
     kept = np.isfinite(signed) & np.isfinite(found) & (np.abs(signed) > 0.0)
-    return np.rad2deg(np.abs(signed[kept])), (found[kept] < 0.5 * np.pi) == (signed[kept] > 0.0)
+    return np.rad2deg(np.abs(signed[kept])), (found[kept] < 0.5 * np.pi) == (signed[kept] > 0.0), label[kept]
 
 
 def _holding(run: RunData) -> str:

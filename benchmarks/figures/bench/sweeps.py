@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.figures.bench.parameters import in_words, scale_of, value_text
-from benchmarks.figures.bench.variants import band_name, holding_name, variants
 from benchmarks.figures.data import BarFigure, BarPanel
 from benchmarks.figures.measured import (
     INTERVALS,
     TOP,
     judged_detectors,
     percents,
-    quantile_over_walks,
     rate_against,
     rate_pair,
     rate_text,
@@ -25,6 +23,7 @@ from benchmarks.figures.paper.rates import held_against
 from benchmarks.figures.plots import Line, Panel, PlotFigure
 from benchmarks.plan.sweep import NAME
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import band_name, holding_name, variants
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.paper_values import RatePair
 from benchmarks.scoring.scores import (
@@ -34,7 +33,7 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate
+from benchmarks.scoring.statistics import Rate, quantile_with_interval
 from obstaclewatch.support.arrays import Floats
 
 WALKS = ("approach", "scene")
@@ -181,7 +180,7 @@ def _tn(run: RunData, detector: str) -> Measured:
 def _range(run: RunData, detector: str) -> Measured:
     table = beep_table(run, detector, "approach")
     errors = 100.0 * absolute_errors(table, "range_m", "true_range_m")
-    return quantile_over_walks(errors, 0.5, table["label"])[:3]
+    return quantile_with_interval(errors, 0.5, table["label"])[:3]
 
 
 _MEASURES: tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...] = (

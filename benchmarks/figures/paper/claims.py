@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from benchmarks.figures.bench.variants import first_point
 from benchmarks.figures.paper.paper_claims import claim_rows
 from benchmarks.figures.plots import TableFigure
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import first_point
 
 COLUMNS = ("claim", "source", "the paper", "ours", "95 % interval", "n", "verdict")
 WIDTHS = (2.3, 1.35, 1.1, 1.35, 1.35, 1.2, 0.9)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from benchmarks.figures.bench.sensitivity import side_calls
-from benchmarks.figures.bench.variants import band_name, variants
-from benchmarks.figures.measured import quantile_over_walks, significant
+from benchmarks.figures.measured import significant
 from benchmarks.figures.paper.energies import PERIOD_S, cpu_per_beep_s
 from benchmarks.figures.paper.signals import signals_of
 from benchmarks.figures.paper.sizes import radius_medians
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import band_name, variants
 from benchmarks.scoring import scores
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
+from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.paper_values import SHOWN
 from benchmarks.scoring.scores import PAPER_RECIPE, Table, approach_table, beep_table, chosen, narrow_alone, recipe_of
-from benchmarks.scoring.statistics import Rate
+from benchmarks.scoring.statistics import Rate, mcnemar, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats
 
 
@@ -119,7 +120,7 @@ def error_of(column: str, quantile: float, standing_m: float | None = None) -> M
             table = chosen(table, table["standing_range_m"] == standing_m)
         table = narrow_alone(table) if column == "radius_m" else table
         errors = scores.absolute_errors(table, column, f"true_{column}")
-        value, low, high, count = quantile_over_walks(errors, quantile, table["label"])
+        value, low, high, count = quantile_with_interval(errors, quantile, table["label"])
         return Measurement(value, low, high, count, f"{count} of {len(errors)} beeps", unit)
 
     return measure
@@ -154,7 +155,7 @@ def band_gain(run: RunData, detector: str) -> Measurement:
     if not {"16-23 kHz", "18-23 kHz"} <= set(bands):
         return NO_MEASUREMENT
     tables = [_walks(bands[name], detector) for name in ("16-23 kHz", "18-23 kHz")]
-    return more_often(*(table["true_alert"][table["collides"]] for table in tables))
+    return oftener_of_pairs(*(_by_walk(chosen(table, table["collides"])) for table in tables))
 
 
 def size_gain(run: RunData, detector: str) -> Measurement:
@@ -170,15 +171,20 @@ def phone_gain(run: RunData, detector: str) -> Measurement:
 
 
 def crest_nearer(run: RunData, _detector: str) -> Measurement:
-    """Rank correlation of crest width and distance over all walks up to obstacles; the sign is reversed."""
-    pairs = [
-        (np.array(s["true_m"], dtype=float), np.array(s["crest_samples"], dtype=float))
+    """Rank correlation of crest width and nearness, the middle of all walks up to obstacles, by a sign test over walks.
+
+    Consecutive beeps of a walk are no measurements of their own.
+    """
+    found = [
+        _ranked(-np.array(s["true_m"], dtype=float), np.array(s["crest_samples"], dtype=float), "beeps")
         for s in signals_of(run, "approach")
     ]
-    if not pairs:
+    value = np.array([each.value for each in found if each.n])
+    if len(value) == 0:
         return NO_MEASUREMENT
-    distance, width = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
-    return _ranked(-distance, width, "beeps")
+    middle = float(np.median(value))
+    words = f"rank correlation {middle:.2f}"
+    return Measurement(middle, np.nan, np.nan, len(value), f"{len(value)} walks", "", _sign_test(value), words)
 
 
 def crest_wider(run: RunData, _detector: str) -> Measurement:
@@ -193,17 +199,18 @@ def crest_wider(run: RunData, _detector: str) -> Measurement:
 
 
 def side_known(run: RunData, detector: str) -> Measurement:
-    """Beeps beyond 5 degrees whose side is called rightly when held horizontally, against a coin."""
+    """Beeps beyond 5 degrees whose side is called rightly when held horizontally; by a sign test over walks."""
     parts = [part for name, part in variants(run).items() if "horizontal" in name]
     if not parts:
         return NO_MEASUREMENT
-    bearing, right = side_calls(parts[0], detector)
-    found = measured_rate(scores.rate(right[bearing >= 5.0]))
-    if found.n == 0:
+    bearing, right, label = side_calls(parts[0], detector)
+    right, label = right[bearing >= 5.0], label[bearing >= 5.0]
+    if len(right) == 0:
         return NO_MEASUREMENT
-    test = scipy.stats.binomtest(int(right[bearing >= 5.0].sum()), found.n, 0.5)
-    words = f"{found.shown(found.value)} of sides right"
-    return Measurement(found.value - 0.5, np.nan, np.nan, found.n, f"{found.n} beeps", "1", float(test.pvalue), words)
+    share = np.array([right[label == each].mean() for each in np.unique(label)])
+    words, count = f"{100 * right.mean():.1f} % of sides right", f"{len(right)} beeps of {len(share)} walks"
+    value = float(right.mean() - 0.5)
+    return Measurement(value, np.nan, np.nan, len(share), count, "1", _sign_test(share - 0.5), words)
 
 
 def other_band(run: RunData, detector: str) -> Measurement:
@@ -212,7 +219,7 @@ def other_band(run: RunData, detector: str) -> Measurement:
     names = ("other half at 1 m", "same band at 1 m")
     if not set(names) <= set(parts):
         return NO_MEASUREMENT
-    return more_often(*(_right(approach_table(parts[name], detector)) for name in names))
+    return oftener_of_pairs(*(_by_walk(approach_table(parts[name], detector)) for name in names))
 
 
 def measured_rate(found: Rate) -> Measurement:
@@ -220,8 +227,18 @@ def measured_rate(found: Rate) -> Measurement:
     return Measurement(found.value, found.low, found.high, found.n, f"{found.k}/{found.n}", "1")
 
 
+def oftener_of_pairs(first: Mapping[str, bool], second: Mapping[str, bool]) -> Measurement:
+    """Difference of two shares of the same walks, decided by McNemar's exact test."""
+    found = change_of(second, first)
+    if found.n == 0:
+        return NO_MEASUREMENT
+    shares = [np.mean([part[label] for label in first.keys() & second.keys()]) for part in (first, second)]
+    words = f"{100 * shares[0]:.1f} against {100 * shares[1]:.1f} %"
+    return Measurement(float(shares[0] - shares[1]), np.nan, np.nan, found.n, f"{found.n} walks", "1", found.p, words)
+
+
 def more_often(first: Flags, second: Flags) -> Measurement:
-    """Difference of two shares, decided by Fisher's exact test."""
+    """Difference of two shares of different walks, decided by Fisher's exact test."""
     if len(first) == 0 or len(second) == 0:
         return NO_MEASUREMENT
     counts = [[int(part.sum()), int((~part).sum())] for part in (first, second)]
@@ -231,6 +248,12 @@ def more_often(first: Flags, second: Flags) -> Measurement:
     return Measurement(
         float(first.mean() - second.mean()), np.nan, np.nan, number, f"{len(first)} and {len(second)}", "1", p, words
     )
+
+
+def _sign_test(value: Floats) -> float:
+    """Exact two-sided p of as many values above 0 as below."""
+    above, below = int((value > 0.0).sum()), int((value < 0.0).sum())
+    return mcnemar(above, below)
 
 
 def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
@@ -259,6 +282,11 @@ def _ranked(x: Floats, y: Floats, of: str) -> Measurement:
 
 def _right(table: Table) -> Flags:
     return np.where(table["collides"], table["true_alert"], ~table["alert"])
+
+
+def _by_walk(table: Table) -> dict[str, bool]:
+    """Whether each walk was judged rightly, by its label without the point of a sweep."""
+    return {label.partition("[")[0]: bool(right) for label, right in zip(table["label"], _right(table), strict=True)}
 
 
 def _walks(run: RunData, detector: str) -> Table:

@@ -6,10 +6,10 @@ import numpy as np
 
 from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.alerts import plain_detectors
-from benchmarks.figures.bench.variants import first_point
 from benchmarks.figures.measured import significant
 from benchmarks.figures.plots import Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import first_point
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 

@@ -15,12 +15,12 @@ from benchmarks.figures.measured import (
     error_curve,
     finite_quantile,
     judged_detectors,
-    quantile_over_walks,
     significant,
 )
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, narrow_alone, rows_where
+from benchmarks.scoring.statistics import quantile_with_interval
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
 INTERVALS = "In brackets: 95 % bootstrap intervals over walks."
@@ -184,7 +184,7 @@ def _bin_bars(table: Table) -> list[Bar]:
     for low, high in pairwise(BEARING_BINS_DEG):
         inside = (bearing >= low) & (bearing < high)
         for label, quantile in (("median", 0.5), ("P80", 0.8)):
-            value, least, most, count = quantile_over_walks(errors[inside], quantile, table["label"][inside])
+            value, least, most, count = quantile_with_interval(errors[inside], quantile, table["label"][inside])
             bars.append(Bar(f"{low:g}–{high:g}°", label, value, least, most, f"{count}", count))
     return bars
 

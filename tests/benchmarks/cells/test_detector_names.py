@@ -75,6 +75,22 @@ def test_wrong_names_are_one_clear_error(text, message):
         build_detector(text, BeepDesign(), PHONE, PaperSettings(), None)
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("PaperDetector(votes_needed=3)(danger_m=2.0)", "constants must be named, in one pair of brackets"),
+        ("PaperDetector(votes_needed=3, votes_needed=4)", "each constant must have a name of its own"),
+        ("PaperDetector(**{'votes_needed': 3})", "each constant must have a name of its own"),
+        ("PaperDetector(votes_needed={[]: 1})", "must hold constant=value"),
+        ("PaperDetector(reading=[])", r"reading must be one of .*, got \[\]"),
+    ],
+)
+def test_no_constant_in_brackets_is_lost(text, message):
+    """Cause: the last brackets and the last value of a name counted alone, and a list as a key ended in TypeError."""
+    with pytest.raises(ValueError, match=message):
+        check_detector(text, PaperSettings())
+
+
 def test_a_reading_is_a_group_of_settings_on_which_others_come():
     built = build_detector("PaperDetector(reading='calibrated', threshold_factor=3.0)", BeepDesign(), PHONE,
                            PaperSettings(near_m=0.4), None)  # fmt: skip
@@ -96,10 +112,10 @@ def test_a_user_s_class_is_found_in_the_working_directory(module):
 
 def test_its_source_names_the_cells(module):
     suite = load_suite("paper", ["detectors=[PaperDetector, 'mine_for_a_test.detectors:Mine']"])
-    first = plan_cells(suite, "smoke", limit=1)[0]
+    first = plan_cells(suite, "smoke")[0]
     assert set(first.detector_sources) == {"mine_for_a_test.detectors:Mine"}
     module.write_text(module.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    assert plan_cells(suite, "smoke", limit=1)[0].digest("v") != first.digest("v")
+    assert plan_cells(suite, "smoke")[0].digest("v") != first.digest("v")
     assert source_digest(parse_detector("PaperDetector")) == source_digest(parse_detector("DistanceOnlyDetector"))
 
 

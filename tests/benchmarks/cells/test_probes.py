@@ -71,7 +71,7 @@ def test_what_changes_only_the_listening_shares_a_simulation(monkeypatch):
     monkeypatch.setattr(situation, "render_walk", lambda *a, **k: calls.append(1) or render(*a, **k))
     computing._simulated.cache_clear()
     sweep = "sweep={over: {detector.votes_needed: [1, 3], knowledge.pitch: [true, false]}}"
-    cells = plan_cells(load_suite("ranging", [sweep]), "smoke", limit=None)[:4]
+    cells = plan_cells(load_suite("ranging", [sweep]), "smoke")[:4]
     assert len({simulated_part(cell).model_dump_json() for cell in cells}) == 1
     _, shared = [compute(cell) for cell in (cells[0], cells[-1])]
     assert len(calls) == 1

@@ -48,6 +48,12 @@ def test_gains_lags_clipping_and_equal_channels():
     np.testing.assert_array_equal(equal[0], equal[1])
 
 
+def test_a_lag_beyond_the_recording_is_refused():
+    """Cause: the rest of a channel was cut with a negative length: channels of two lengths, numpy's error."""
+    with pytest.raises(ValueError, match=r"mic_delay_samples must be within the recording's 96000 samples, got \(0, "):
+        through_channel(sine(20_000.0), RecordingChange(mic_delay_samples=(0, 96_001)))
+
+
 @pytest.mark.parametrize("ppm", [-200.0, 50.0, 200.0])
 def test_another_clock_hears_another_frequency(ppm):
     """A recorder that is fast by p takes more samples a cycle: f / (1 + p), exactly."""

@@ -44,6 +44,7 @@ def test_two_detectors_of_one_run(tmp_path):
     call = ["compare", str(run), str(run), "--json", "--detector", "A=B(x=1)"]
     (found,) = json.loads(CliRunner().invoke(cli, call, catch_exceptions=False).output)
     assert (found["first"], found["second"]) == ("A", "B(x=1)")
+    assert found["outcome_differs"] == 0
     assert found["rates"]["TP"]["lost"] == 6
     assert found["rates"]["TP"]["points"] == -100.0
 

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.figures.bench.variants import variants
 from benchmarks.history import history, history_figures
 from benchmarks.runs.store import to_json, write_atomically
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.frames import write_frames
 from benchmarks.scoring.scores import summary
 from tests.benchmarks.synthetic_run import made_up_run, walk

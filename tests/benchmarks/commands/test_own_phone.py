@@ -60,6 +60,14 @@ def test_the_file_is_what_detect_takes(tmp_path: Path):
     assert "beeps, " in told.splitlines()[-1]
 
 
+def test_microphones_0_cm_apart_are_refused(tmp_path: Path):
+    """Cause: 0 was taken for not given, and became the distance of the preset."""
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    ruler = ["--speaker-cm", "3", "--mics-cm", "0"]
+    done = CliRunner().invoke(cli, ["calibrate", str(tmp_path / "wall.wav"), *ruler])
+    assert "must be between the microphones, 0 m apart, got 0.03 m" in str(done.exception)
+
+
 def test_a_phone_as_large_as_the_sky_is_refused(tmp_path: Path):
     """Cause: any finite place passed, and the delay of its direct sound overflowed within the detector."""
     path = tmp_path / "mine.yaml"

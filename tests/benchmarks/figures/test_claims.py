@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.figures.paper.claims_measured import Measurement, more_often
+from benchmarks.figures.paper.claims_measured import Measurement, more_often, oftener_of_pairs
 from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 from benchmarks.scoring import paper_values
 from tests.benchmarks.gated_runs import run_of
@@ -40,6 +40,16 @@ def test_an_order_is_judged_by_its_test() -> None:
     assert verdict(claim, more_often(no, yes)) == "not reached"
     assert verdict(claim, more_often(yes, yes)) == "inconclusive"
     assert verdict(claim, more_often(yes, yes[:0])) == "not measured"
+
+
+def test_the_same_walks_are_held_against_each_other() -> None:
+    """Cause: two points of a sweep were taken for different walks: Fisher's p is 0.12 here, McNemar's 0.004."""
+    first = {str(k): k < 62 for k in range(100)}
+    second = {str(k): 14 <= k < 64 for k in range(100)}
+    found = oftener_of_pairs(first, second)
+    assert found.p_value == pytest.approx(0.0041809, rel=1e-4)
+    assert (found.value, found.text) == (pytest.approx(0.12), "62.0 against 50.0 %")
+    assert oftener_of_pairs(first, {}).n == 0
 
 
 def test_every_printed_number_is_a_claim() -> None:

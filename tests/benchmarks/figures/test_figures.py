@@ -199,7 +199,7 @@ def test_modules_can_be_imported_first():
     """The claims once lay outside the package and closed a circle that only some orders of import ran into."""
     code = """
 import importlib, sys
-for module in ("paper.paper_claims", "plots", "bench.variants"):
+for module in ("paper.paper_claims", "plots", "bench.sweeps"):
     for known in [name for name in sys.modules if name.startswith("benchmarks")]:
         del sys.modules[known]
     importlib.import_module(f"benchmarks.figures.{module}")

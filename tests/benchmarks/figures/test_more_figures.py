@@ -11,9 +11,9 @@ import pytest
 from benchmarks.cells.compute import compute
 from benchmarks.cells.spec import Cell
 from benchmarks.figures import FIGURES, draw_figures, picture
-from benchmarks.figures.bench.variants import variants
 from benchmarks.figures.plots import DrawingFigure, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 from tests.benchmarks.synthetic_run import DETECTORS, default_cells, made_up_run, record, standing, walk
 
@@ -265,6 +265,14 @@ def test_det_shows_every_operating_point_and_the_swept_threshold(tmp_path):
             assert panel.x_range[0] < line.x.min() <= line.x.max() < panel.x_range[1]
             assert panel.y_range[0] < line.y.min() <= line.y.max() < panel.y_range[1]
     assert "PaperDetector, 0.5 m left, at TN 97 %: TP 100.0 %" in figure.reading
+
+
+def test_a_walk_without_a_beep_keeps_its_detectors_curve(tmp_path):
+    """Cause: one score that is NaN took the line away, while sentences still had its operating points."""
+    cells = [walk(index=k, collides=k % 2 == 0, probability=[0.1 * k, 0.05 * k]) for k in range(8)]
+    cells.append(walk(index=8, probability=[]))
+    lines = FIGURES["det"](made_up_run(tmp_path, cells)).panels[0].lines
+    assert any(line.key == "PaperDetector" and line.style != "points" for line in lines)
 
 
 def test_rates_by_stratum_count_the_walks_of_each(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,12 @@ from click.testing import CliRunner
 from scipy import stats
 
 from benchmarks.cli import cli
-from benchmarks.gates.baseline import baseline_of, load_baseline, save_baseline, updated
+from benchmarks.gates.baseline import baseline_of, load_baseline, run_key, save_baseline, updated
 from benchmarks.gates.claims import judge_claims
 from benchmarks.gates.config import Gates, gates_path, list_gates, load_gates
 from benchmarks.gates.judge import judge
 from benchmarks.gates.output import junit_xml, markdown
-from benchmarks.gates.physics import CHECKS, judge_physics
+from benchmarks.gates.physics import CHECKS, judge_physics, moving, truth
 from benchmarks.gates.physics.measured import Measured
 from benchmarks.gates.quantities import per_walk
 from benchmarks.gates.verdict import State, Verdict, exit_code
@@ -26,7 +27,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.runs.store import cell_path, to_json, write_cell
 from benchmarks.scoring.paired import change_of, shift_of
 from benchmarks.scoring.statistics import lower_bound, needed_of, upper_quantile_bound
-from simulator import Air
+from simulator import Air, Paths
 from tests.benchmarks.gated_runs import (
     DETECTOR,
     LATE_M,
@@ -112,7 +113,11 @@ def test_lost_estimates_are_red_even_without_a_pair(tmp_path):
     ("baseline_run", "run", "says"),
     [
         (good_run, None, "no baseline was given"),
-        (lambda folder: good_run(folder, seed=7), good_run, r"holds \['paper/smoke/test/7'\], not the run's"),
+        (
+            lambda folder: good_run(folder, seed=7),
+            good_run,
+            r"holds \['paper/smoke/test/7'\], not the run's",
+        ),
         (
             good_run,
             lambda folder: run_of(folder, list(good_run(folder).cells)[5:]),
@@ -216,9 +221,9 @@ def test_a_baseline_comes_back_and_keeps_its_history(tmp_path):
     save_baseline(tmp_path / "b.json", updated(load_baseline(tmp_path / "b.json"), [second], "another seed"))
     read = load_baseline(tmp_path / "b.json")
     assert [entry["reason"] for entry in read.history] == ["first", "another seed"]
-    assert read.history[1]["runs"] == {"paper/smoke/test/2": {DETECTOR: "TP 36/40, TN 36/40"}}
+    assert read.history[1]["runs"] == {run_key(second): {DETECTOR: "TP 36/40, TN 36/40"}}
     for run in (first, second):
-        expected, found = baseline_of(run), read.runs[f"paper/smoke/test/{run.manifest['seed']}"]
+        expected, found = baseline_of(run), read.runs[run_key(run)]
         assert found.collides == expected.collides
         assert found.right == expected.right
         for label, value in expected.values[DETECTOR]["approach"]["range_error"].items():
@@ -262,6 +267,65 @@ def test_physics_is_exact_and_a_check_without_echoes_measured_nothing(monkeypatc
     assert [v.state for v in judge_physics(quick, seed=3)] == [State.PASSED] * len(quick)
     monkeypatch.setitem(CHECKS, "motion", lambda _: Measured(float("nan"), "relative", 0))
     assert judge_physics({"motion": 1.0})[0].state is State.UNMEASURED
+
+
+def _nan_late(monkeypatch, owner, name, change):
+    """What `owner.name` returns, changed after its first call."""
+    real, calls = getattr(owner, name), []
+
+    def late(*arguments, **named):
+        calls.append(name)
+        found = real(*arguments, **named)
+        return change(found) if len(calls) > 2 else found
+
+    monkeypatch.setattr(owner, name, late)
+
+
+@pytest.mark.parametrize(
+    ("check", "owner", "name", "change"),
+    [
+        ("reciprocity", Paths, "transfer_function", lambda found: np.nan * found),
+        ("translation", Paths, "transfer_function", lambda found: np.nan * found),
+        ("motion", moving, "to_rate", lambda found: np.nan * found),
+        ("truth", truth, "ground_truth", lambda found: replace(found, range_m=np.nan * found.range_m)),
+    ],
+)
+def test_physics_that_is_no_number_is_not_green(monkeypatch, check, owner, name, change):
+    """Cause: max(worst, NaN) is `worst`, so that a check with a NaN after its first comparison passed."""
+    _nan_late(monkeypatch, owner, name, change)
+    assert judge_physics({check: 1.0})[0].state is State.UNMEASURED
+
+
+def test_a_rate_that_cannot_fall_for_certain_is_not_green(tmp_path):
+    """Cause: with 6 walks right in the baseline all of them could be lost at McNemar's p of 0.03, and 0.01 is red."""
+    few = changed(good_run(tmp_path), lambda cell, k: k > 11 and _alert(cell, False))
+    verdicts = states(judge(few, REGRESSION, updated(None, [few], "first")))
+    assert verdicts["PaperDetector TP"] is State.UNMEASURED
+    assert verdicts["PaperDetector TN"] is State.PASSED
+
+
+def _alert(cell, alert):
+    if cell["cell"]["kind"] == "approach":
+        outcomes = {(True, True): "TP", (True, False): "FN", (False, True): "FP", (False, False): "TN"}
+        found = outcomes[cell["result"]["truth"]["collides"], alert]
+        cell["result"]["detectors"][DETECTOR] |= {"alert": alert, "outcome": found, "alert_distance_m": None}
+
+
+def test_a_cut_run_replaces_no_baseline_of_all_walks(tmp_path):
+    """Cause: its key was that of the whole run, so that 117 walks were replaced by the one of `--limit 1`."""
+    whole = good_run(tmp_path)
+    cut = RunData(
+        whole.folder, whole.manifest | {"argv": ["run", "paper", "--limit", "1"], "plan": ["0" * 64]}, whole.cells[:1]
+    )
+    both = updated(updated(None, [whole], "first"), [cut], "second")
+    assert sorted(both.runs) == ["paper/smoke/test/2018", "paper/smoke/test/2018 --limit 1"]
+
+
+def test_claims_count_a_walk_of_a_sweep_once(tmp_path):
+    """Cause: one walk at 60 points of a sweep counted as 60 walks."""
+    cells = list(good_run(tmp_path).cells)
+    swept = [{**cell, "cell": cell["cell"] | {"variant": {"name": name}}} for name in ("one", "two") for cell in cells]
+    assert judge_claims(run_of(tmp_path, swept), claim(rate="TP", at_least=0.5))[0].n == 40
 
 
 def test_wrong_physics_is_red(monkeypatch):

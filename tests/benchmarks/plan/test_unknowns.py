@@ -10,7 +10,7 @@ from benchmarks.cells.situations.variation import changed_scene
 from benchmarks.cells.spec import SceneChange
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
-from benchmarks.plan.unknowns import DRAWN, UNKNOWNS
+from benchmarks.plan.unknowns import DRAWN, UNKNOWNS, with_unknowns
 from scenes import make_approach
 from simulator import Phone
 
@@ -47,3 +47,12 @@ def test_people_reflect_so_much_more_but_never_more_than_all():
 def test_a_sweep_and_drawn_unknowns_are_refused_together():
     with pytest.raises(ValueError, match="unknowns must be 'assumed' in a suite with a sweep"):
         load_suite("bands", ["unknowns=drawn"])
+
+
+def test_unknowns_do_not_follow_from_the_walk():
+    """Cause: of a walk numbered 4 the beep's level and the walker's stature came from the same random numbers."""
+    cell = next(cell for cell in plan_cells(load_suite("paper"), "ci") if cell.index == 4)
+    walks = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=(cell.index,))).uniform(size=5)
+    drawn = with_unknowns(cell)
+    share = (drawn.phone_change.level_spl_db - Phone.named(cell.phone).level_spl_db + 5.0) / 10.0
+    assert np.abs(walks - share).min() > 1e-3

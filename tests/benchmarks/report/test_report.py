@@ -171,6 +171,12 @@ def test_a_suite_file_is_named_in_the_command(tmp_path):
     )
 
 
+def test_code_that_was_allowed_is_allowed_again(tmp_path):
+    """Cause: the option was dropped, and the command refused the walk's own detector."""
+    run = made_up_run(tmp_path, argv=["run", "mine.yaml", "--allow-code"])
+    assert rerun_command(run, "a/b/1").endswith("--only a/b/1 --seed 2018 --allow-code")
+
+
 def test_what_the_manifest_lacks_is_unknown(tmp_path):
     manifest = made_up_run(tmp_path, **dict.fromkeys(MANIFEST)).manifest
     lines = dict(environment_lines(manifest))
@@ -185,7 +191,7 @@ def test_a_real_manifest_leaves_nothing_unknown():
     the made-up manifest of the tests had a word that `obstaclewatch run` does not store.
     """
     suite = load_suite("paper")
-    found = manifest(suite, "smoke", plan_cells(suite, "smoke", limit=1), ["run", "paper", "--tier", "smoke"])
+    found = manifest(suite, "smoke", plan_cells(suite, "smoke")[:1], ["run", "paper", "--tier", "smoke"])
     known = {name: "1.0" for name in found["versions"]}  # what is not installed is rightly unknown
     lines = dict(environment_lines(found | {"git_revision": "0123abc", "git_dirty": False, "versions": known}))
     assert not [name for name, text in lines.items() if "unknown" in text]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.figures.bench.variants import variants
 from benchmarks.report.verdict_lines import verdict_lines
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import variants
 from benchmarks.scoring.scores import summary
 from tests.benchmarks.synthetic_run import made_up_run, standing, walk
 

@@ -22,7 +22,6 @@ from benchmarks.training.__main__ import (
     learned_from,
     learned_walks,
     main,
-    read_table,
     shared,
     write_table,
 )
@@ -32,9 +31,9 @@ from benchmarks.training.fit import alerts_by, calibration, distances_left, rate
 from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
 from obstaclewatch.tracking.approach_picture import SHAPE
 from obstaclewatch.tracking.bearing_evidence import NUMBERS, TrackNumbers
-from obstaclewatch.tracking.bearing_model import CARD as BEARING_CARD
+from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
 from obstaclewatch.tracking.bearing_model import BearingModel, bearing_model
-from obstaclewatch.tracking.collision_model import CARD, CollisionModel, collision_model
+from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel, collision_model
 from obstaclewatch.tracking.evidence import NO_EVIDENCE, Evidence
 
 TABLE = Path(__file__).with_name("held_out.npz")
@@ -55,6 +54,20 @@ def _examples(walks=40, beeps=10, seed=0, told=1.0):
     pictures = rng.normal(size=(walks * beeps, *SHAPE))
     pictures[:, 0, :, 20] += np.where(collides, told, -told)[:, None]
     return Examples(walk, np.zeros_like(walk), collides, left_m, evidence, pictures.astype(np.float16))
+
+
+def _held_out(weights):
+    """What the card beside the weights says of walks of recipe `paper` that they were not learned from."""
+    return json.loads(weights.with_suffix(".json").read_text())["held out"]["paper"]
+
+
+def _read_table(path):
+    """Beeps without pictures, what was stated at them (n,), which of them have pictures (S,), and these."""
+    with np.load(path) as stored:
+        told = {name: stored[name] for name in ("walk", "collides", "left_m", "evidence")}
+        none = np.zeros((len(told["walk"]), 0), dtype=np.float16)
+        examples = Examples(reception=np.zeros_like(told["walk"]), pictures=none, **told)
+        return examples, stored["probability"], stored["shown"], stored["pictures"]
 
 
 def _worst(found, probability):
@@ -196,6 +209,11 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
     fewer = examples_of([with_fewer_echoes(cells, 0)], 1, 1, tmp_path)
     assert len(fewer) == (found.reception == 0).sum()
     assert (fewer.pictures != found.pictures[found.reception == 0]).any()  # in a file of their own
+    louder = cells[0].scene_change.model_copy(update={"person_level_db": 4.0})
+    others = [cells[0].model_copy(update={"scene_change": louder})]
+    made = len(list(tmp_path.glob("*.npz")))
+    examples_of([others], 1, 1, tmp_path)
+    assert len(list(tmp_path.glob("*.npz"))) == made + 1  # files were named by seed, and an earlier walk's were taken
     candidates = bearings_of([cells], 2, 1, tmp_path)
     assert candidates.evidence.shape == (len(candidates), NUMBERS)
     assert (candidates.walk == cells[0].seed).all()
@@ -211,7 +229,7 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
     entry = card(model, learned_from(1, 1), {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
     write_table(tmp_path / "table.npz", found, model)
-    table, probability, shown, pictures = read_table(tmp_path / "table.npz")
+    table, probability, shown, pictures = _read_table(tmp_path / "table.npz")
     assert len(table) == (found.reception == 0).sum()
     assert (pictures == found.pictures[found.reception == 0][shown]).all()
     assert probability == pytest.approx(stated(model, found[found.reception == 0]), abs=1e-6)
@@ -219,8 +237,8 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
 
 def test_the_card_is_that_of_the_weights():
     """The table's probabilities have the card's rates, and the weights state them for the pictures that are kept."""
-    model, held_out = collision_model(), json.loads(CARD.read_text())["held out"]["paper"]
-    found, probability, shown, pictures = read_table(TABLE)
+    model, held_out = collision_model(), _held_out(WEIGHTS)
+    found, probability, shown, pictures = _read_table(TABLE)
     assert len(shown) >= 30
     again = model.probabilities(found.evidence[shown].astype(np.float64), pictures.astype(np.float32))
     assert again == pytest.approx(probability[shown], abs=1e-3)
@@ -232,14 +250,14 @@ def test_the_card_is_that_of_the_weights():
 
 
 def test_stated_probabilities_are_observed_and_a_shift_is_seen():
-    found, probability, *_ = read_table(TABLE)
+    found, probability, *_ = _read_table(TABLE)
     assert _worst(found, probability) < 4.0
     for shift in (-1.5, 1.5):
         assert _worst(found, expit(logit(probability) + shift)) > 4.0
 
 
 def test_the_card_of_bearings_is_that_of_the_weights():
-    stated_on_card = json.loads(BEARING_CARD.read_text())["held out"]["paper"]
+    stated_on_card = _held_out(BEARING_WEIGHTS)
     found = errors(bearing_model(), BearingExamples.from_file(BEARING_TABLE))
     assert found.keys() == stated_on_card.keys()
     for name, entry in found.items():

@@ -18,7 +18,9 @@ from obstaclewatch import (
     PaperStandingDetector,
     PhoneGeometry,
     Recording,
+    StandingDetector,
     TrackingDetector,
+    TrackingSettings,
 )
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record, recording, true_range
 
@@ -249,7 +251,7 @@ def test_bad_input_is_one_clear_error():
         ({"gate_margin_m": np.inf}, "gate_margin_m must be finite and not negative, got inf"),
         ({"floor_db": np.nan}, "floor_db must be a level in dB, got nan"),
         ({"history_s": np.inf}, "static_age_s must be positive and below history_s, got 0.25 and inf"),
-        ({"max_candidates": np.nan}, "max_candidates must be at least 1, got nan"),
+        ({"max_candidates": np.nan}, "max_candidates must be a whole number, 1 or more, got nan"),
         ({"direct_delay_s": 0.5}, "within 1.2 ms of its emission, got direct_delay_s = 0.5"),
         ({"direct_delay_s": np.nan}, "within 1.2 ms of its emission, got direct_delay_s = nan"),
     ],
@@ -259,6 +261,35 @@ def test_settings_that_would_silence_the_detector_are_refused(wrong, rule):
     to."""
     with pytest.raises(ValueError, match=rule):
         PaperDetector(BEEP, PHONE, PaperSettings(**wrong))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ({"danger_m": "x"}, "danger_m must be a number, got 'x'"),
+        ({"near_m": None}, "near_m must be a number, got None"),
+        ({"direct_delay_s": "x"}, "direct_delay_s must be a number, got 'x'"),
+        ({"votes_of": 9.5}, "votes_of must be a whole number, 1 or more, got 9.5"),
+        ({"max_candidates": 2.5}, "max_candidates must be a whole number, 1 or more, got 2.5"),
+        ({"peak_window_s": np.inf}, "peak_window_s must be finite, got inf"),
+        ({"closing_speed_m_s": 1.0}, "closing_speed_m_s must be two numbers, got 1.0"),
+        ({"body_distance_m": (0.1, "x")}, r"body_distance_m\[1\] must be a number, got 'x'"),
+        ({"errata": "x"}, "errata must be of type Errata, got 'x'"),
+    ],
+)
+def test_settings_of_another_type_are_refused_by_name(wrong, rule):
+    """Cause: values were compared before their types were checked: TypeError and OverflowError, or an error within the
+    first beep."""
+    with pytest.raises(ValueError, match=rule):
+        PaperSettings(**wrong)
+
+
+@pytest.mark.parametrize("detector", [PaperDetector, StandingDetector])
+@pytest.mark.parametrize("given", ["x", TrackingSettings()])
+def test_what_is_not_the_paper_s_settings_is_refused(detector, given):
+    """Cause: the settings' type was not checked: AttributeError."""
+    with pytest.raises(ValueError, match="settings must be of type PaperSettings, got "):
+        detector(BEEP, PHONE, given)
 
 
 def test_a_speaker_too_far_off_is_refused():

@@ -190,6 +190,18 @@ def test_another_beep_is_told_and_measured(other):
     assert inspect_recording(Recording(samples, RATE), other, PHONE).findings == ()
 
 
+@pytest.mark.parametrize("duration_s", [0.005, 0.008, 0.010, 0.050])
+@pytest.mark.parametrize(
+    "band_hz", [(18_000.0, 23_000.0), (16_000.0, 20_000.0), (22_000.0, 15_000.0), (19_000.0, 19_500.0)]
+)
+def test_short_and_narrow_beeps_are_their_own(band_hz, duration_s):
+    """Cause: the spectrogram's frame of 4 ms was part of the measured length, and its bins of 250 Hz were the ridge, so
+    that short and narrow sweeps were found to be slower than designed, and refused."""
+    beep = BeepDesign(*band_hz, duration_s)
+    health = inspect_recording(Recording(record([Point(2.0)], beeps=20, noise=0.01, beep=beep), RATE), beep, PHONE)
+    assert health.findings == ()
+
+
 @pytest.mark.parametrize("rate", [44_100.0, 48_000.0, 88_200.0, 96_000.0, 176_400.0, 192_000.0])
 def test_all_rates_of_phones(rate):
     """18-21.5 kHz is what 44.1 kHz can hold."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from obstaclewatch import BeepDesign
 from obstaclewatch.signal.pulse import pulse_shape, rms_bandwidth_hz, trailing_widths
 from tests.obstaclewatch.synthetic import BEEP, C
 
@@ -47,3 +48,11 @@ def test_a_crest_that_rises_again_has_no_width():
     width, merged = trailing_widths(envelope, np.array([81.0]), np.array([1.05]), 1.0, 0.5, 100.0)
     assert merged[0]
     assert np.isnan(width[0])
+
+
+@pytest.mark.parametrize(("duration_s", "gap_s"), [(0.05, 0.01), (0.2, 0.045), (0.15, 0.03)])
+def test_the_pulse_is_that_of_the_chirp_whatever_the_gap(duration_s, gap_s):
+    """Cause: the echo that calibrates widths lay beyond the delays that were kept, and widths were NaN or a third."""
+    widths = pulse_shape(BeepDesign(duration_s=duration_s, gap_s=gap_s), 0.5, C).trailing_s
+    assert widths[0] == pytest.approx(259.0e-6, abs=0.5e-6)
+    assert (np.diff(widths) > -2e-6).all()

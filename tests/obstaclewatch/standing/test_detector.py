@@ -96,10 +96,12 @@ def test_the_nearest_are_kept_and_a_reset_forgets():
     assert all(np.array_equal(a.range_m, b.range_m) for a, b in zip(first, again, strict=True))
 
 
-def test_not_a_single_beep_is_an_error():
+@pytest.mark.parametrize("beeps", [0, 2.5, np.nan])
+def test_not_a_number_of_beeps_is_an_error(beeps):
+    """Cause: NaN is not below 1, so that it was a number of beeps, and a fraction was."""
     for make in (averaging, AveragedBeeps):
-        with pytest.raises(ValueError, match="beeps must be at least 1, got 0"):
-            make(0)
+        with pytest.raises(ValueError, match=f"averaged_beeps must be a whole number, 1 or more, got {beeps}"):
+            make(beeps)
 
 
 def test_one_beep_measures_as_the_paper_does_without_the_carrier():

@@ -43,6 +43,14 @@ def test_what_never_changes_goes_and_what_turns_stays():
     assert not background.subtract(steady).any()
 
 
+def test_the_background_leaves_envelopes_as_they_are():
+    """Cause: the first envelope itself became the mean, which later beeps then wrote into."""
+    first, background = np.ones((2, 5), dtype=complex), CoherentBackground(8)
+    background.subtract(first)
+    background.subtract(np.zeros((2, 5), dtype=complex))
+    assert (first == 1.0).all()
+
+
 def test_clutter_map_is_the_mean_of_the_nearby_maximum():
     clutter = ClutterMap(4, 1)
     assert np.isinf(clutter.level(np.zeros(6))).all()

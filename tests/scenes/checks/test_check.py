@@ -21,7 +21,6 @@ from scenes.obstacles.solids import box, cylinder, shifted
 from scenes.streets.placing import placed
 from scenes.walks.gait_walk import GaitWalk
 from simulator.phone.phone import Phone
-from simulator.scene.fidelity import Fidelity
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle, Scene
 from simulator.world import prepared_scene
@@ -136,7 +135,7 @@ def test_needs_name_the_mechanisms() -> None:
 
 def test_the_cost_is_measured() -> None:
     steps: list[None] = []
-    cost = rendering_cost(Scene([FLOOR]), PHONE, WALK, Fidelity(max_order=1), lambda: steps.append(None))
+    cost = rendering_cost(Scene([FLOOR]), PHONE, WALK, lambda: steps.append(None))
     assert len(steps) == TIMED_STEPS
     assert cost.beeps == 33
     assert 0.0 < cost.walk_s < 60.0
@@ -150,7 +149,7 @@ def test_a_scenes_meshes_are_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prepared_scene, "read_mesh", read)
     prepared_scene._parts_of.cache_clear()
     scene = Scene([FLOOR, *(thing(CUBE, f"cube {k}", (3.0 + k, 2.0)) for k in range(25))])
-    cost = rendering_cost(scene, PHONE, WALK, Fidelity(max_order=1))
+    cost = rendering_cost(scene, PHONE, WALK)
     assert len(needs_of(scene)) == read.call_count == 26
     assert cost.prepare_s > 0.0 < cost.per_beep_s
     assert cost.walk_s == cost.prepare_s + 33 * cost.per_beep_s

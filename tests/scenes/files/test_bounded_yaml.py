@@ -44,3 +44,10 @@ def test_aliases_and_merges_within_the_bounds_are_read() -> None:
     assert data == {"a": {"x": 1}, "b": {"x": 1, "y": [{"x": 1}, {"x": 1}]}}
     assert root is not None
     assert parsed("", "n.yaml", "file") == (None, None)
+
+
+def test_a_key_given_twice_is_refused_with_its_line() -> None:
+    """Cause: PyYAML keeps the last value, so that gates files lost the first of two `claims` and suites a `seed`."""
+    with pytest.raises(ValueError, match=r"^n\.yaml:3: a file must give each key of a mapping once, got 'seed' twice$"):
+        parsed("seed: 1\nlist: [{a: 1}, {a: 2}]\nseed: 2", "n.yaml", "file")
+    assert parsed("a: &a {x: 1}\nb: {<<: *a, x: 2}", "n.yaml", "file")[0]["b"] == {"x": 2}

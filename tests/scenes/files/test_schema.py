@@ -88,7 +88,7 @@ MISTAKES = [
     ("{kind: wall, name: x, at_m: [3, far]}", 4, r"obstacles\[0\].at_m\[1\]: must be a valid number.*got 'far'"),
     ("{kind: wall, name: x, yaw_deg: yes}", 4, r"obstacles\[0\].yaw_deg: must be a number, got True"),
     ("{kind: wall, name: x, yaw_deg: .nan}", 4, r"obstacles\[0\].yaw_deg: must be a finite number, got nan"),
-    ("{kind: wall, name: x, name: y}", 4, r"name: is given twice"),
+    ("{kind: wall, name: x, name: y}", 4, r"a scene file must give each key of a mapping once, got 'name'"),
     ("{kind: wall, name: x}\n  - {kind: car, name: x}", 3, r"obstacles: obstacle names must be unique, got \['x'\]"),
     ("{kind: wall, name: x}\nair: {relative_humidity: 40}", 5, r"air: relative_humidity must be a fraction .*got 40"),
     ("{kind: wall, name: x}\nwind: 3", 5, r"wind: is not a field here"),

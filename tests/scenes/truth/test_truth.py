@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scenes.obstacles import ground, litter_bin, person, wall
 from scenes.streets.placing import placed
 from scenes.truth.swept import Body
-from scenes.truth.truth import comes_within, contact, ground_truth, passing_time
+from scenes.truth.truth import PASSING_M, comes_within, contact, ground_truth, passing_time
 from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.materials import Material
@@ -124,9 +124,9 @@ def test_over_the_walkers_head_nothing_is_met() -> None:
 def test_passing_time_is_when_one_comes_alongside() -> None:
     """A wall along the path from 3 m on: its gap is least once the front core, 0.15 m behind the phone, is level."""
     along = placed(obstacle(wall(length_m=6.0), "wall"), (6.0, 1.0), np.pi / 2)
-    time = passing_time(along, walk_ahead(1.0, 8.0), within_m=0.001)
+    time = passing_time(along, walk_ahead(1.0, 8.0))
     lateral = 1.0 - 0.125
-    early = np.sqrt((lateral + 0.001) ** 2 - lateral**2)
+    early = np.sqrt((lateral + PASSING_M) ** 2 - lateral**2)
     assert time == pytest.approx(3.0 + 0.15 - early, abs=1e-3)
     assert comes_within(along, walk_ahead(1.0, 8.0), lateral - 0.25 + 0.01)
     assert not comes_within(along, walk_ahead(1.0, 8.0), lateral - 0.25 - 0.01)

@@ -106,3 +106,10 @@ def test_held_horizontally_the_long_edge_lies_across_and_the_screen_faces_the_sa
 def test_another_holding_is_refused() -> None:
     with pytest.raises(ValueError, match=r"holding must be one of .*got 'sideways'"):
         GaitWalk(np.zeros(3), holding="sideways")
+
+
+def test_the_mean_path_is_the_walk_without_its_gait() -> None:
+    """Cause: truth took a straight line through the gait by least squares, off by up to 1 cm at the walk's end."""
+    walk, time = GaitWalk(np.array([1.0, 2.0, 1.3]), 0.4, 1.2, 4.0), np.linspace(0.0, 4.0, 9)
+    still = GaitWalk(walk.start_m, 0.4, 1.2, 4.0, gait=Gait())
+    np.testing.assert_allclose(walk.mean_plan_m(time), still.pose(time).position_m[:, :2], atol=1e-15)

@@ -202,7 +202,7 @@ def test_no_mirror_point_is_lost_to_85_degrees_of_incidence(name, rng):
     a third at 60."""
     surface = reflectors_in(read_mesh(Obstacle(BODIES[name], Material.rigid(), name)), 0)[1]
     pairs = _mirrored_pairs("cylinder" in name, 22_000, rng)
-    found = stationary.find(surface, np.zeros((22_000, 4)), *pairs)
+    found = stationary.find(surface, name, np.zeros((22_000, 4)), *pairs)
     np.testing.assert_array_equal(np.bincount(found.query, minlength=22_000), 1)
 
 
@@ -238,7 +238,7 @@ def test_a_straight_line_through_an_open_shell_is_no_reflection(rng):
     tube = trimesh.Trimesh(tube.vertices, tube.faces[np.abs(tube.face_normals[:, 2]) < 0.5])
     surface = reflectors_in(read_mesh(Obstacle(tube, Material.rigid(), "tube")), 0)[1]
     outside, inside = rng.normal(size=(2, 400, 3)) * np.array([2.0, 0.2])[:, None, None]
-    found = stationary.find(surface, np.zeros((400, 4)), outside, inside)
+    found = stationary.find(surface, "tube", np.zeros((400, 4)), outside, inside)
     a, b = outside[found.query], inside[found.query]
     detour = np.linalg.norm(found.point_m - a, axis=1) + np.linalg.norm(found.point_m - b, axis=1)
     assert len(found) > 400

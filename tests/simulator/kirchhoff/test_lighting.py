@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
 from scenes.obstacles import random_obstacle
-from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.illuminating_images import Ends, Sights
@@ -171,3 +172,17 @@ def _still(scene):
     """A phone at rest that looks along x."""
     pose = Pose([[0.0, 0.0, 1.3]], held_rotation(np.zeros(1)))
     return still_tracing(scene, Phone.named("ideal"), pose, np.zeros(1), Fidelity(level="reference"))
+
+
+@pytest.mark.parametrize("level", ["standard", "auto", "reference"])
+def test_a_body_that_is_wholly_hidden_has_no_echo(level):
+    """Cause: a sum over no facets was cut into columns of unknown width, and the run ended in an error of numpy's."""
+    rock = trimesh.creation.icosphere(3, 0.3)
+    rock.vertices *= 1.0 + 0.05 * np.random.default_rng(0).standard_normal((len(rock.vertices), 1))
+    rock.apply_translation([4.0, 0.0, 1.3])
+    wall = trimesh.creation.box(bounds=[[2.0, -3.0, -1.0], [2.2, 3.0, 3.0]])
+    bodies = [Obstacle(mesh, Material.rigid(), name) for name, mesh in (("rock", rock), ("wall", wall))]
+    pose = Pose([0.0, 0.0, 1.3], held_rotation(0.0))
+    found = trace_paths(Scene(bodies), Phone.named("ideal"), pose, Fidelity(level=level, max_order=1))
+    assert len(found)
+    assert not any("rock" in met for met in found.obstacles_met())

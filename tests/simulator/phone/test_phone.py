@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -153,3 +154,23 @@ def test_s8_plus_carries_the_top_of_the_band_best():
 def test_real_levels_are_the_assumed_ones(name):
     phone = Phone.named(name)
     assert (phone.level_spl_db, phone.noise_spl_db) == (55.0, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "rule"),
+    [
+        ("level_spl_db", "loud", "level_spl_db must be a number, got 'loud'"),
+        ("noise_spl_db", None, "noise_spl_db must be a number, got None"),
+        ("mics", (Transducer(),), "mics must be two transducers, got 1"),
+        ("mics", (Transducer(), 1), "mic must be of type Transducer, got 1"),
+        ("mics", Transducer(), "mics must be of type Iterable, got Transducer"),
+        ("speaker", None, "speaker must be of type Transducer, got None"),
+        ("geometry", None, "geometry must be of type PhoneGeometry, got None"),
+        ("structure_borne", (0.0, 1.0), r"structure_borne must be of type StructureBorne, got \(0.0, 1.0\)"),
+        ("body", "walker", "body must be of type Obstacle, got 'walker'"),
+    ],
+)
+def test_a_phone_of_other_parts_is_refused(part, value, rule):
+    """Levels that are no numbers were a TypeError, and a wrong part failed only when it was used."""
+    with pytest.raises(ValueError, match=rule):
+        replace(Phone.named("ideal"), **{part: value})

@@ -9,7 +9,7 @@ import pytest
 
 from obstaclewatch.beep import BeepDesign
 from simulator import Fidelity, Phone, Scene, StraightWalk, render_walk
-from simulator.render import render_pieces
+from simulator.render import render_pieces, trace_walk
 
 BEEP = BeepDesign()
 
@@ -43,3 +43,13 @@ def test_memory_does_not_grow_with_the_walk(monkeypatch):
         tracemalloc.stop()
         assert sum(lengths) == blocks * 16 * BEEP.period_samples
     assert peaks[1] < 1.05 * peaks[0]
+
+
+@pytest.mark.parametrize(("start_hz", "rate_hz"), [(2e3, 16e3), (10e3, 192e3)])
+@pytest.mark.parametrize("render", [render_pieces, trace_walk])
+def test_a_beep_outside_the_band_is_refused_at_once(start_hz, rate_hz, render):
+    """`render_pieces` refused it with its first piece, and at 16 kHz divided by zero before that."""
+    beep = BeepDesign(start_hz, start_hz + 1e3, sample_rate_hz=rate_hz)
+    walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 0.0, 1.0)
+    with pytest.raises(ValueError, match="the beep must lie within 15-25 kHz, got "):
+        render(Scene([]), Phone.named("ideal"), walk, beep, Fidelity())

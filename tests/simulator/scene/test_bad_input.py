@@ -42,6 +42,8 @@ def _rendered(walk=None, **rest):
         (lambda: Obstacle(None, RIGID, "box"), "must be a trimesh.Trimesh, got NoneType"),
         (lambda: Obstacle(BOX, "brick", "box"), r"must be a Material, as Material.named\(...\), got 'brick'"),
         (lambda: Obstacle(BOX, RIGID, ""), "name of an obstacle must be a word or more, got ''"),
+        (lambda: Obstacle(BOX, RIGID, "a > b"), "name of an obstacle must not hold ' > ', .*, got 'a > b'"),
+        (lambda: Obstacle(BOX, RIGID, "> b"), "name of an obstacle must not hold ' > ', .*, got '> b'"),
         (lambda: replace(Phone.named("ideal"), noise_spl_db=np.nan), "noise_spl_db must be finite or -inf, got nan"),
         (lambda: replace(Phone.named("ideal"), level_spl_db=-np.inf), "level_spl_db must be finite, got -inf"),
         (lambda: Pose(np.zeros((0, 3)), NOWHERE), r"shape \(3,\) or \(N, 3\), N > 0"),
@@ -116,3 +118,39 @@ def test_whole_numbers_may_come_from_numpy():
 def test_one_heading_serves_all_poses():
     pose = Pose(np.zeros((3, 3)), held_rotation(0.0), 0.5)
     np.testing.assert_array_equal(pose.body_heading_rad(), [0.5, 0.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("make", "rule"),
+    [
+        (lambda: Pose("abc", NOWHERE), "position_m must be numbers, got 'abc'"),
+        (lambda: Pose([[0.0, 1.3], [1.0]], NOWHERE), r"position_m must be numbers, got \[\[0.0, 1.3\], \[1.0\]\]"),
+        (lambda: Pose([0.0, 0.0, 1.3], NOWHERE, "north"), "heading_rad must be numbers, got 'north'"),
+        (lambda: StraightWalk("x", 0.0, 1.0, 1.0), "start_m must be numbers, got 'x'"),
+        (lambda: Obstacle(BOX, RIGID, "box", velocity_m_s="fast"), "velocity_m_s of 'box' must be numbers, got 'fast'"),
+        (lambda: Material("m", 20e3, 0.5), r"'m' must have one reflection per frequency, got shape \(\) for \(\)"),
+        (lambda: Material("m", "brick", [0.5]), "frequency_hz of 'm' must be numbers, got 'brick'"),
+        (lambda: Material("m", [20e3], [None]), r"normal_reflection of 'm' must be numbers, got \[None\]"),
+        (lambda: Material("m", [20e3], [0.5], "rough"), "roughness_m must be a number, got 'rough'"),
+        (lambda: Fidelity(mechanisms=[["specular"]]), r"mechanisms must be among .*, got \[\['specular'\]\]"),
+        (lambda: _rendered(gated=None), r"gated must be several of the scene's obstacles, \[\], got None"),
+        (lambda: _rendered(gated="wall"), r"gated must be several of the scene's obstacles, \[\], got 'wall'"),
+        (lambda: _rendered(fidelity=0), "fidelity must be of type Fidelity, got 0"),
+        (
+            lambda: trace_paths(Scene([]), Phone.named("ideal"), Pose([0.0, 0.0, 0.0], NOWHERE), time_s=[0.0, 1.0]),
+            r"time_s must be finite with shape \(1,\), got \[0.0, 1.0\]",
+        ),
+        (
+            lambda: trace_paths(Scene([]), Phone.named("ideal"), Pose([0.0, 0.0, 0.0], NOWHERE), time_s="now"),
+            "time_s must be numbers, got 'now'",
+        ),
+        (
+            lambda: trace_paths(Scene([]), Phone.named("ideal"), Pose([0.0, 0.0, 0.0], NOWHERE), fidelity=""),
+            "fidelity must be of type Fidelity, got ''",
+        ),
+    ],
+)
+def test_no_words_of_numpy_or_python_come_through(make, rule):
+    """What could not be converted was numpy's error or a TypeError; 0 and "" were taken for the default fidelity."""
+    with pytest.raises(ValueError, match=rule):
+        make()

@@ -33,3 +33,10 @@ def test_levels_imply_their_settings_and_what_is_given_wins():
 def test_what_is_out_of_range_is_refused_by_name(settings, rule):
     with pytest.raises(ValueError, match=rule):
         Fidelity(**settings)
+
+
+def test_a_given_order_takes_mirrors_of_any_size():
+    """The docstring said that whatever is not given follows from the level."""
+    assert Fidelity().mirror_m2 > 0.0
+    assert Fidelity(max_order=3).mirror_m2 == 0.0
+    assert Fidelity(max_order=3, mirror_m2=0.02).mirror_m2 == 0.02

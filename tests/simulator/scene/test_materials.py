@@ -121,7 +121,7 @@ def test_unknown_name_lists_the_known():
         (lambda: Material.uniform("loud", 1.01), "normal_reflection of 'loud' must not exceed 1"),
         (lambda: Material.uniform("nan", complex("nan")), "normal_reflection of 'nan' must not exceed 1"),
         (lambda: Material.uniform("rough", 1.0, -1e-3), "roughness_m of 'rough' must not be negative, got -0.001"),
-        (lambda: Material("short", (15e3, 25e3), (1.0,)), "one reflection per frequency, got 1 for 2"),
+        (lambda: Material("short", (15e3, 25e3), (1.0,)), r"one reflection per frequency, got shape \(1,\) for \(2,\)"),
         (lambda: Material("back", (25e3, 15e3), (1.0, 1.0)), "frequency_hz of 'back' must increase"),
     ],
 )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 import trimesh
 
-from simulator import Material, Obstacle
+from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from simulator.surfaces import facets as module
-from simulator.surfaces.facets import COARSEST_M, FACETS_A_SQUARE, can_cut, facets_of
+from simulator.surfaces.facets import COARSEST_M, FACETS_A_SQUARE, can_cut, check_cut, facets_of
 from simulator.surfaces.reflectors import read_mesh, reflectors_in
 
 
@@ -31,11 +31,20 @@ def test_a_body_too_large_is_refused(monkeypatch):
     monkeypatch.setattr(module, "MOST_COARSE", 1000)
     assert not can_cut(skin[0], 0.01)
     assert can_cut(skin[0], 0.1)
-    with pytest.raises(ValueError, match=r"facets of 0\.025 m over 0\.5 m2 would be more than 1000: choose larger"):
-        facets_of(*skin, 0, 0.01)
+    rule = r"facets of 0\.025 m over the 0\.5 m2 of 'ball' must not be more than 1000: choose larger"
+    with pytest.raises(ValueError, match=rule):
+        check_cut("ball", skin[0], 0.01)
 
 
 def test_more_than_memory_takes_are_larger(monkeypatch):
     skin = _ball()
     monkeypatch.setattr(module, "MOST_FACETS", 20_000)
     assert 10_000 < len(facets_of(*skin, 0, 0.002)) < 22_000
+
+
+def test_tracing_names_the_body_that_is_too_large():
+    """Which of a scene's bodies was too large was not said."""
+    ground = trimesh.creation.box(bounds=[[-20, -20, -0.1], [20, 20, 0]])
+    pose, integrals = Pose([0.0, 0.0, 1.3], held_rotation(0.0)), Fidelity(mechanisms=("kirchhoff",))
+    with pytest.raises(ValueError, match=r"facets of 0\.08 m over the 3\.22e\+03 m2 of 'ground' must not be more"):
+        trace_paths(Scene([Obstacle(ground, Material.rigid(), "ground")]), Phone.named("ideal"), pose, integrals)

@@ -127,3 +127,33 @@ def test_a_body_wound_inwards_is_no_room_for_who_is_outside(make, phone):
     mesh.invert()
     with pytest.raises(ValueError, match=r"outside of 'bin' at pose 0 .* mesh.invert\(\)"):
         trace_paths(Scene([Obstacle(mesh, Material.rigid(), "bin")]), phone, LEVEL)
+
+
+def _prism(plan_m: list[tuple[float, float]], caps: list[list[int]], height_m: float) -> trimesh.Trimesh:
+    """An upright prism over a plan, counter-clockwise, whose caps are these triangles."""
+    count = len(plan_m)
+    vertices = [[*place, z] for z in (0.0, height_m) for place in plan_m]
+    here, there = np.arange(count), np.roll(np.arange(count), -1)
+    sides = [np.stack([here, there, there + count], 1), np.stack([here, there + count, here + count], 1)]
+    faces = np.concatenate([*sides, np.array(caps)[:, ::-1], np.array(caps) + count])
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def test_outside_of_a_room_that_is_not_a_box(phone):
+    """Cause: the room's bounding box was asked, and in the notch of an L nothing echoed."""
+    plan_m = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, 4.0), (0.0, 4.0)]
+    mesh = _prism(plan_m, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 3.0)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(36.0)
+    mesh.invert()
+    room = Scene([Obstacle(mesh, Material.rigid(), "room")])
+    assert len(trace_paths(room, phone, Pose([1.0, 1.0, 1.3], held_rotation(0.0)))) > 2
+    with pytest.raises(ValueError, match="the speaker outside of 'room'"):
+        trace_paths(room, phone, Pose([3.0, 3.0, 1.3], held_rotation(0.0)))
+
+
+def test_a_small_cone_far_away_is_no_room(phone):
+    """Cause: its tip is opened, and the volume of an open mesh depends on where the origin is."""
+    cone = trimesh.creation.cone(radius=0.005, height=0.01, sections=32).apply_translation([30.0, 0.0, 0.0])
+    scene = Scene([Obstacle(cone, Material.rigid(), "cone")])
+    assert len(trace_paths(scene, phone, Pose([29.0, 0.0, 0.0], held_rotation(0.0)), DIRECT)) == 2

@@ -129,3 +129,45 @@ def test_other_processes_prepare_anew():
 def test_what_is_no_scene_is_refused():
     with pytest.raises(ValueError, match="scene must be of type Scene, got 'street'"):
         PreparedScene("street")
+
+
+def test_what_is_kept_of_a_mesh_is_not_the_users_array():
+    """Cause: of two boxes that touch along an edge the reading was the user's own vertices. Their edges are found when
+    they are first asked for, and were those of the mesh as it had been moved since."""
+
+    def pair() -> trimesh.Trimesh:
+        low, high = ([[2.0, 0.0, 0.0], [3.0, 1.0, 1.0]], [[3.0, 1.0, 0.0], [4.0, 2.0, 1.0]])
+        return trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in (low, high)])
+
+    def scene(mesh: trimesh.Trimesh) -> Scene:
+        return Scene([Obstacle(mesh, Material.rigid(), "pair")])
+
+    pose, mesh = Pose([0.0, 0.5, 0.5], held_rotation(0.0)), pair()
+    prepared_scene._parts_of.cache_clear()
+    trace_paths(scene(mesh), Phone.named("ideal"), pose, Fidelity(mechanisms=("specular",)))
+    mesh.vertices[:] += 5.0
+    after = trace_paths(scene(pair()), Phone.named("ideal"), pose)
+    prepared_scene._parts_of.cache_clear()
+    fresh = trace_paths(scene(pair()), Phone.named("ideal"), pose)
+    assert (fresh.kind == "edge").any()
+    np.testing.assert_array_equal(after.delay_s, fresh.delay_s)
+
+
+@pytest.mark.parametrize(
+    ("name", "velocity_m_s", "rule"),
+    [
+        ("box", 0.0, "the walker's body must have a name that no obstacle of the scene has, got 'box'"),
+        ("walker", 1.0, r"the walker's body must have no velocity, .* got \[1.0, 0.0, 0.0\] m/s for 'walker'"),
+    ],
+)
+def test_a_body_is_no_obstacle_of_the_scene_and_has_no_velocity(name, velocity_m_s, rule):
+    """Gating one of two namesakes gated both, one object in both places was carried twice, a velocity was ignored."""
+    body = Obstacle(_box(-0.5), Material.rigid(), name, velocity_m_s=[velocity_m_s, 0.0, 0.0])
+    with pytest.raises(ValueError, match=rule):
+        trace_paths(_street(), PHONE.held_by(body), _pose())
+
+
+def test_an_obstacle_of_the_scene_is_nobody_s_body():
+    scene = _street()
+    with pytest.raises(ValueError, match=r"the walker's body must have a name .*, got 'post'"):
+        trace_paths(scene, PHONE.held_by(scene.obstacle("post")), _pose())

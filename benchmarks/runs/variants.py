@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.cells.spec import variant_text
-from benchmarks.figures.plots import Figure
 from benchmarks.runs.results import RunData
 
 
@@ -26,19 +24,11 @@ def variant_name(variant: Mapping[str, Any]) -> str:
     return variant_text(dict(variant)).removeprefix("[").removesuffix("]") or "as it is"
 
 
-def of_one_variant(builder: Callable[[RunData], Figure]) -> Callable[[RunData], Figure]:
-    """The builder, given the first point of a sweep alone: pooled points would be no measurement of anything."""
-
-    def build(run: RunData) -> Figure:
-        first, remark = first_point(run)
-        figure = builder(first)
-        return replace(figure, note=f"{remark} {figure.note}") if remark else figure
-
-    return build
-
-
 def first_point(run: RunData) -> tuple[RunData, str]:
-    """The first point of a run's sweep and a remark that says so; without a sweep the run itself and no remark."""
+    """The first point of a run's sweep and a remark that says so; without a sweep the run itself and no remark.
+
+    What is judged is judged of it alone: all points together would count each walk as often as there are points.
+    """
     parts = variants(run)
     if len(parts) < 2:
         return run, ""

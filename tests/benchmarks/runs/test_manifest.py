@@ -1,0 +1,53 @@
+"""What a run says of how it was asked for."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from benchmarks import run
+from benchmarks.bench import prepared
+from benchmarks.commands.run import run as command
+from benchmarks.plan.cells import plan_cells
+from benchmarks.plan.suite import load_suite
+from benchmarks.report.provenance import reproduction_command
+from benchmarks.runs.manifest import options_in
+from benchmarks.runs.results import load_run, read_manifest
+
+
+def test_a_run_from_python_says_the_command_that_repeats_it(tmp_path: Path) -> None:
+    """Cause: it stored a line that is no command, so that reports told to run what the program refuses."""
+    settings = {"standing.detectors": ["PaperDetector"], "knowledge.air": False}
+    frame = run("ranging", "smoke", limit=1, seed=3, settings=settings, out=tmp_path)
+    words = shlex.split(reproduction_command(load_run(frame.attrs["folder"]).manifest))
+    assert words[:3] == ["obstaclewatch", "run", "ranging"]
+    given = command.make_context("run", words[2:]).params
+    assert (given["tier"], given["seed"], given["limit"]) == ("smoke", 3, 1)
+    again = load_suite(given["suite"], given["settings"], given["seed"])
+    assert again == load_suite("ranging", ["standing.detectors=[PaperDetector]", "knowledge.air=false"], 3)
+
+
+def test_other_figures_of_the_same_walks_are_those_asked_for_last(tmp_path: Path) -> None:
+    """Cause: the manifest of an existing folder was kept, and with it the figures of an earlier command."""
+    for figures in ("[fig16]", "[fig3, fig16]"):
+        suite = load_suite("paper", [f"figures={figures}"])
+        folder = prepared(tmp_path, suite, "smoke", plan_cells(suite, "smoke")[:2], ["run", "paper"])
+        assert read_manifest(folder / "manifest.json")["figures"] == list(suite.figures)
+    assert len(list((tmp_path / "paper").glob("smoke*"))) == 1
+
+
+@pytest.mark.parametrize(
+    ("argv", "found"),
+    [
+        (["run", "paper", "--limit", "5", "-j", "2"], ["--limit", "5"]),
+        (
+            ["run", "paper", "--set=a=1", "--set", "b=2", "-k", "a and b"],
+            ["--set=a=1", "--set", "b=2", "-k", "a and b"],
+        ),
+        (["run", "paper"], []),
+    ],
+)
+def test_options_of_a_command_line(argv: list[str], found: list[str]) -> None:
+    assert options_in(argv, "--limit", "-k", "--set") == found
