@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import as_floats, check_types
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Strings
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
+from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
@@ -39,9 +40,9 @@ SAME_IMAGE_M = 1e-7
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
     "creases in corners of mirrors of less than 60 degrees",
-    "two diffractions in one path but along convex thin panels of up to 8 edges, 5.5 m of rim, or near a border",
+    "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near a mirror's border",
     "a diffraction and a curve in one path",
-    "diffraction round rounded bodies of all but rays off planes and over one edge: a facet is lit or hidden",
+    "diffraction round rounded bodies, but for rays off planes and over one edge: all else is hidden or it is not",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )
@@ -182,7 +183,7 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     """
     level = np.abs(gain).max(axis=1)
     cells = np.flatnonzero(found.cell >= 0)
-    group = _equal_rows(np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]]))[1]
+    group = distinct(np.column_stack([found.pose[cells], found.mic[cells], found.sequence[cells]]))[1]
     total = np.zeros((group.max(initial=-1) + 1, gain.shape[1]), dtype=np.complex128)
     turn = np.exp(-1j * found.length_m[cells, None] * search.band_wavenumber_1_m)
     np.add.at(total, group, gain[cells] * turn)
@@ -205,7 +206,7 @@ def _first_of_twins(search: Search, found: Candidates) -> Flags:
         [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell]
     )
     mask = np.zeros(len(found), dtype=bool)
-    mask[_equal_rows(columns)[0]] = True
+    mask[distinct(columns)[0]] = True
     return mask & ~_off_own_face(search.tracing.world, found)
 
 
@@ -217,18 +218,6 @@ def _off_own_face(world: World, found: Candidates) -> Flags:
     at_edge = some.points_m[np.arange(len(rows)), point_slot(some) + 1]
     off[rows] = (own & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)).any(axis=1)
     return off
-
-
-def _equal_rows(columns: Ints) -> tuple[Ints, Ints]:
-    """First row of each group of equal ones among (R, K), and (R,) the group of each row."""
-    telling = columns[:, (columns != columns[:1]).any(axis=0)]  # sorting by a constant costs as much as by another
-    order = np.lexsort(telling.T[::-1]) if telling.size else np.arange(len(columns))
-    ordered = telling[order]
-    new = np.ones(len(columns), dtype=bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.empty(len(columns), dtype=np.int64)
-    group[order] = np.cumsum(new) - 1
-    return order[new], group
 
 
 def _unfolded_source(found: Candidates) -> Floats:
@@ -287,7 +276,7 @@ def names_of(world: World, found: Candidates) -> Strings:
     if not len(found):
         return np.zeros(0, dtype="<U1")
     met = world.obstacle_of(found.sequence)
-    first, which = _equal_rows(met)
+    first, which = distinct(met)
     labels = [" > ".join(world.obstacles[i].name for i in row if i >= 0) for row in met[first]]
     return np.array(labels, dtype=np.str_)[which]
 

@@ -20,6 +20,7 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.rows import Rows
 from simulator.curved import stationary as curved
 from simulator.curved.stationary_pairs import settle
@@ -259,5 +260,5 @@ def _first_of_equals(way: Ints, before: Images, after: Images, first: Floats, se
     places = np.round(np.concatenate([first, second], axis=1) / SAME_M)
     columns = np.column_stack([way, before.pose, before.sequence, after.sequence, places])
     mask = np.zeros(len(way), dtype=bool)
-    mask[np.unique(columns, axis=0, return_index=True)[1]] = True
+    mask[distinct(columns)[0]] = True
     return mask

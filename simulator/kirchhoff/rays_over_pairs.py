@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.distinct_rows import distinct
 from simulator.images.image_pairs import Pairs
-from simulator.kirchhoff.distinct_rows import distinct
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected

@@ -12,10 +12,10 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.distinct_rows import distinct
 from simulator.images.image_pairs import Pairs
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells, with_stand_ins
-from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.light.lighting import Light, lit_facets, share_light

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.distinct_rows import distinct
 from simulator.images.image_pairs import Pairs, pairs_over
 from simulator.kirchhoff.doubtful_bodies import Doubt
 from simulator.kirchhoff.ray_errors import ray_error_db
@@ -73,9 +74,9 @@ def _together(poses: int, pairs: Pairs, error_db: Floats) -> Floats:
 def _swapped_too(pairs: Pairs, share: Floats) -> Floats:
     """(R,) the greater of the shares of a pair and of that with the same mirrors in reverse."""
     sequences = np.concatenate([pairs.before.sequence, pairs.after.sequence])
-    number = np.unique(sequences, axis=0, return_inverse=True)[1].reshape(2, -1)
+    number = distinct(sequences)[1].reshape(2, -1)
     key = np.column_stack([pairs.pose, pairs.mic, number.min(axis=0), number.max(axis=0)])
-    group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    group = distinct(key)[1]
     greatest = np.zeros(group.max(initial=-1) + 1)
     np.maximum.at(greatest, group, share)
     return greatest[group]

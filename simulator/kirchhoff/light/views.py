@@ -8,9 +8,9 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import image_in
-from simulator.kirchhoff.distinct_rows import distinct
 from simulator.kirchhoff.illuminating_images import Sights
 from simulator.world.world import Tracing
 
