@@ -137,9 +137,8 @@ def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
 
     Kirchhoff's sum has them facet by facet, and direct sound runs along the case: its level is the response table's.
     """
-    leaving = found.points_m[:, 1] - found.points_m[:, 0]
-    every = np.arange(len(found))
-    arriving = found.points_m[every, found.order] - found.points_m[every, found.order + 1]
+    _, ray = rays(found.points_m, found.normal)  # a transducer on a face has a segment of no length, but a direction
+    leaving, arriving = ray[:, 0], -ray[np.arange(len(found)), found.order]
     matrices = np.broadcast_to(pose.rotation.as_matrix().reshape(-1, 3, 3), (len(pose), 3, 3))[found.pose]
     factor = phone.speaker.directivity(_in_phone(matrices, leaving))
     for mic, transducer in enumerate(phone.mics):
@@ -149,6 +148,5 @@ def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
     return np.where(apart, 1.0, factor)
 
 
-def _in_phone(matrices: Floats, vector: Floats) -> Floats:
-    unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), 1e-300)  # 0 for ends on a surface
+def _in_phone(matrices: Floats, unit: Floats) -> Floats:
     return np.einsum("pji,pj->pi", matrices, unit)

@@ -158,11 +158,11 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
         u, v, w, offset = images[k + 1, 0], images[k + 1, 1], images[k + 1, 2], mirrors.offset_m[n, p]
         here, there = x * a + y * b + z * c - offset, u * a + v * b + w * c - offset
-        if there > 0.0:
+        if there > 0.0 or (there == 0.0 and here < 0.0):
             here, there = -here, -there
             if mirrors.one_sided[p]:
                 return BEHIND
-        if there == 0.0 or here < -BORDER_M:
+        if here < -BORDER_M or (there == 0.0 and (here == 0.0 or k > 0)):  # a source may lie on its first mirror
             return BEHIND
         here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
         share = here / (here - there)

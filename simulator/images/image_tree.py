@@ -212,7 +212,7 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, beam, goal, goal_r
             if not allowed[p] or (depth > 0 and not mirrors.follows[last, p]):
                 continue
             height = dot(before, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
-            if height == 0.0 or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
+            if (height == 0.0 and depth > 0) or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
                 continue
             center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
             gap = max(distance(before, center) - radius, 0.0)

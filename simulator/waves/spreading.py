@@ -38,7 +38,8 @@ def rays(points_m: Floats, normals: Floats) -> tuple[Floats, Floats]:
     """(P, N + 1) lengths and (P, N + 1, 3) unit directions of the segments of paths (P, N + 2, 3).
 
     Two reflections in the corner of two surfaces share one point; the segment between them has no length, and its
-    direction is that of the segment before it, mirrored in the first of the two.
+    direction is that of the segment before it, mirrored in the first of the two. A speaker may lie on the first mirror:
+    the first segment has then the direction of the second, mirrored in it.
     """
     return _rays(np.ascontiguousarray(points_m), np.ascontiguousarray(normals))  # type: ignore[call-arg]
 
@@ -67,6 +68,12 @@ def _segment(points, normals, k, before, ray):
         for x in range(3):
             ray[x] = before[x] - 2.0 * along * normals[k - 1, x]
         return length
+    if k == 0 and length < _CORNER_M:
+        onwards = np.sqrt(((points[2] - points[1]) ** 2).sum())
+        along = ((points[2] - points[1]) * normals[0]).sum()
+        for x in range(3):
+            ray[x] = (points[2, x] - points[1, x] - 2.0 * along * normals[0, x]) / max(onwards, _TINY)
+        return length
     for x in range(3):
         ray[x] /= max(length, _TINY)
     return length
@@ -77,7 +84,7 @@ def _amplitudes(points, normals, curvatures, count):
     real, foci = np.empty(len(points)), np.zeros(len(points), np.int64)
     front, work, ray = np.empty((3, 3)), np.empty((2, 3, 3)), np.zeros((2, 3))
     for p in range(len(points)):
-        length = _segment(points[p], normals[p], 0, ray[1], ray[0])
+        length = max(_segment(points[p], normals[p], 0, ray[1], ray[0]), _TINY)
         squares = length * length
         for i in range(3):
             for j in range(3):

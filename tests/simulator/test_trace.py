@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator.phone.transducers import Transducer
 from simulator.scene.scene import with_area
 
 C = 343.0
@@ -300,6 +301,21 @@ def test_a_microphone_on_a_face_hears_its_echo(box):
     heard = paths[paths.mic == 0]
     np.testing.assert_array_equal(heard.order, [0, 1])
     np.testing.assert_allclose(heard.gain[1], heard.gain[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 1e-17, 1e-12, 1e-9, 1e-6])
+def test_a_speaker_on_a_face_has_its_image(gap_m):
+    """Cause: with no length before it the reflection was lost, or its wavefront had no direction: 6 and 3.5 dB less."""
+    table = trimesh.creation.box(bounds=[[-5.0, -5.0, -0.2], [5.0, 5.0, -gap_m]])
+    leaning = Transducer(axis=[0.0, 0.0, 1.0], rear_loss_db=12.0)
+    phone = replace(Phone.ideal([0.0, 0.0, 0.0], [[0.1, 0.0, 0.5], [0.2, 0.1, 0.4]]), speaker=leaning)
+    scene = Scene([Obstacle(table, Material.rigid(), "table")], Air.lossless(C))
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], Rotation.identity()), MIRRORS)
+    for mic, place in enumerate(([0.1, 0.0, 0.5], [0.2, 0.1, 0.4])):
+        mine, length = paths[paths.mic == mic], np.linalg.norm(place)
+        downwards = 10.0 ** (-12.0 * (1.0 + place[2] / length) / 40.0)
+        np.testing.assert_array_equal(mine.order, [0, 1])
+        np.testing.assert_allclose(np.abs(mine.gain) * length, [1.0, downwards], rtol=1e-5)
 
 
 def test_a_surface_too_rough_for_rays_is_named(rng):
