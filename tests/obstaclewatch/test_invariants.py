@@ -43,11 +43,12 @@ def _assert_alike(one: list[Detection], other: list[Detection]) -> None:
     assert len(one) == len(other) == BEEPS
     for first, second in zip(one, other, strict=True):
         assert len(first) == len(second)
-        for name in ("range_m", "range2_m", "bearing_rad", "closing_speed_m_s", "snr_db", "alert_probability"):
-            if getattr(first, name, None) is not None:
-                np.testing.assert_allclose(
-                    getattr(second, name), getattr(first, name), rtol=1e-4, atol=1e-4, err_msg=name
-                )
+        for name in ("range_m", "range2_m", "bearing_rad", "closing_speed_m_s", "snr_db"):
+            np.testing.assert_allclose(getattr(second, name), getattr(first, name), rtol=1e-4, atol=1e-4, err_msg=name)
+        np.testing.assert_array_equal(second.collides, first.collides)
+        one_by, other_by = first.decision, second.decision
+        assert (one_by.alert, one_by.votes) == (other_by.alert, other_by.votes)
+        assert other_by.collision_probability == pytest.approx(one_by.collision_probability, abs=1e-3, nan_ok=True)
 
 
 @pytest.mark.parametrize("name", DETECTORS)

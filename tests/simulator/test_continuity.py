@@ -29,6 +29,7 @@ FREQUENCY_HZ = np.linspace(18_000.0, 23_000.0, 26)
 TURN = 2.0 * np.pi * 23_300.0 * 2e-3 / 340.0 / np.pi  # the fastest, re half a turn a step
 TAPS, STEPS, AWAY_M = 19, 28, 2.0
 MOST = 10.0 ** (-35.0 / 20.0)
+FAINTEST = 1e-4  # of an echo re 1 m
 HIGH_PASS = firls(TAPS, [0.0, TURN, TURN + 0.3, 1.0], [0.0, 0.0, 1.0, 1.0], weight=[3000.0, 1.0])
 PHONE = Phone.ideal([0.0, 0.05, 0.0], [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
 
@@ -66,7 +67,9 @@ def steps(
     pose = Pose(place, held_rotation(np.zeros(STEPS), pitch, np.zeros(STEPS)))
     paths = trace_paths(scene, phone, pose, Fidelity(level=level))
     mine = paths[np.array(["target" in met for met in paths.obstacles_met()])]
-    return jump(mine.transfer_function(FREQUENCY_HZ))
+    echo = mine.transfer_function(FREQUENCY_HZ)
+    assert (np.sqrt((np.abs(echo) ** 2).mean(axis=-1)) > FAINTEST).all(), "what has no echo has no jumps"
+    return jump(echo)
 
 
 def step_before(category: str, seed: int, yaw_rad: float, place_m: tuple, axis: int, level: str) -> float:

@@ -181,6 +181,10 @@ def test_no_path_gains_energy(world, name):
     most = np.where(beside, FRINGE, LOUDEST)
     assert (np.abs(rigid.band_gain) * length[:, None] <= most[:, None]).all()
     assert len(other) == len(rigid)
+    bare = replace(world, bodies={name: body for name, body in world.bodies.items() if name != "post"}).paths()
+    mirror = bare.kind == "specular"
+    assert mirror.any()
+    assert (np.abs(bare.band_gain[mirror]) * 343.0 * bare.delay_s[mirror, None] <= LOUDEST).all()
     met = np.isin(rigid.kind, ["specular", "curved"])
     assert met.sum() >= 2
     assert (np.abs(other.band_gain[met]) < np.abs(rigid.band_gain[met])).all()

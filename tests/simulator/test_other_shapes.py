@@ -87,6 +87,7 @@ def test_echoes_are_as_they_have_to_be(name: str, seed: int) -> None:
     scene, pose = _scene(name, seed)
     echo = {level: _echo(scene, pose, level, SPEAKER_M, MIC_M) for level in ("standard", "auto", "reference")}
     off = [np.abs(resolved_errors(echo[level], echo["reference"], LAG_RATE_HZ)["resolved_db"]) for level in WITHIN_DB]
+    assert seed != SEEDS[0] or all(map(len, off))  # at the other places some shapes have no echo over the noise
     for errors, most_db in zip(off, WITHIN_DB.values(), strict=True):
         assert (errors <= most_db).all()
 

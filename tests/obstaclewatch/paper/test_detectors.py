@@ -379,6 +379,9 @@ def test_printed_rim_angle_never_collides():
     detections = list(PaperDetector(BEEP, PHONE, printed).stream(samples))
     assert len(detections) == 30
     assert not any(found.collides.any() for found in detections)
+    wide = [Point(3.0), Point(3.02, gain=0.05), Point(3.04, gain=0.05)]
+    assert _standing(wide, _with(walker_width=False)).collides.tolist() == [True]
+    assert _standing(wide, _with(walker_width=False, rim_angle=False)).collides.tolist() == [False]
 
 
 def test_reversed_replica_loses_the_echo():

@@ -31,7 +31,7 @@ BAND_M = 1e-3
 
 
 def compare(passages: Iterable[tuple[Obstacle, Walk, Dense]]) -> dict[str, float]:
-    """Largest deviations over many walks, and how many there were of what."""
+    """Largest deviations over many walks, and how many there were of what; NaN where one is no number."""
     worst = {"range_m": 0.0, "radius_m": 0.0, "clearance_m": 0.0, "contact_s": 0.0, "miss_m": 0.0}
     counts = {"walks": 0, "met": 0, "close": 0, "wrong": 0, "moving": 0}
     for seed, (obstacle, walk, slow) in enumerate(passages):
@@ -44,15 +44,16 @@ def compare(passages: Iterable[tuple[Obstacle, Walk, Dense]]) -> dict[str, float
         counts["moving"] += obstacle.moves
         counts["wrong"] += not close and met != bool(np.isfinite(slow.contact_s))
         if not close and not met:
-            worst["clearance_m"] = max(worst["clearance_m"], abs(fast.clearance_m - slow.gap_m))
+            worst["clearance_m"] = np.maximum(worst["clearance_m"], abs(fast.clearance_m - slow.gap_m))
         if slow.gap_m < -0.01 and met:  # not grazing: there the instant is a matter of micrometres
-            worst["contact_s"] = max(worst["contact_s"], abs(fast.contact_time_s - slow.contact_s))
+            worst["contact_s"] = np.maximum(worst["contact_s"], abs(fast.contact_time_s - slow.contact_s))
         if np.isfinite(slow.miss_m):  # not below 5 cm, where samples are too far apart
             off = abs(slow.miss_m - fast.miss_distance_m)
-            worst["miss_m"] = max(worst["miss_m"], off if slow.miss_m > 0.05 else float(fast.miss_distance_m > 0.05))
-        if fast.range_m[0] >= 0.3:
-            worst["range_m"] = max(worst["range_m"], abs(fast.range_m[0] - slow.range_m))
-            worst["radius_m"] = max(worst["radius_m"], abs(fast.radius_m[0] - 0.5 * slow.across_m))
+            near = 0.0 if fast.miss_distance_m <= 0.05 else np.inf
+            worst["miss_m"] = np.maximum(worst["miss_m"], off if slow.miss_m > 0.05 else near)
+        if slow.range_m >= 0.3:
+            worst["range_m"] = np.maximum(worst["range_m"], abs(fast.range_m[0] - slow.range_m))
+            worst["radius_m"] = np.maximum(worst["radius_m"], abs(fast.radius_m[0] - 0.5 * slow.across_m))
     return worst | counts
 
 

@@ -290,7 +290,7 @@ def test_badly_kept_meshes_echo_as_clean_ones_do(fault, level):
     vertices, faces = np.asarray(clean.vertices), np.asarray(clean.faces)
     if fault == "stray vertex":
         vertices = np.vstack([vertices, [[1e6, 1e6, 1e6]]])
-    elif fault == "some turned over":
+    elif fault == "every third turned over":
         faces = np.where(np.arange(len(faces))[:, None] % 3 == 0, faces[:, ::-1], faces)
     else:
         faces = np.vstack([faces, faces if fault == "doubled" else faces[:, ::-1]])
