@@ -38,9 +38,9 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
         amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * found.share[:, None] * 10.0 ** (-absorption_db / 20.0)
-    return (
-        gain * surface_reflection(tracing.world, found, frequency_hz) * directivity(phone, tracing.pose, found)[:, None]
-    )
+    segments = rays(found.points_m, found.normal)
+    gain = gain * surface_reflection(tracing.world, found, segments, frequency_hz)
+    return gain * directivity(phone, tracing.pose, found, segments[1])[:, None]
 
 
 def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
@@ -96,12 +96,18 @@ def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -
     return np.minimum(np.sqrt(rise), 1.0)
 
 
-def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own."""
+def surface_reflection(
+    world: World, found: Candidates, segments: tuple[Floats, Floats], frequency_hz: Floats
+) -> Complexes:
+    """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own.
+
+    Args:
+        segments: lengths and directions, see `rays`.
+    """
     mirrors = (found.interaction == Interaction.SPECULAR) | (found.interaction == Interaction.CURVED)
     met = np.where(mirrors, world.obstacle_of(found.sequence), -1)
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
-    cosines = _cosines(world, found)
+    cosines = _cosines(world, found, *segments)
     for index in np.unique(met[mirrors]):
         row, slot = np.nonzero(met == index)
         factor = world.obstacles[index].material.reflection(frequency_hz, cosines[row, slot, None])
@@ -110,14 +116,13 @@ def surface_reflection(world: World, found: Candidates, frequency_hz: Floats) ->
     return product
 
 
-def _cosines(world: World, found: Candidates) -> Floats:
+def _cosines(world: World, found: Candidates, length: Floats, ray: Floats) -> Floats:
     """(C, N) of incidence at every reflection, the same for a path and for its reverse.
 
     An end of an edge that stands on a mirror has no segment to that mirror: behind the edge, the segment that leaves
     the mirror counts. A crease on a mirror continues reflections both before and after its face: the mean of both
     segments counts.
     """
-    length, ray = rays(found.points_m, found.normal)
     if (found.edge < 0).all():
         return np.abs(np.einsum("cnx,cnx->cn", found.normal, ray[:, :-1]))
     slot = np.arange(found.sequence.shape[1])
@@ -132,12 +137,14 @@ def _cosines(world: World, found: Candidates) -> Floats:
     return cosine
 
 
-def directivity(phone: Phone, pose: Pose, found: Candidates) -> Floats:
+def directivity(phone: Phone, pose: Pose, found: Candidates, ray: Floats) -> Floats:
     """(C,) speaker's factor towards the first point times the microphone's towards the last.
 
     Kirchhoff's sum has them facet by facet, and direct sound runs along the case: its level is the response table's.
+
+    Args:
+        ray: directions of the segments, see `rays`: a transducer on a face has one of no length, but a direction.
     """
-    _, ray = rays(found.points_m, found.normal)  # a transducer on a face has a segment of no length, but a direction
     leaving, arriving = ray[:, 0], -ray[np.arange(len(found)), found.order]
     matrices = np.broadcast_to(pose.rotation.as_matrix().reshape(-1, 3, 3), (len(pose), 3, 3))[found.pose]
     factor = phone.speaker.directivity(_in_phone(matrices, leaving))

@@ -118,7 +118,7 @@ class MeshReading:
     Attributes:
         mesh: cleaned copy, world frame.
         closed: watertight and consistently wound: only the outside reflects.
-        inwards: closed and wound inwards, as a room is.
+        solid: the closed mesh with the tips of its cones, which `mesh` lacks; None if it is not closed.
         patch: (T,) planar patch of each facet, -1 for smooth facets and rims.
         smooth_edges: (A, 2) pairs of facets that meet below the crease angle.
         curved: (T,) facets of the smooth surface.
@@ -128,7 +128,7 @@ class MeshReading:
 
     mesh: trimesh.Trimesh
     closed: bool
-    inwards: bool
+    solid: trimesh.Trimesh | None
     patch: Ints
     smooth_edges: Ints
     curved: Flags
@@ -154,7 +154,7 @@ class MeshReading:
 def read_mesh(obstacle: Obstacle) -> MeshReading:
     """Tell the facets of an obstacle apart."""
     mesh, closed = cleaned(obstacle.mesh)
-    inwards = bool(closed and mesh.volume < 0.0)  # before a tip is opened: of an open mesh it says nothing
+    solid = mesh if closed else None
     mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
     regions = _planar_regions(mesh)
     smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
@@ -166,7 +166,7 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     planar = ~(curved | rim)
     patch = np.full(len(curved), -1)
     patch[planar] = np.unique(regions[planar], return_inverse=True)[1]
-    return MeshReading(mesh, closed, inwards, patch, smooth_edges, curved & ~rim, rim, sheet_m)
+    return MeshReading(mesh, closed, solid, patch, smooth_edges, curved & ~rim, rim, sheet_m)
 
 
 def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:

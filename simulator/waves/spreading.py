@@ -62,20 +62,18 @@ def _segment(points, normals, k, before, ray):
         ray[x] = points[k + 1, x] - points[k, x]
         square += ray[x] * ray[x]
     length = np.sqrt(square)
-    if k > 0 and length < _CORNER_M:
+    size = length
+    if length < _CORNER_M:  # the direction of a neighbour, mirrored in the surface between them
+        mirror, square = max(k - 1, 0), 0.0
         for x in range(3):
-            along += before[x] * normals[k - 1, x]
+            ray[x] = before[x] if k > 0 else points[2, x] - points[1, x]
+            along += ray[x] * normals[mirror, x]
+            square += ray[x] * ray[x]
         for x in range(3):
-            ray[x] = before[x] - 2.0 * along * normals[k - 1, x]
-        return length
-    if k == 0 and length < _CORNER_M:
-        onwards = np.sqrt(((points[2] - points[1]) ** 2).sum())
-        along = ((points[2] - points[1]) * normals[0]).sum()
-        for x in range(3):
-            ray[x] = (points[2, x] - points[1, x] - 2.0 * along * normals[0, x]) / max(onwards, _TINY)
-        return length
+            ray[x] -= 2.0 * along * normals[mirror, x]
+        size = np.sqrt(square)
     for x in range(3):
-        ray[x] /= max(length, _TINY)
+        ray[x] /= max(size, _TINY)
     return length
 
 

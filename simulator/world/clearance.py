@@ -12,7 +12,6 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Floats, Ints
-from simulator.scene.scene import Obstacle
 from simulator.world.frames import into_rest
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
@@ -92,33 +91,25 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
 
     A mesh wound inwards is a room. From outside of it nothing would echo.
     """
-    obstacle, origin, reading = tracing.world.obstacles[index], tracing.world.origin_m, tracing.world.skins[index][0]
-    if not reading.closed:
+    body = tracing.world.skins[index][0].solid
+    if body is None:
         return
     local = into_rest(points_m, tracing.placed[:, None, index])
-    low, high = np.asarray(obstacle.mesh.bounds) - origin
+    low, high = body.bounds
     near = ((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2)
-    if not near.any() and not reading.inwards:
-        return
-    body, inside = _about(obstacle, origin), near.copy()
-    inside[near] = body.contains(local[near])
-    for n, which in np.argwhere(inside != reading.inwards):
+    inside, room = near.copy(), body.volume < 0.0
+    if near.any():
+        inside[near] = body.contains(local[near])
+    for n, which in np.argwhere(inside != room):
         if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] <= TOUCHING_M:
             continue
-        what, name, when = TRANSDUCERS[which], obstacle.name, _when(tracing.time_s, n)
-        if reading.inwards:
+        what, name, when = TRANSDUCERS[which], tracing.world.obstacles[index].name, _when(tracing.time_s, n)
+        if room:
             raise ValueError(
                 f"the phone must be inside of a body that is wound inwards, as a room is, got {what} outside of "
                 f"'{name}' {when}; its mesh.invert() winds it outwards"
             )
         raise ValueError(f"the phone must be outside of all closed bodies, got {what} inside '{name}' {when}")
-
-
-def _about(obstacle: Obstacle, origin_m: Floats) -> trimesh.Trimesh:
-    """The mesh of an obstacle about another origin, near which float32 is fine enough for rays."""
-    mesh = trimesh.Trimesh(np.asarray(obstacle.mesh.vertices) - origin_m, obstacle.mesh.faces, process=False)
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return mesh
 
 
 def _struck(world: World, shadow: Blocker, start_m: Floats, end_m: Floats) -> str:

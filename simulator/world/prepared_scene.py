@@ -203,8 +203,9 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     wedges = no_wedges()
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
-        corners = corner_wedges(patches, follows, velocities(obstacles), carried)
-        wedges = exposed(merge_wedges([every, *corners]), blockers, velocities(obstacles), carried, patches, follows)
+        drift = velocities(obstacles)
+        corners = corner_wedges(patches, follows, drift, carried)
+        wedges = exposed(merge_wedges([every, *corners]), blockers, drift, carried, patches, follows)
     readings = [part.reading for part in parts]
     own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
     rounded, sharp = rounded_parts(readings, own), blockers
