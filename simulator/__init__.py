@@ -4,6 +4,7 @@ import obstaclewatch.support.compile_cache  # noqa: F401  before any function is
 from obstaclewatch.support.former_places import keep
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
+from simulator.phone.transducers import StructureBorne, Transducer
 from simulator.rejections import Rejections, trace_rejected
 from simulator.render import render_pieces, render_walk
 from simulator.scene.air import Air
@@ -26,6 +27,8 @@ __all__ = [
     "Rejections",
     "Scene",
     "StraightWalk",
+    "StructureBorne",
+    "Transducer",
     "Walk",
     "held_rotation",
     "render_pieces",

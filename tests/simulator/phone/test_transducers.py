@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simulator.phone.transducers import StructureBorne, Transducer
+from simulator import StructureBorne, Transducer
 
 
 @pytest.mark.parametrize(
