@@ -72,39 +72,39 @@ def approach_picture(
         mic_phase_rad: what microphone 1's channel adds to the phase; None leaves microphone 1 out.
     """
     picture = np.zeros(SHAPE, dtype=np.float32)
-    count = len(beeps.time_s)
+    layers = picture.reshape(len(HEIGHTS_M), LAYERS, *SHAPE[1:])[:, :, : len(beeps.time_s)]
+    # heights x beeps x places ahead
     along_m = AHEAD_M + carrier.speed_m_s * (now_s - ahead_s - beeps.time_s)[:, None]
+    height_m = np.minimum(HEIGHTS_M, carrier.ground_m)[:, None, None]
+    range_m = np.hypot(along_m, height_m)
     read = oscillation_as_read(oscillation, beeps.time_s, ahead_s)[:, :, None]
+    read_m = range_m + (height_m * read[1] - along_m * read[2]) / range_m
+    cell = (read_m - beeps.first_m) / beeps.cell_m
+    layers[:, 0] = _higher_of_two(beeps.ratio, cell)
+    first = _between(beeps.envelope[:, 0], 2.0 * cell + 0.5)
+    layers[:, 3] = 0.5 * np.log1p(np.abs(first) ** 2)
+    if mic_phase_rad is None:
+        return picture
     pitch_rad = carrier.pitch_rad + oscillation_at(oscillation, beeps.time_s)[0, :, None]
-    for k, height_m in enumerate(np.minimum(HEIGHTS_M, carrier.ground_m)):
-        range_m = np.hypot(along_m, height_m)
-        read_m = range_m + (height_m * read[1] - along_m * read[2]) / range_m
-        cell = (read_m - beeps.first_m) / beeps.cell_m
-        layers = picture[LAYERS * k : LAYERS * (k + 1), :count]
-        layers[0] = _higher_of_two(beeps.ratio, cell)
-        first = _between(beeps.envelope[:, 0], 2.0 * cell + 0.5)
-        layers[3] = 0.5 * np.log1p(np.abs(first) ** 2)
-        if mic_phase_rad is None:
-            continue
-        cosine = (along_m * np.cos(pitch_rad) - height_m * np.sin(pitch_rad)) / range_m
-        later_m = path_difference_at.py_func(range_m, cosine, carrier.separation_m)
-        second = _between(beeps.envelope[:, 1], 2.0 * cell + 0.5 + later_m / beeps.cell_m)
-        both = second * first.conj() * np.exp(1j * (2.0 * np.pi / wavelength_m * later_m - mic_phase_rad))
-        size = np.abs(both)
-        both *= 0.5 * np.log1p(size) / np.maximum(size, 1e-30)
-        layers[1], layers[2] = both.real, both.imag
+    cosine = (along_m * np.cos(pitch_rad) - height_m * np.sin(pitch_rad)) / range_m
+    later_m = path_difference_at.py_func(range_m, cosine, carrier.separation_m)
+    second = _between(beeps.envelope[:, 1], 2.0 * cell + 0.5 + later_m / beeps.cell_m)
+    both = second * first.conj() * np.exp(1j * (2.0 * np.pi / wavelength_m * later_m - mic_phase_rad))
+    size = np.abs(both)
+    both *= 0.5 * np.log1p(size) / np.maximum(size, 1e-30)
+    layers[:, 1], layers[:, 2] = both.real, both.imag
     return picture
 
 
 def _higher_of_two(ratio: Floats, cell: Floats) -> Floats:
-    """(K, X) the higher of the ratios (K, cells) on both sides of a place; 0 beyond the last."""
+    """(H, K, X) the higher of the ratios (K, cells) on both sides of a place; 0 beyond the last."""
     beep, before, inside = _places(cell, ratio.shape[1])
     found: Floats = np.where(inside, np.maximum(ratio[beep, before], ratio[beep, before + 1]), 0.0)
     return found
 
 
 def _between(envelope: SingleComplexes, sample: Floats) -> Complexes:
-    """(K, X) envelopes (K, S) at places between samples; 0 beyond the last."""
+    """(H, K, X) envelopes (K, S) at places between samples; 0 beyond the last."""
     beep, before, inside = _places(sample, envelope.shape[1])
     low, share = envelope[beep, before], sample - before
     found: Complexes = np.where(inside, low + share * (envelope[beep, before + 1] - low), 0.0)
@@ -112,7 +112,7 @@ def _between(envelope: SingleComplexes, sample: Floats) -> Complexes:
 
 
 def _places(place: Floats, count: int) -> tuple[Ints, Ints, Flags]:
-    """Rows, the samples before places (K, X), and which places have a sample on both sides."""
+    """Beeps, the samples before places (H, K, X), and which places have a sample on both sides."""
     before = np.floor(place).astype(np.int64)
     inside = (before >= 0) & (before < count - 1)
-    return np.arange(len(place))[:, None], np.where(inside, before, 0), inside
+    return np.arange(place.shape[1])[:, None], np.where(inside, before, 0), inside
