@@ -180,7 +180,8 @@ def test_radius_of_points_and_of_wide_echoes():
 @pytest.mark.parametrize("detector", [PaperDetector, DistanceOnlyDetector, TrackingDetector])
 def test_a_refused_block_leaves_the_detector_as_it_was(detector):
     """Wrong blocks and times between good ones: one clear error each, and what follows as if they had not been."""
-    first, second = np.split(record([Point(3.0)], beeps=2), 2, axis=1)
+    walked = record([GROUND, Point(3.0, gain=0.1)], beeps=16, speed_m_s=1.3, noise=0.02)
+    first, second, *later = np.split(walked, 16, axis=1)
     undisturbed, disturbed = detector(BEEP, PHONE), detector(BEEP, PHONE)
     undisturbed.process(first)
     disturbed.process(first.tolist())
@@ -193,9 +194,11 @@ def test_a_refused_block_leaves_the_detector_as_it_was(detector):
     ):
         with pytest.raises(ValueError, match=message):
             disturbed.process(block, time_s)
-    expected, found = undisturbed.process(second), disturbed.process(second)
-    assert (found.index, found.time_s) == (1, expected.time_s)
-    np.testing.assert_array_equal(found.range_m, expected.range_m)
+    for k, block in enumerate((second, *later), start=1):
+        expected, found = undisturbed.process(block), disturbed.process(block)
+        assert (found.index, found.time_s, found.decision) == (k, expected.time_s, expected.decision)
+        np.testing.assert_array_equal(found.range_m, expected.range_m)
+    assert len(found) >= 1  # at the end all three follow the point
 
 
 def test_blocks_without_a_time_follow_the_last_that_had_one():

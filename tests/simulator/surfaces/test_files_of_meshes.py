@@ -18,7 +18,7 @@ from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rot
 from tests.references.meshes import frustum
 
 FREQUENCY_HZ = np.linspace(18e3, 23e3, 11)
-LEAST = 2.5e-3  # -52 dB: which of two faces is met first at a corner on the ground goes by their order
+LEAST = 1e-5  # -100 dB re the free field at 1 m: rounding to float32 moves corners by 1e-7 m, and the echoes by 3e-6
 PLACE = Pose([0.0, 0.0, 1.3], held_rotation(0.05, pitch_rad=0.5))
 
 
@@ -51,5 +51,5 @@ def test_a_file_of_float32_has_the_echoes_of_its_body(make, yaw_deg, ahead_m, ki
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.radians(yaw_deg), [0.0, 0.0, 1.0]))
     mesh.apply_translation([ahead_m, 0.13, 0.0])
     ours, exact = _echo(_stored(mesh, kind)), _echo(mesh)
-    assert np.abs(exact).max() > 1e-3
-    np.testing.assert_allclose(ours, exact, atol=LEAST)
+    assert (np.abs(exact).max(axis=1) > 5e-4).all()
+    np.testing.assert_allclose(ours, exact, rtol=0.0, atol=LEAST)
