@@ -39,7 +39,7 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
         if np.isfinite(line.y).any():
             far = rate(table["alert"][table["miss_distance_m"] > 0.5])
             said.append(
-                f"{detector} alerts on {100 * far.value:.0f} % of the walks that miss by more than half a metre."
+                f"{detector} alerts on {100 * far.value:.0f} % of the walks that pass more than half a metre aside."
             )
     panel = Panel(
         "",

@@ -146,14 +146,17 @@ def test_energy_figures_read_the_costs(tmp_path):
 
 
 def test_fidelity_draws_error_against_cost(tmp_path):
-    """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose."""
+    """Two poses of two microphones: 0.4 s of tracing is 0.2 s a pose. Each resolved echo counts: where two are equally
+    loud the loudest is another one, hundreds of samples away, though both are right."""
     stored = standing(3.0)
     stored["cell"] |= {"kind": "fidelity"}
     errors = {"standard": [3.0] * 4, "auto 0.5 dB": [-0.1] * 4}
     stored["result"]["fidelity"] = {"reference": {"level_db": [0.0] * 4}} | {
-        name: {"level_db": values, "delay_samples": [0.0] * 4, "correlation": [1.0] * 4}
-        for name, values in errors.items()
-    }
+        name: {
+            "level_db": values, "delay_samples": [400.0] * 4, "correlation": [1.0] * 4,
+            "resolved_db": [2.0 * value for value in values], "resolved_samples": [0.0] * 4,
+        } for name, values in errors.items()
+    }  # fmt: skip
     run = made_up_run(tmp_path, [stored])
     run = replace(run, costs=({"trace_cpu_s": {"reference": 4.0, "standard": 0.2, "auto 0.5 dB": 0.4}},))
     level, delay = FIGURES["pareto"](run).panels
@@ -162,7 +165,7 @@ def test_fidelity_draws_error_against_cost(tmp_path):
         ("auto 0.5 dB", pytest.approx(200.0)),
     ]  # fmt: skip
     curve = level.lines[0]
-    assert (curve.x, curve.y) == (pytest.approx([100.0, 200.0]), pytest.approx([3.0, 0.1]))
+    assert (curve.x, curve.y) == (pytest.approx([100.0, 200.0]), pytest.approx([6.0, 0.2]))
     assert delay.lines[0].y == pytest.approx([0.01, 0.01])  # none, drawn where the axis begins
     assert len(FIGURES["fidelity"](run).cells) == 3
     kept = {row[0]: row[5] for row in FIGURES["tolerance"](run).cells if row[1] == "all"}
