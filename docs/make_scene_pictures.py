@@ -36,7 +36,10 @@ def street_picture(name: str) -> None:
             "sliders": [],
             "annotations": [],
             "margin": dict.fromkeys("lrtb", 0),
+            "modebar": dict.fromkeys(("color", "activecolor"), "rgba(0, 0, 0, 0)"),  # buttons, of no use in a picture
         }
+        # nor are names, which lie on top of each other far away; colours say what is what
+        figure["data"] = [trace for trace in figure["data"] if trace.get("name") != "names"]
         page = write_page(figure, Path(folder) / "page.html")
         subprocess.run(
             [browser, *QUIET.split(), "--window-size=1200,640", "--timeout=100000",
