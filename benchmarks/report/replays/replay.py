@@ -170,7 +170,7 @@ def _beep(detection: Detection) -> dict[str, Any]:
         "cm": _cm(detection.range_m),
         "mrad": _whole(1e3 * detection.bearing_rad),
         "course": [int(hit) for hit in detection.collides],
-        "nearest_cm": _cm([decision.range_m])[0],
+        "decided_cm": _cm([decision.range_m])[0],
         "alert": bool(decision.alert),
     }
 

@@ -190,6 +190,14 @@ def test_from_walks_to_a_file(tmp_path):
     assert BearingModel.from_file(tmp_path / "bearing-one.npz").bearings(np.zeros((1, NUMBERS)))[0] >= 0.0
 
 
+@pytest.mark.parametrize(("command", "weights"), [("decision", WEIGHTS), ("bearing", BEARING_WEIGHTS)])
+def test_a_command_learns_by_default_from_as_many_walks_as_its_card_says(command, weights):
+    """Cause: bearings had 10,000 walks by default, and their card 2490."""
+    learned = json.loads(weights.with_suffix(".json").read_text())["data"]["walks"]
+    default = {option.name: option.default for option in main.commands[command].params}
+    assert shared(default["walks"]) == learned
+
+
 @pytest.mark.slow
 def test_from_scratch_the_same_again(tmp_path):
     pytest.importorskip("torch", reason="PyTorch comes with the extra `training`")
