@@ -114,6 +114,19 @@ def test_a_bins_wheel_weakens_what_its_other_parts_return(seed, yaw_rad, away_m,
     assert step_before("dustbin", seed, yaw_rad, (away_m, y_m, z_m), 0, level) < MOST
 
 
+@pytest.mark.parametrize(
+    ("category", "seed", "yaw_rad", "place_m", "axis"),
+    [
+        ("car", 6557, 1.5508, (0.8766, 0.11595, 1.2219), 2),
+        ("sign", 7722, -2.18131, (0.87072, -0.1927, 1.41444), 1),
+    ],
+)
+def test_light_close_by_is_asked_for_by_each_transducer(category, seed, yaw_rad, place_m, axis):
+    """Cause: transducers shared their light within a tenth of the distance of a body's centre, of a car 3 m where its
+    bonnet is 0.9 m off (-24 dB)."""
+    assert step_before(category, seed, yaw_rad, place_m, axis, "standard") < MOST
+
+
 def _star_column() -> trimesh.Trimesh:
     """Five ridges with valleys of 130 degrees between them."""
     turn = np.pi / 5.0 * np.arange(10)

@@ -37,9 +37,9 @@ class Light:
 
     Attributes:
         spot_m: size of the spots; no larger than a facet asks for each facet.
-        agreed: how far the phone may move, re its distance from the body, between two poses of which everything is
-            asked for; 0 does so of each pose.
-        alike: how far apart transducers may be, re the body's distance, to see it alike where each is asked for.
+        agreed: how far the phone may move, re its distance from the body's centre, between two poses of which
+            everything is asked for; 0 does so of each pose.
+        alike: how far apart transducers may be, re their distance from the body's box, to share an answer.
         border_m: facets longer than this, on average, are asked for in quarters where the border of a shadow runs.
     """
 
@@ -335,7 +335,9 @@ def _asked_from(tracing: Tracing, facets: Facets, alike: float) -> tuple[Floats,
     """(N, 3, 3) where light is asked from for each transducer, the middle of those alike; (N, 3) the first of these."""
     transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
     seen_from = into_rest(transducers.mean(axis=1), tracing.placed[:, facets.obstacle])
-    reach = alike * np.linalg.norm(seen_from - facets.center_m, axis=1)
+    # the nearest part counts: 0.9 m before a car's bonnet its centre is 3 m off
+    in_box = np.clip(seen_from, facets.middle_m.min(axis=0), facets.middle_m.max(axis=0))
+    reach = alike * np.linalg.norm(seen_from - in_box, axis=1)
     together = np.linalg.norm(transducers[:, :, None] - transducers[:, None], axis=3) <= reach[:, None, None]
     return together @ transducers / together.sum(axis=2, keepdims=True), together.argmax(axis=2)
 
