@@ -49,8 +49,8 @@ def plan_cells(suite: Suite, tier: str) -> list[Cell]:
     cells = [_with_sources(at_point(cell, point)) for cell in cells for point in points]
     if not cells:
         raise ValueError(f"suite '{suite.name}' must have at least one cell at tier '{tier}', got none")
-    _check(cells)
     _tell_apart(cells)
+    _check(cells)
     return cells
 
 
@@ -192,11 +192,12 @@ def _with_sources(cell: Cell) -> Cell:
 
 def _tell_apart(cells: Sequence[Cell]) -> None:
     """Refuse walks that stand twice under one label: they would be counted twice, or taken for one."""
-    twice = [label for label, count in Counter(cell.label for cell in cells).items() if count > 1]
+    counts = Counter((cell.label, cell.phone, cell.seed) for cell in cells)
+    twice = [label for (label, _, _), count in counts.items() if count > 1]
     if twice:
         raise ValueError(
             f"walks must have labels of their own, but {len(twice)} stand more than once, the first is '{twice[0]}': "
-            "let the points of the sweep differ, or name them; join groups of one scene and category, and their phones"
+            "let the points of the sweep differ, or name them; join groups of one scene and category"
         )
 
 

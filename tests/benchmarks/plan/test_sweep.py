@@ -160,11 +160,6 @@ def test_a_name_below_a_plain_value_is_refused(name: str, message: str) -> None:
         ("sweep={over: {fidelity.max_order: [1, -1]}}", "max_order=-1.*got -1"),
         ("sweep={over: {walk.gait_scale: [1.0, 1.0]}}", "stand more than once, the first is 'supermarket/wall/0"),
         ("sweep={over: {beep.start_hz: [18000.001, 18000.002]}}", "stand more than once"),
-        (
-            "groups=[{scene: campus, phones: [galaxy-s5], counts: {wall: 2}}, "
-            "{scene: campus, phones: [galaxy-s8-plus], counts: {wall: 2}}]",
-            "the first is 'campus/wall/0'.*join groups of one scene and category, and their phones",
-        ),
         ("sweep={method: list, points: [{name: a}, {name: a, walk.gait_scale: 2.0}]}", r"the first is .*\[a\]"),
         ("sweep={over: {walk.speed_m_s: [-1.0]}}", r"sweep, at \[walk.speed_m_s=-1\]: .* got -1.0$"),
         ("sweep={over: {scene.name: [atlantis]}}", "scene must be one of .* got 'atlantis'"),
