@@ -29,6 +29,12 @@ class Transducer:
     Raises:
         ValueError: tables that do not fit or do not increase, numbers that are not finite, an axis of another length
             than 1, a negative loss.
+
+    Example:
+        >>> from simulator import Transducer
+        >>> speaker = Transducer([18e3, 23e3], [0.0, -6.0], axis=[0.0, 1.0, 0.0], rear_loss_db=12.0)
+        >>> print(speaker.response(23e3).round(3), speaker.directivity([0.0, -1.0, 0.0]).round(3))
+        0.501 0.251
     """
 
     response_hz: Floats = field(default_factory=lambda: np.array([0.0, 96_000.0]))
@@ -80,6 +86,11 @@ class StructureBorne:
 
     Raises:
         ValueError: not two finite numbers each.
+
+    Example:
+        >>> from simulator import StructureBorne
+        >>> print(StructureBorne(delay_s=[20e-6, 60e-6], gain=[5.0, 0.5]).gain)
+        [5.  0.5]
     """
 
     delay_s: Floats
