@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import reduce
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -37,7 +36,6 @@ WALKS, WHOLE, HELD_OUT = 10000, 2490, 169
 MIXED_SHARE = 0.3
 """Of the walks; the others have the recipe `paper`."""
 Found = TypeVar("Found", Examples, BearingExamples)
-Command = TypeVar("Command", bound=Callable[..., None])
 SHOWN_BEEPS = 40
 """Of held-out walks, whose pictures are kept to show that the weights are those of the card."""
 
@@ -47,24 +45,25 @@ def main() -> None:
     """Simulate walks of the development split, learn from them what `TrackingDetector` knows, and write it down."""
 
 
-def _of_walks(walks: int) -> Callable[[Command], Command]:
-    """The options of both commands, which share the walks' files; so many walks to learn from if not given."""
-    options = (
-        click.option("--walks", default=walks, show_default=True, help="to learn from"),
-        click.option("--whole", default=WHOLE, show_default=True, help="of these with all echoes; the rest have fewer"),
-        click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
+def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of both commands, which share the walks' files."""
+    for option in (
+        click.option("--table", type=click.Path(path_type=Path), help="where to keep what is known of held-out walks"),
+        click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path)),
+        click.option("-j", "--jobs", default=1, show_default=True),
         click.option(
             "--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first"
         ),
-        click.option("-j", "--jobs", default=1, show_default=True),
-        click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path)),
-        click.option("--table", type=click.Path(path_type=Path), help="where to keep what is known of held-out walks"),
-    )
-    return lambda command: reduce(lambda found, option: option(found), reversed(options), command)
+        click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
+        click.option("--whole", default=WHOLE, show_default=True, help="of these with all echoes; the rest have fewer"),
+    ):
+        command = option(command)
+    return command
 
 
 @main.command()
-@_of_walks(WALKS)
+@click.option("--walks", default=WALKS, show_default=True, help="to learn from")
+@_of_walks
 @click.option(
     "-o", "--output", default=WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="weights; card beside"
 )
@@ -82,7 +81,8 @@ def decision(
 
 
 @main.command()
-@_of_walks(WHOLE)
+@click.option("--walks", default=WHOLE, show_default=True, help="to learn from")
+@_of_walks
 @click.option(
     "-o", "--output", default=BEARING_WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="the same"
 )
