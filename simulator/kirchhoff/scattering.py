@@ -18,7 +18,7 @@ from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells, with_stand_ins
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
-from simulator.kirchhoff.light.lighting import Light, lit_facets, share_light
+from simulator.kirchhoff.light.lighting import Light, lit_facets, seeing, share_light
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.kirchhoff.rays_over_pairs import Taken
@@ -39,14 +39,13 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 FINE_DB, COARSE_DB = 0.3, 1.0
-AGREED = 0.1  # of its centre's distance: beside asking at each pose 0.2 to 1 % of the echoes differ by more than 0.5 dB
-COARSE_AGREED = 0.2  # the same from COARSE_DB on, with what is alike: 0.5 % of cars' echoes differ by more than 2 dB
+AGREED = 0.2  # of its centre's distance: at `auto` 1 of 1508 echoes differs by 0.5 dB from asking at each pose
 BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border of a shadow runs, and not elsewhere
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2
 ALIKE, COARSE_ALIKE = 0.02, 0.1  # of its box's distance: with 0.02, those 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
-LIT_AT_ONCE = 2**27  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
+LIT_AT_ONCE = 2**26  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
@@ -59,8 +58,11 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     check_cut(search.tracing.world.obstacles[pairs.obstacle].name, reading, sizes_m[0])
     facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
     spots = spots_of(facets, light.spot_m)
-    at_once = LIT_AT_ONCE / (len(facets) * max(len(_sights(pairs)[0].pose), 1))  # of the poses
-    part = (pairs.pose / max(at_once * len(search.tracing.pose), 1.0)).astype(np.int64)
+    sights, first, second = _sights(pairs)
+    seen = seeing(search.tracing, facets, spots, sights, light)
+    wanted = wanted[np.flatnonzero(seen[first] & seen[second])]
+    flags = np.bincount(sights.pose[seen], minlength=len(search.tracing.pose)).cumsum() * len(facets)
+    part = (flags // LIT_AT_ONCE)[wanted.pairs.pose]
     return [_in_part(search, facets, spots, light, wanted[np.flatnonzero(part == each)]) for each in np.unique(part)]
 
 
@@ -150,5 +152,5 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
     if fidelity.tolerance_db < COARSE_DB:
         return Light(SPOT_M, AGREED, ALIKE, BORDER_M), size_m, CHORD_M
     if plates:
-        return Light(SPOT_M, COARSE_AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
-    return Light(COARSE_SPOT_M, COARSE_AGREED, COARSE_ALIKE), size_m, np.inf
+        return Light(SPOT_M, AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
+    return Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE), size_m, np.inf

@@ -111,17 +111,20 @@ def _turn_back(east, north, up, c, s, at_rest):
 
 @inlined
 def _misses(here, step, half, margin):
-    """Whether the line from a point by a step stays outside a box about the origin, widened by a margin."""
-    enter, leave = 0.0, 1.0
-    for k in range(3):
-        reach = half[k] + margin
-        if step[k] == 0.0:
-            if abs(here[k]) > reach:
-                return True
-            continue
-        one, other = (-reach - here[k]) / step[k], (reach - here[k]) / step[k]
-        enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
-    return enter > leave
+    """Whether the line from a point by a step stays outside a box about the origin, widened by a margin.
+
+    Two convex bodies are apart if an axis separates them: one of the box's, or one across it and the line.
+    """
+    a, b, c = abs(0.5 * step[0]), abs(0.5 * step[1]), abs(0.5 * step[2])
+    x, y, z = here[0] + 0.5 * step[0], here[1] + 0.5 * step[1], here[2] + 0.5 * step[2]
+    i, j, k = half[0] + margin, half[1] + margin, half[2] + margin
+    if abs(x) > i + a or abs(y) > j + b or abs(z) > k + c:
+        return True
+    return (
+        abs(y * step[2] - z * step[1]) > 2.0 * (j * c + k * b)
+        or abs(z * step[0] - x * step[2]) > 2.0 * (k * a + i * c)
+        or abs(x * step[1] - y * step[0]) > 2.0 * (i * b + j * a)
+    )
 
 
 def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,6 +50,43 @@ class Light:
     border_m: float = np.inf
 
 
+class Skin(NamedTuple):
+    """Where light on a body is asked for: close by one another in memory, since they are asked for again and again.
+
+    Attributes:
+        obstacle: the body.
+        middle_m, normal, standoff_m: (I, 3), (I, 3), (I,) of the facets that speak.
+        closed: whether they show on one side alone.
+    """
+
+    obstacle: int
+    middle_m: Floats
+    normal: Floats
+    standoff_m: Floats
+    closed: bool
+
+    @classmethod
+    def of(cls, facets: Facets, rows: Ints) -> Skin:
+        """Some of the facets."""
+        middle, normal = facets.middle_m.take(rows, axis=0), facets.normal.take(rows, axis=0)
+        return cls(facets.obstacle, middle, normal, facets.standoff_m.take(rows), facets.closed)
+
+
+def seeing(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> Flags:
+    """(E,) which images show any of the spots that are asked first, or stand between two that do along the walk.
+
+    Most images of second order and beyond see nothing of the body.
+    """
+    views, between, number = _views(tracing, facets, sights, light)
+    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
+    in_full, seen = between.in_turn[0], np.zeros(len(views), dtype=bool)
+    sample = Skin.of(facets, spots.facet[::every])
+    for some in _in_parts(np.full(len(in_full), len(sample.normal))):
+        view, place = _each_with_each(in_full[some], len(sample.normal))
+        seen[in_full[some]] = _reached(tracing, sample, views, view, place).reshape(-1, len(sample.normal)).any(axis=1)
+    return (seen[between.before] | seen[between.after])[number]
+
+
 def lit_facets(
     tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light
 ) -> tuple[Facets, Flags, Ints]:
@@ -59,35 +97,34 @@ def lit_facets(
 
     Returns:
         The facets that are seen from anywhere, those around them, and quarters where borders run; (V, F) which of these
-        each distinct view of the body shows; (E,) the view that each image has, -1 if it sees nothing.
+        each distinct view of the body shows; (E,) the view that each image has.
     """
-    points, first = _asked_from(tracing, facets, light.alike)
-    views, number = Views.distinct(tracing, points, sights.pose, first[sights.pose, sights.side], sights)
-    between = Between.of(views, _runs(tracing, facets, points.mean(axis=1), light.agreed))
-    renumbered = np.full(len(views), -1)
-    kept = np.flatnonzero(_seeing(tracing, facets, spots, views, between))
-    renumbered[kept] = np.arange(len(kept))
-    views, between = views[kept], between.among(kept)
+    views, between, number = _views(tracing, facets, sights, light)
     lit = _spot_by_spot(tracing, facets, spots, views, between)
     wanted = spots.around(np.logical_or.reduce(lit, axis=0))
     wanted[spots.of_facet[facets.creases.beside]] = True
     facets, spots, lit = facets[wanted[spots.of_facet]], spots.of(wanted), lit.compress(wanted, axis=1)
     if len(spots.facet) == len(facets):
-        return facets, lit[:, spots.of_facet], renumbered[number]
+        return facets, lit[:, spots.of_facet], number
     state = _said(tracing, facets, spots, views, lit)
     large = facets.area_m2 > light.border_m**2 / FACETS_A_SQUARE
     facets = quartered(facets, large & (state == BORDER).any(axis=0)[spots.of_facet])
-    return facets, _facet_by_facet(tracing, facets, spots.of_facet, views, between, state), renumbered[number]
+    return facets, _facet_by_facet(tracing, facets, spots.of_facet, views, between, state), number
+
+
+def _views(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Views, Between, Ints]:
+    """The views that images (E,) have of a body, those that they lie between, and (E,) which view each has."""
+    points, first = _asked_from(tracing, facets, light.alike)
+    views, number = Views.distinct(tracing, points, sights.pose, first[sights.pose, sights.side], sights)
+    return views, Between.of(views, _runs(tracing, facets, points.mean(axis=1), light.agreed)), number
 
 
 @compiled
 def share_light(lit, first, second):
-    """(R,) whether both views (R,) of a pair, -1 for none, show a facet (V, F) of the body that is the same."""
+    """(R,) whether both views (R,) of a pair show a facet (V, F) of the body that is the same."""
     shared = np.zeros(len(first), np.bool_)
     for r in range(len(first)):
         a, b = first[r], second[r]
-        if a < 0 or b < 0:
-            continue
         for f in range(lit.shape[1]):
             if lit[a, f] and lit[b, f]:
                 shared[r] = True
@@ -95,31 +132,18 @@ def share_light(lit, first, second):
     return shared
 
 
-def _seeing(tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between) -> Flags:
-    """(V,) whether a view shows any of the spots that are asked first, or either of the two that it lies between.
-
-    Most images of second order see nothing of the body.
-    """
-    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
-    in_full, seen = between.in_turn[0], np.zeros(len(views), dtype=bool)
-    sample = spots.facet[::every]
-    for some in _in_parts(np.full(len(in_full), len(sample))):
-        view, facet = np.repeat(in_full[some], len(sample)), np.tile(sample, len(in_full[some]))
-        seen[in_full[some]] = _reached(tracing, facets, views, view, facet).reshape(-1, len(sample)).any(axis=1)
-    seen = seen[between.before] | seen[between.after]
-    needed = seen.copy()
-    needed[between.before[seen]] = needed[between.after[seen]] = True
-    return needed
-
-
 def _spot_by_spot(tracing: Tracing, facets: Facets, spots: Spots, views: Views, between: Between) -> Flags:
     """(V, S) which spots each view shows."""
-    lit, every = np.empty((len(views), len(spots.facet)), dtype=bool), np.arange(len(spots.facet))
+    skin, lit = Skin.of(facets, spots.facet), np.empty((len(views), len(spots.facet)), dtype=bool)
     for chosen in between.in_turn:
-        for some in _in_parts(np.full(len(chosen), len(every))):
-            view, spot = np.repeat(chosen[some], len(every)), np.tile(every, len(chosen[some]))
-            _ask(tracing, facets, views, between, lit, view, spot, spots.facet)
+        for some in _in_parts(np.full(len(chosen), lit.shape[1])):
+            _ask(tracing, skin, views, between, lit, *_each_with_each(chosen[some], lit.shape[1]))
     return lit
+
+
+def _each_with_each(views: Ints, items: int) -> tuple[Ints, Ints]:
+    """(V * I,) views (V,) and (V * I,) items, view by view."""
+    return np.repeat(views, items), np.tile(np.arange(items), len(views))
 
 
 def _said(tracing: Tracing, facets: Facets, spots: Spots, views: Views, lit: Flags) -> Bytes:
@@ -145,7 +169,7 @@ def _facet_by_facet(
     begin = np.searchsorted(of_facet, np.arange(state.shape[1] + 1), sorter=by_spot)
     quarters = np.full(len(of_facet), -1)
     quarters[facets.part_of[len(of_facet) :: 4]] = np.arange(len(of_facet), len(facets), 4)
-    every, facet = np.zeros((len(views), len(facets)), dtype=bool), np.arange(len(facets))
+    every, own = np.zeros((len(views), len(facets)), dtype=bool), Skin.of(facets, np.arange(len(facets)))
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
     asked = np.bincount(of_facet, np.where(quarters < 0, 1, 4), state.shape[1])
@@ -155,18 +179,15 @@ def _facet_by_facet(
     for chosen in between.in_turn:
         for some in _in_parts(rays[chosen]):
             view, item = _spread(image, chosen[some], *skin, state, every, room)  # type: ignore[call-arg]
-            _ask(tracing, facets, views, between, every, view, item, facet)
+            _ask(tracing, own, views, between, every, view, item)
     return every
 
 
-def _ask(
-    tracing: Tracing, facets: Facets, views: Views, between: Between, known: Flags, view: Ints, item: Ints,
-    speaker: Ints,
-) -> None:  # fmt: skip
-    """Fill in, in (V, I) `known`, what views (R,) show of items (R,), for which facets (I,) speak."""
+def _ask(tracing: Tracing, skin: Skin, views: Views, between: Between, known: Flags, view: Ints, item: Ints) -> None:
+    """Fill in, in (V, I) `known`, what views (R,) show of pieces (R,) of the skin (I,)."""
     rows = np.flatnonzero(between.in_doubt(known, view, item))
     view, item = view[rows], item[rows]
-    known[view, item] = _reached(tracing, facets, views, view, speaker[item])
+    known[view, item] = _reached(tracing, skin, views, view, item)
 
 
 @compiled
@@ -251,13 +272,12 @@ def _in_parts(rays: Ints) -> list[slice]:
     return [slice(first, last) for first, last in pairwise([0, *stop.tolist()])]
 
 
-def _reached(tracing: Tracing, facets: Facets, views: Views, view: Ints, facet: Ints) -> Flags:
-    """(R,) whether facets (R,) face the images of views (R,), in turn, and sound from their origins comes there."""
-    skin = facets.middle_m, facets.normal, facets.standoff_m, facets.closed
+def _reached(tracing: Tracing, skin: Skin, views: Views, view: Ints, item: Ints) -> Flags:
+    """(R,) whether sound from the origins of views (R,) comes to pieces (R,) of a skin that face their images."""
     gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
     row, stops = _paths_to(
         tracing.mirrors, views.pose, views.order, views.sequence, views.start_m,
-        tracing.placed[views.pose, facets.obstacle], *skin, gap, view, facet,
+        tracing.placed[views.pose, skin.obstacle], *skin[1:], gap, view, item,
     )  # type: ignore[call-arg]  # fmt: skip
     reached = np.zeros(len(view), dtype=bool)
     reached[row] = _free(tracing, stops, views.pose[view[row]], views.order[view[row]])

@@ -81,10 +81,6 @@ class Between:
         in_full = self.before == np.arange(len(self.before))
         return np.flatnonzero(in_full), np.flatnonzero(~in_full)
 
-    def among(self, kept: Ints) -> Between:
-        """The same of some views (K,), with which their two are kept."""
-        return Between(np.searchsorted(kept, self.before[kept]), np.searchsorted(kept, self.after[kept]))
-
     def in_doubt(self, known: Flags, view: Ints, item: Ints) -> Flags:
         """(R,) whether items (R,) have to be asked for in views (R,); the others are filled in, in (V, I) `known`."""
         found: Flags = _in_doubt(self.before, self.after, known, view, item)  # type: ignore[call-arg]

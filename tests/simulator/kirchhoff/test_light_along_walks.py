@@ -14,6 +14,7 @@ from benchmarks.cells.probes.compressed_echoes import compressed, of_target, pea
 from benchmarks.cells.probes.echo_errors import AUDIBLE_DB
 from scenes import make_approach
 from simulator import Fidelity, PreparedScene, trace_paths
+from simulator.kirchhoff import scattering
 
 
 @pytest.mark.parametrize(
@@ -32,3 +33,21 @@ def test_a_walk_has_the_echoes_of_each_pose(category, index, seed, first, resolv
     off = np.abs(together - alone)[alone > AUDIBLE_DB]
     assert len(off) >= resolved
     assert np.mean(off > 0.5) < 0.1
+
+
+def test_a_walk_is_cut_by_the_images_that_see_a_body(monkeypatch):
+    """Nine images in ten see nothing of a car. Counted as well they cut its walks pose by pose, each asked in full."""
+    approach, time_s = make_approach("supermarket", "car", 6, "galaxy-s5", 1659223595), 0.09 * np.arange(20, 30)
+    lit_facets, flags, bodies = scattering.lit_facets, [], set()
+
+    def counted(tracing, facets, *others):
+        found = lit_facets(tracing, facets, *others)
+        flags.append(len(found[1]) * len(facets))
+        bodies.add(facets.obstacle)
+        return found
+
+    monkeypatch.setattr(scattering, "lit_facets", counted)
+    monkeypatch.setattr(scattering, "LIT_AT_ONCE", 2**22)
+    trace_paths(approach.scene, approach.phone, approach.walk.pose(time_s), Fidelity(), time_s)
+    assert len(flags) > len(bodies)
+    assert len(flags) <= len(bodies) + 3 * sum(flags) / 2**22, "three transducers may share a view"
