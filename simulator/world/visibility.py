@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -37,7 +38,7 @@ class Blocker:
     origin_m: Floats
     half_m: Floats
 
-    @property
+    @cached_property
     def extent_m(self) -> float:
         """Largest coordinate about the origin."""
         return float(self.half_m.max())
