@@ -45,7 +45,7 @@ CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by
 ALIKE, COARSE_ALIKE = 0.02, 0.1  # of its box's distance: with 0.02, those 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
-LIT_AT_ONCE = 2**26  # flags: what is kept in memory of the light, however long the walk is; a third of them are needed
+LIT_AT_ONCE = 2**26  # flags, of all facets for images that see any: bounds memory, however long the walk is
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
 
