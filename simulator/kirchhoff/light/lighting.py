@@ -8,6 +8,7 @@ only what the two do not agree on. Transducers of the phone that lie near each o
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -79,11 +80,9 @@ def seeing(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light
     """
     views, between, number = _views(tracing, facets, sights, light)
     every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
-    in_full, seen = between.in_turn[0], np.zeros(len(views), dtype=bool)
-    sample = Skin.of(facets, spots.facet[::every])
-    for some in _in_parts(np.full(len(in_full), len(sample.normal))):
-        view, place = _each_with_each(in_full[some], len(sample.normal))
-        seen[in_full[some]] = _reached(tracing, sample, views, view, place).reshape(-1, len(sample.normal)).any(axis=1)
+    sample, seen = Skin.of(facets, spots.facet[::every]), np.zeros(len(views), dtype=bool)
+    for view, item in _each_with_each(between.in_turn[0], len(sample.normal)):
+        seen[view[_reached(tracing, sample, views, view, item)]] = True
     return (seen[between.before] | seen[between.after])[number]
 
 
@@ -136,14 +135,15 @@ def _spot_by_spot(tracing: Tracing, facets: Facets, spots: Spots, views: Views, 
     """(V, S) which spots each view shows."""
     skin, lit = Skin.of(facets, spots.facet), np.empty((len(views), len(spots.facet)), dtype=bool)
     for chosen in between.in_turn:
-        for some in _in_parts(np.full(len(chosen), lit.shape[1])):
-            _ask(tracing, skin, views, between, lit, *_each_with_each(chosen[some], lit.shape[1]))
+        for view, spot in _each_with_each(chosen, lit.shape[1]):
+            _ask(tracing, skin, views, between, lit, view, spot)
     return lit
 
 
-def _each_with_each(views: Ints, items: int) -> tuple[Ints, Ints]:
-    """(V * I,) views (V,) and (V * I,) items, view by view."""
-    return np.repeat(views, items), np.tile(np.arange(items), len(views))
+def _each_with_each(views: Ints, items: int) -> Iterator[tuple[Ints, Ints]]:
+    """(R,) views and (R,) items, view by view: all items of each of some views (V,), as many as fit in memory."""
+    for some in _in_parts(np.full(len(views), items)):
+        yield np.repeat(views[some], items), np.tile(np.arange(items), len(views[some]))
 
 
 def _said(tracing: Tracing, facets: Facets, spots: Spots, views: Views, lit: Flags) -> Bytes:
@@ -169,7 +169,8 @@ def _facet_by_facet(
     begin = np.searchsorted(of_facet, np.arange(state.shape[1] + 1), sorter=by_spot)
     quarters = np.full(len(of_facet), -1)
     quarters[facets.part_of[len(of_facet) :: 4]] = np.arange(len(of_facet), len(facets), 4)
-    every, own = np.zeros((len(views), len(facets)), dtype=bool), Skin.of(facets, np.arange(len(facets)))
+    every = np.zeros((len(views), len(facets)), dtype=bool)
+    own = Skin(facets.obstacle, facets.middle_m, facets.normal, facets.standoff_m, facets.closed)
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
     asked = np.bincount(of_facet, np.where(quarters < 0, 1, 4), state.shape[1])
