@@ -18,6 +18,7 @@ from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.field.rounded_shadows import behind_rounded, passes_around
+from simulator.field.sharp_shadows import beside_edges, passes_over_edges
 from simulator.field.stacked_sheets import covered
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
@@ -40,7 +41,8 @@ SAME_IMAGE_M = 1e-7
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
     "creases in corners of mirrors of less than 60 degrees",
-    "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near a mirror's border",
+    "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
+    "or of the shadow of a second edge",
     "a diffraction and a curve in one path",
     "diffraction round rounded bodies, but for rays off planes and over one edge: all else is hidden or it is not",
     "two curved reflections one of which is off an uneven body",
@@ -131,6 +133,8 @@ def _gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floa
     gain = path_gain(search, found, sums, frequency_hz)
     kept = np.flatnonzero(np.abs(gain).max(axis=1, initial=0.0) >= search.lost_in_noise)
     gain[kept] *= behind_rounded(search, found[kept], frequency_hz)
+    over = kept[(found.edge[kept] >= 0) & (found.cell[kept] < 0)]
+    gain[over] *= beside_edges(search, found[over], frequency_hz)
     return gain
 
 
@@ -156,12 +160,14 @@ def _unhidden(search: Search, found: Candidates) -> Flags:
     """(C,) whether nothing stands in the way.
 
     Facets of cells and edges of chains were asked before. What passes around rounded parts is weakened by them, but for
-    those of the pieces of a mesh that it meets.
+    those of the pieces of a mesh that it meets; and so is what an edge diffracts just behind a second one.
     """
     tracing, free = search.tracing, found.cell >= 0
     world, around = tracing.world, passes_around(found)
     for rows, blockers in ((around, world.sharp), (~(around | free), world.blockers)):
         free[rows] = segments_free(tracing, found[rows], blockers)
+    behind = np.flatnonzero(around & ~free & (found.edge >= 0))
+    free[behind] = passes_over_edges(search, found[behind])
     own = world.parts_met(found.sequence) & (around & free)[:, None]
     for part in np.flatnonzero(own.any(axis=0)):
         mine = own[:, part]

@@ -35,12 +35,13 @@ REACH_RAD = 30.0  # 8 cm of detour: 5 % of the wave are left
 
 
 def own_detour_m(view: EdgeView, part: Ints) -> Floats:
-    """(R,) detour over edges beyond the nearer of the mirror paths whose zones end at them."""
+    """(R,) detour over edges beyond the nearest way that ends there: a mirror path off either face, or straight on."""
     s, r, turn = view.source_angle_rad, view.receiver_angle_rad, view.open_angle_rad
     product = view.source_radius_m * view.receiver_radius_m
-    nearest = np.minimum(np.cos(0.5 * (s + r)) ** 2, np.cos(turn - 0.5 * (s + r)) ** 2)
-    mirrored = np.sqrt(np.maximum(view.apex_path_m**2 - 4.0 * product * nearest, 0.0))
-    return view.path_m(part) - mirrored
+    bends = 0.5 * (s + r), turn - 0.5 * (s + r), 0.5 * (s - r)
+    nearest = np.minimum.reduce([np.cos(bend) ** 2 for bend in bends])
+    way = np.sqrt(np.maximum(view.apex_path_m**2 - 4.0 * product * nearest, 0.0))
+    return view.path_m(part) - way
 
 
 def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, wavenumber: Floats) -> Complexes:
@@ -61,12 +62,18 @@ def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: i
     """(R, K) what the mirror met at place k leaves."""
     mirror = np.ascontiguousarray(found.sequence[:, k : k + 1])
     code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *tracing.world.patch_ends)  # type: ignore[call-arg]
-    detour = np.minimum(detour, 1.0)
+    shadow = shadow_share(detour, own_m, wavenumber)
+    return np.where((code == REACHED)[:, None], 1.0 - shadow, np.where((code == OUTSIDE)[:, None], shadow, 0.0))
+
+
+def shadow_share(detour_m: Floats, own_m: Floats, wavenumber: Floats) -> Complexes:
+    """(R, K) what arrives behind a border with a detour (R,), of a wave that is so far beyond its own edge's."""
+    detour = np.minimum(detour_m, 1.0)
     fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
     turn = detour[:, None] * wavenumber
     fading *= own_m / np.maximum(own_m + detour, 1e-300)
-    shadow = fading[:, None] * np.exp(-1j * turn) * wofz(1j * np.sqrt(1j * turn))
-    return np.where((code == REACHED)[:, None], 1.0 - shadow, np.where((code == OUTSIDE)[:, None], shadow, 0.0))
+    share: Complexes = fading[:, None] * np.exp(-1j * turn) * wofz(1j * np.sqrt(1j * turn))
+    return share
 
 
 def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
@@ -99,15 +106,15 @@ def _crossed(mirrors, pose, sequence, one, other, start, end, first):
         fill_images(mirrors, n, one[r], sequence[r], len(sequence[r]), images)
         code[r] = backtrack(mirrors, n, images, sequence[r], len(sequence[r]), other[r], hits)
         frame = mirrors.frames[n, mirrors.obstacle[p]]
-        _into_rest(images[1], frame, a)
-        _into_rest(other[r], frame, b)
+        fill_rest(images[1], frame, a)
+        fill_rest(other[r], frame, b)
         for i in range(first[p], first[p + 1]):
             least[r] = min(least[r], _detour(a, b, start[i], end[i]))
     return code, least
 
 
 @compiled
-def _into_rest(point, frame, local):
+def fill_rest(point, frame, local):
     """Fill in a world point as seen in a rest frame."""
     c, s = np.cos(frame[3]), np.sin(frame[3])
     x, y = point[0] - frame[0], point[1] - frame[1]
@@ -117,6 +124,13 @@ def _into_rest(point, frame, local):
 @inlined
 def _detour(a, b, start, end):
     """How much longer than the straight way from a to b is the shortest one over an edge."""
+    _, to, fro = over_edge(a, b, start, end)
+    return max(to + fro - distance(a, b), 0.0)
+
+
+@inlined
+def over_edge(a, b, start, end):
+    """Where the shortest way from a to b over an edge meets it, above its start, and its lengths up to there and on."""
     square = along_a = along_b = off_a = off_b = 0.0
     for x in range(3):
         along, from_a, from_b = end[x] - start[x], a[x] - start[x], b[x] - start[x]
@@ -126,4 +140,4 @@ def _detour(a, b, start, end):
     ha, hb = along_a / length, along_b / length
     ra, rb = np.sqrt(max(off_a - ha**2, 0.0)), np.sqrt(max(off_b - hb**2, 0.0))
     h = min(max(ha + (hb - ha) * ra / max(ra + rb, 1e-300), 0.0), length)
-    return max(np.hypot(ra, h - ha) + np.hypot(rb, h - hb) - distance(a, b), 0.0)
+    return h, np.hypot(ra, h - ha), np.hypot(rb, h - hb)

@@ -14,14 +14,19 @@ from simulator.world.world import Tracing
 
 def segments_free(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
     """(C,) whether none of the blockers stands between any two points of a path in turn."""
-    start, end = _displaced_segments(tracing, found)
-    free = np.ones(len(found), dtype=bool)
+    return np.asarray(free_segments(tracing, found, blockers).all(axis=1))
+
+
+def free_segments(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
+    """(C, N + 1) whether none of the blockers stands in each segment; what is beyond the end of a path is free."""
+    start, end = displaced_segments(tracing, found)
+    free = np.ones(start.shape[:2], dtype=bool)
     row, k = np.nonzero(np.arange(start.shape[1]) <= found.order[:, None])
-    free[row[~free_between(tracing, start[row, k], end[row, k], found.pose[row], blockers)]] = False
+    free[row, k] = free_between(tracing, start[row, k], end[row, k], found.pose[row], blockers)
     return free
 
 
-def _displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
+def displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, N + 1, 3) starts and ends of the segments, clear of the surfaces that they leave and meet."""
     extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     clearance = found.standoff_m + OFFSET * extent

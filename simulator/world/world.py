@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
 from simulator.surfaces.patch_ends import patch_ends
@@ -18,6 +19,7 @@ from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
 from simulator.world.rounded_parts import RoundedParts
+from simulator.world.shared_planes import planes_at_ends, planes_of
 from simulator.world.visibility import Blocker
 
 
@@ -60,6 +62,27 @@ class World:
     def patch_ends(self) -> tuple[Floats, Floats, Ints]:
         """Where the patches end, as `surfaces.patch_ends` has it."""
         return patch_ends(self.wedges, [reading for reading, _ in self.skins], self.patches.obstacle)
+
+    @cached_property
+    def planes(self) -> Ints:
+        """(P,) planes of the patches, as `shared_planes.planes_of` has them."""
+        return planes_of(self.patches)
+
+    @cached_property
+    def planes_at_ends(self) -> Ints:
+        """(W, 2, M) planes in which the sharp edges end, as `shared_planes.planes_at_ends` has them."""
+        return planes_at_ends(self.wedges, self.patches, self.planes)
+
+    @cached_property
+    def edge_balls(self) -> Floats:
+        """(O, 4) middle and radius of a ball about the sharp edges of each obstacle, at rest; 0 without any."""
+        balls = np.zeros((len(self.obstacles), 4))
+        for obstacle in np.unique(self.wedges.obstacle):
+            own = self.wedges[np.flatnonzero(self.wedges.obstacle == obstacle)]
+            ends = np.concatenate([own.start_m, own.end_m])
+            middle = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
+            balls[obstacle] = *middle, norm(ends - middle).max()
+        return balls
 
     @cached_property
     def numbering(self) -> Numbering:

@@ -7,8 +7,8 @@ What an edge diffracts and a mirror reflects came and went at the mirror's borde
 a sign's edge a mirror path, an edge and a shadow trade places, and one millimetre was 15 dB too faint.
 
 An echo over a path that moves by up to 2 mm a step turns by 0.86 rad at most at 23 kHz; a high-pass filter over the
-steps that stops all slower turns leaves the jumps: no field that waves carry turns faster. Where a sharp part of a body
-hides what another part of it and an edge return, as a lid does over a bin's front, it still comes and goes.
+steps that stops all slower turns leaves the jumps: no field that waves carry turns faster. Where a mirror ends at a
+rounded edge, as a wheel's face does, what it reflects in turn with two others still comes and goes.
 """
 
 from __future__ import annotations
@@ -125,6 +125,14 @@ def test_light_close_by_is_asked_for_by_each_transducer(category, seed, yaw_rad,
     """Cause: transducers shared their light within a tenth of the distance of a body's centre, of a car 3 m where its
     bonnet is 0.9 m off (-24 dB)."""
     assert step_before(category, seed, yaw_rad, place_m, axis, "standard") < MOST
+
+
+@pytest.mark.parametrize("level", ["standard", "auto"])
+def test_a_second_edge_fades_what_the_first_one_sends_on(level):
+    """Cause: a bin's lower edge was hidden at once behind its foot (-17 dB), and the panels of an A-board behind each
+    other (-8 dB). Where three borders meet, of both panels and of their reflection, -30 dB are left."""
+    assert step_before("dustbin", 4168, 2.82598, (1.25184, -0.04574, 1.43975), 0, level) < MOST
+    assert step_before("sign", 4696, 0.09799, (2.27415, 0.0777, 0.92024), 1, level) < 10.0 ** (-27.0 / 20.0)
 
 
 def _star_column() -> trimesh.Trimesh:

@@ -1,0 +1,259 @@
+"""What sharp edges in the way leave of the sound that another edge has diffracted: Fresnel's integral at their shadow.
+
+A mirror path that a sharp edge hides is made up for by what that edge diffracts. What one edge diffracts and a second
+one hides would need waves diffracted twice. As at the borders of mirrors (`diffraction.patch_borders`) the shadow of
+the second edge by Kirchhoff's approximation stands in their place: with the detour d over it, beyond the straight way
+from the first edge to a transducer, so much of the wave
+
+    erfc(sqrt(jkd)) / 2
+
+arrives in the shadow, and is taken off beside it. Between mirrors the way is straight in their images. Of all edges
+near the way on one side of the first edge that with the least detour counts. What hides the way must be one segment's
+edge alone: the way over it is asked for, and must be free.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge, own_detour_m, shadow_share
+from simulator.diffraction.single import clear_of_faces, point_slot, views_of
+from simulator.diffraction.wedge_coordinates import at_poses
+from simulator.field.free_segments import displaced_segments, free_segments
+from simulator.images.image_tree import distance
+from simulator.world.candidates import Candidates
+from simulator.world.interactions import Interaction
+from simulator.world.line_of_sight import free_between
+from simulator.world.search_context import Search
+from simulator.world.visibility import COINCIDENT_M, OFFSET
+from simulator.world.world import Tracing
+
+CLOSE_M = 0.01  # an edge so close to where a way begins or ends is part of what is there: the rim of a plate has two
+SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
+
+
+@dataclass(frozen=True)
+class Passage:
+    """What second edges do to R paths over one edge, on the way to it (0) and from it (1).
+
+    Attributes:
+        detour_m: (R, 2) least detour over a second edge beyond the straight way; infinite without one.
+        hidden: (R, 2) whether something hides the straight way.
+        passes: (R,) whether what hides a way is the second edge alone, and the way over that is free.
+        own_m: (R,) detour over the first edge beyond the nearest way that ends at it.
+    """
+
+    detour_m: Floats
+    hidden: Flags
+    passes: Flags
+    own_m: Floats
+
+    def share(self, wavenumber: Floats) -> Complexes:
+        """(R, K) what is left of each path that passes."""
+        left = np.ones((len(self.own_m), len(wavenumber)), dtype=np.complex128)
+        for side in range(2):
+            rows = np.flatnonzero(np.isfinite(self.detour_m[:, side]))
+            shadow = shadow_share(self.detour_m[rows, side], self.own_m[rows], wavenumber)
+            left[rows] *= np.where(self.hidden[rows, side, None], shadow, 1.0 - shadow)
+        return left
+
+
+def passes_over_edges(search: Search, found: Candidates) -> Flags:
+    """(C,) whether what hides a path over an edge is a second edge on either side, the way over which is free."""
+    passes = np.zeros(len(found), dtype=bool)
+    if len(found) and _has_planes(search):
+        rows, passage = _passages(search, found)
+        passes[rows] = passage.passes
+    return passes
+
+
+def beside_edges(search: Search, found: Candidates, frequency_hz: Floats) -> Complexes:
+    """(C, K) gain of each path over an edge at K frequencies, re that with no second edge near its way."""
+    factor = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
+    if len(found) and _has_planes(search):
+        rows, passage = _passages(search, found)
+        factor[rows] = passage.share(2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s)
+    return factor
+
+
+def _has_planes(search: Search) -> bool:
+    """Whether mirrors are among the mechanisms: edges alone have no faces that tell second ones from them."""
+    return len(search.tracing.world.patches) > 0
+
+
+def _passages(search: Search, found: Candidates) -> tuple[Ints, Passage]:
+    """Which of the paths (C,), all over one edge, come near a second one, and how they pass it."""
+    near = _near_segments(search, found)
+    rows = np.flatnonzero(np.isfinite(near.detour_m).any(axis=1))
+    some, near = found[rows], near[rows]
+    free = free_segments(search.tracing, some, search.tracing.world.sharp)
+    after = np.arange(free.shape[1]) > point_slot(some)[:, None]
+    sides = [_past_side(search.tracing, some, near, free, here) for here in (~after, after)]
+    least, hidden, passes = (np.stack(column, axis=1) for column in zip(*sides, strict=True))
+    own = own_detour_m(views_of(search.tracing, some)[1], some.part)
+    return rows, Passage(least, hidden, np.logical_and.reduce(passes, axis=1), own)
+
+
+def _past_side(
+    tracing: Tracing, found: Candidates, near: _Near, free: Flags, here: Flags
+) -> tuple[Floats, Flags, Flags]:
+    """Least detour (R,), whether the way is hidden, and whether it passes, on the side of some segments (R, N + 1)."""
+    dark, every = here & ~free, np.arange(len(found))
+    hidden: Flags = np.asarray(dark.any(axis=1))
+    detour = np.where(np.where(hidden[:, None], dark, here), near.detour_m, np.inf)
+    segment = detour.argmin(axis=1)
+    least = detour[every, segment]
+    passes = ~hidden | ((dark.sum(axis=1) == 1) & np.isfinite(least))
+    asked = np.flatnonzero(hidden & passes)
+    passes[asked] = _free_over(tracing, found[asked], segment[asked], near[asked])
+    return least, hidden, passes
+
+
+def _free_over(tracing: Tracing, found: Candidates, segment: Ints, near: _Near) -> Flags:
+    """(R,) whether the way over the edge near one segment of each path is free.
+
+    The rim of a plate is passed clear of its other edge.
+    """
+    every, sharp = np.arange(len(found)), tracing.world.sharp
+    wedges = at_poses(tracing, near.edge[every, segment], found.pose)
+    point = wedges.start_m + near.height_m[every, segment, None] * wedges.along
+    rim = np.where(np.isfinite(wedges.sheet_m), 2.0 * wedges.sheet_m, 0.0)
+    clearance = rim + OFFSET * max((shadow.extent_m for shadow in sharp), default=1.0)
+    free = np.ones(len(found), dtype=bool)
+    for ends in displaced_segments(tracing, found):
+        end = ends[every, segment]
+        angle = np.mod(np.arctan2(dot(end - point, wedges.normal), dot(end - point, wedges.inwards)), 2.0 * np.pi)
+        clear = point + clearance[:, None] * clear_of_faces(wedges, angle)
+        free &= free_between(tracing, end, clear, found.pose, sharp)
+    return free
+
+
+@dataclass(frozen=True)
+class _Near(Rows):
+    """The edge that the way passes with the least detour at each segment of C paths.
+
+    Attributes:
+        detour_m: (C, N + 1) beyond the straight way; infinite without such an edge.
+        edge: (C, N + 1) its number, -1 without one.
+        height_m: (C, N + 1) how high above its start the way meets it.
+    """
+
+    detour_m: Floats
+    edge: Ints
+    height_m: Floats
+
+
+def _near_segments(search: Search, found: Candidates) -> _Near:
+    """Edges near the way from the edge of each path to either end, straight in the images of the mirrors."""
+    world, at, step = search.tracing.world, point_slot(found), np.diff(found.points_m, axis=1)
+    length = norm(step)
+    path, k = np.nonzero((np.arange(length.shape[1]) <= found.order[:, None]) & (length > COINCIDENT_M))
+    total = np.pad(np.cumsum(length, axis=1), ((0, 0), (1, 0)))
+    turn, late = total[path, at[path] + 1], k > at[path]
+    before = total[path, k] - np.where(late, turn, 0.0)
+    beyond = np.where(late, total[path, -1], turn) - total[path, k + 1]
+    ahead = step[path, k] / length[path, k, None]
+    ends = found.points_m[path, k] - before[:, None] * ahead, found.points_m[path, k + 1] + beyond[:, None] * ahead
+    within = before, before + length[path, k]
+    met = _planes_met(search.tracing, found, at, path, k)
+    convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
+    wedges = world.wedges[convex]
+    edges = wedges.start_m, wedges.end_m, wedges.obstacle, world.planes[wedges.patch], world.planes_at_ends[convex]
+    most = REACH_RAD / search.wavenumber_1_m
+    detour, edge, height = _nearest(
+        *ends, *within, found.pose[path], met, search.tracing.placed, *edges, world.edge_balls, most
+    )  # type: ignore[call-arg]
+    near = _Near(np.full(length.shape, np.inf), np.full(length.shape, -1), np.zeros(length.shape))
+    near.detour_m[path, k], near.height_m[path, k] = detour, height
+    near.edge[path, k] = np.append(convex, -1)[edge]
+    return near
+
+
+def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segment: Ints) -> Ints:
+    """(S, 4) planes whose edges do not count for segments of paths (S,), as the waves there have them; -1 for none.
+
+    These are the mirrors at either end, and the faces of the edge that the path is over. In mirrors square to it such a
+    face goes on: up to the first other mirror it is one face with its images. Where the edge ends at a mirror, on
+    whichever side of it that is met, the mirror is none.
+    """
+    faces, planes = tracing.world.wedges.patch[found.edge], tracing.world.planes
+    point = found.points_m[:, 1:-1]
+    apart = norm(point - point[np.arange(len(found)), at][:, None]) > COINCIDENT_M
+    mirror = (found.interaction == Interaction.SPECULAR) & apart
+    number = np.pad(found.sequence, ((0, 0), (1, 1)), constant_values=-1)
+    reflects = np.pad(mirror, ((0, 0), (1, 1)))
+    met = np.full((len(path), 4), -1)
+    for end in range(2):
+        rows = np.flatnonzero(reflects[path, segment + end])
+        met[rows, end] = planes[number[path[rows], segment[rows] + end]]
+    slot = np.arange(found.sequence.shape[1])
+    first, last = np.minimum(segment, at[path]), np.maximum(segment - 1, at[path])
+    between = (first[:, None] <= slot) & (slot <= last[:, None]) & mirror[path]
+    for side in range(2):
+        normal = tracing.mirrors.normal[found.pose, faces[:, side]]
+        aslant = np.abs(dot(found.normal, normal[:, None])) > SQUARE
+        met[:, 2 + side] = np.where((aslant[path] & between).any(axis=1), -1, planes[faces[path, side]])
+    return met
+
+
+@compiled
+def _nearest(here, there, first, last, pose, met, placed, start, end, obstacle, plane, at_ends, ball, most):
+    """(S,) least detour over an edge between here and there (S, 3), the number of the edge, and where above its start.
+
+    Args:
+        first, last: (S,) between which lengths from `here` the way is a segment, and passes edges.
+        met: (S, 4) planes whose edges do not count.
+        placed: (N, O, 4) frames of the obstacles.
+        start, end, obstacle: of the edges, at rest.
+        plane: (W, 2) of their faces.
+        at_ends: (W, 2, M) planes in which their starts and ends lie, -1 padded.
+        ball: (O, 4) middles and radii of balls about the edges of each obstacle, at rest.
+        most: detours that are no longer count.
+    """
+    least, edge, height = np.full(len(pose), np.inf), np.full(len(pose), -1), np.zeros(len(pose))
+    a, b = np.empty(3), np.empty(3)
+    for s in range(len(pose)):
+        best, body, within, way = most, -1, False, distance(here[s], there[s])
+        for w in range(len(obstacle)):
+            if obstacle[w] != body:
+                body = obstacle[w]
+                fill_rest(here[s], placed[pose[s], body], a)
+                fill_rest(there[s], placed[pose[s], body], b)
+                to, fro = distance(a, ball[body, :3]), distance(b, ball[body, :3])
+                within = to + fro - way < most + 2.0 * ball[body, 3]
+            if not within or _touched(met[s], plane[w]):
+                continue
+            h, to, fro = over_edge(a, b, start[w], end[w])
+            detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
+            if detour >= best or not first[s] <= along <= last[s] or min(to, fro) < CLOSE_M:
+                continue
+            if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
+                best, least[s], edge[s], height[s] = detour, max(detour, 0.0), w, h
+    return least, edge, height
+
+
+@inlined
+def _touched(met, plane):
+    """Whether any of four planes is one of two, -1 apart."""
+    touched = False
+    for m in met:
+        touched = touched or (m >= 0 and (m == plane[0] or m == plane[1]))
+    return touched
+
+
+@inlined
+def _ends_there(met, at_ends, height, start, end):
+    """Whether a height is that of an edge's start or end in any of four planes: these have borders of their own."""
+    which = 0 if height == 0.0 else 1
+    found = False
+    if height == 0.0 or height >= distance(start, end):
+        for m in met:
+            for plane in at_ends[which]:
+                found = found or (m >= 0 and m == plane)
+    return found
