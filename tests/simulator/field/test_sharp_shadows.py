@@ -60,7 +60,6 @@ def test_a_plate_fades_behind_the_edge_of_another(stored, level):
         echoes = _echo(made.PAST_EDGE_M[row], receiver, level), stored[row, receiver]
         ours, exact = (WALL_M * _peak(echo, length_m) for echo in echoes)
         error[row, receiver] = abs(ours - exact)
-    print(level, error.max(), error.mean())
     assert error.max() < 0.08
     assert error.mean() < 0.03
 
