@@ -18,7 +18,7 @@ from simulator.diffraction.single import point_slot
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.field.rounded_shadows import behind_rounded, passes_around
-from simulator.field.sharp_shadows import beside_edges, passes_over_edges
+from simulator.field.sharp_shadows import passes_over_edges
 from simulator.field.stacked_sheets import covered
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
@@ -133,8 +133,6 @@ def _gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floa
     gain = path_gain(search, found, sums, frequency_hz)
     kept = np.flatnonzero(np.abs(gain).max(axis=1, initial=0.0) >= search.lost_in_noise)
     gain[kept] *= behind_rounded(search, found[kept], frequency_hz)
-    over = kept[(found.edge[kept] >= 0) & (found.cell[kept] < 0)]
-    gain[over] *= beside_edges(search, found[over], frequency_hz)
     return gain
 
 

@@ -4,13 +4,14 @@ A mirror path ends at a sharp edge, whose own waves make up for it. What an edge
 need waves diffracted twice. In their place stands the shadow of the border by Kirchhoff's approximation: with the
 detour d over the border, beyond the straight way by the mirror image, so much of the reflected wave
 
-    erfc(sqrt(jkd)) / 2
+    w erfc(sqrt(jkd)) / 2
 
-arrives where the way misses the mirror, and is taken off where it meets it: half of it on the border, from either side.
-It fades out towards `REACH_RAD` of kd, where it is a wave of its own.
+arrives where the way misses the mirror, and is taken off where it meets it. It fades out towards `REACH_RAD` of kd,
+where it is a wave of its own.
 
-Where the mirror path off the edge's own face ends near the border of the next mirror, a wave over both edges belongs to
-two paths. It is shared between them, more to the path whose mirror's border is nearer.
+A wave over two edges belongs to two paths, one over each alone. The share w (`weights`) of that over the first edge
+depends on how far its own way is from where it began, straight on or by a mirror path. Each of the three waves of an
+edge (`finite_edge`) has a beginning of its own, and so a share.
 
 Where two mirrors meet in a corner images go on across it, and nothing fades.
 """
@@ -32,25 +33,30 @@ from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 REACH_RAD = 30.0  # 8 cm of detour: 5 % of the wave are left
+LEAST_RAD = 1e-8  # detours are rounded by as much
+_GAUSS = np.polynomial.legendre.leggauss(32)
+_PLACE = 6.0 * (0.5 + 0.5 * _GAUSS[0]) ** 4  # e^-36 is left; the closer to 0, the smaller the detours that are resolved
+_WEIGHT = 12.0 * (0.5 + 0.5 * _GAUSS[0]) ** 3 * _GAUSS[1]
 
 
-def own_detour_m(view: EdgeView, part: Ints) -> Floats:
-    """(R,) detour over edges beyond the nearest way that ends there: a mirror path off either face, or straight on."""
+def own_detours_m(view: EdgeView, part: Ints) -> Floats:
+    """(R, 3) detour over edges beyond the paths that end there: straight on, and off the mirror of either face."""
     s, r, turn = view.source_angle_rad, view.receiver_angle_rad, view.open_angle_rad
     product = view.source_radius_m * view.receiver_radius_m
-    bends = 0.5 * (s + r), turn - 0.5 * (s + r), 0.5 * (s - r)
-    nearest = np.minimum.reduce([np.cos(bend) ** 2 for bend in bends])
-    way = np.sqrt(np.maximum(view.apex_path_m**2 - 4.0 * product * nearest, 0.0))
-    return view.path_m(part) - way
+    bends = np.stack([0.5 * (s - r), 0.5 * (s + r), turn - 0.5 * (s + r)], axis=1)
+    drop = 4.0 * product[:, None] * np.cos(bends) ** 2
+    way = np.sqrt(np.maximum(view.apex_path_m[:, None] ** 2 - drop, 0.0))
+    own: Floats = view.path_m(part)[:, None] - way
+    return own
 
 
 def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, wavenumber: Floats) -> Complexes:
-    """(C, K) what the mirrors of paths (C,) over an edge, met at `slot` (C,), leave of them; 0 far beside a mirror.
+    """(C, 3, K) what the mirrors of paths (C,) over an edge, met at `slot` (C,), leave of them; 0 far beside a mirror.
 
     Args:
-        own_m: (C,) the edges' `own_detour_m`.
+        own_m: (C, 3) the edges' `own_detours_m`.
     """
-    share = np.ones((len(found), len(wavenumber)), dtype=np.complex128)
+    share = np.ones((len(found), 3, len(wavenumber)), dtype=np.complex128)
     for k in range(found.sequence.shape[1]):
         rows = np.flatnonzero(found.interaction[:, k] == Interaction.SPECULAR)
         if len(rows):
@@ -59,21 +65,51 @@ def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats,
 
 
 def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
-    """(R, K) what the mirror met at place k leaves."""
+    """(R, 3, K) what the mirror met at place k leaves."""
     mirror = np.ascontiguousarray(found.sequence[:, k : k + 1])
     code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *tracing.world.patch_ends)  # type: ignore[call-arg]
-    shadow = shadow_share(detour, own_m, wavenumber)
-    return np.where((code == REACHED)[:, None], 1.0 - shadow, np.where((code == OUTSIDE)[:, None], shadow, 0.0))
+    shadow, code = shadow_share(detour, own_m, wavenumber), code[:, None, None]
+    return np.where(code == REACHED, 1.0 - shadow, np.where(code == OUTSIDE, shadow, 0.0))
 
 
 def shadow_share(detour_m: Floats, own_m: Floats, wavenumber: Floats) -> Complexes:
-    """(R, K) what arrives behind a border with a detour (R,), of a wave that is so far beyond its own edge's."""
-    detour = np.minimum(detour_m, 1.0)
-    fading = 0.5 * np.cos(0.5 * np.pi * np.minimum(detour * wavenumber.mean() / REACH_RAD, 1.0)) ** 2
-    turn = detour[:, None] * wavenumber
-    fading *= own_m / np.maximum(own_m + detour, 1e-300)
-    share: Complexes = fading[:, None] * np.exp(-1j * turn) * wofz(1j * np.sqrt(1j * turn))
+    """(R, 3, K) what of an edge's waves arrives behind a border with a detour (R,).
+
+    Args:
+        own_m: (R, 3) the edge's `own_detours_m`.
+    """
+    share, middle = np.zeros((*own_m.shape, len(wavenumber)), dtype=np.complex128), wavenumber.mean()
+    near = np.flatnonzero(middle * detour_m < REACH_RAD)
+    detour = detour_m[near, None]
+    fading = 0.5 * np.cos(0.5 * np.pi * middle * detour / REACH_RAD) ** 2
+    wave = fading * np.exp(-1j * detour * wavenumber) * _fresnel(detour * wavenumber)
+    share[near] = weights(middle * own_m[near], middle * detour)[:, :, None] * wave[:, None]
     return share
+
+
+def weights(own_rad: Floats, detour_rad: Floats) -> Complexes:
+    """Share of a wave over two edges that comes with the first, by the phases p and q of the detours over either.
+
+    With h^2 / 2 = jp, a = sqrt(q / p) and Owen's T (Ann. Math. Statist. 27 (1956) 1075-1090) it is
+
+        (1 - T(h, a) / T(h, inf)) / erfc(sqrt(jq))
+
+    so that both together are what Kirchhoff's integral has behind two half-planes in turn: 1 / 2 where the detours are
+    alike, and with p and q swapped 1 less the same.
+    """
+    p, q = np.broadcast_arrays(np.maximum(own_rad, LEAST_RAD), np.maximum(detour_rad, LEAST_RAD))
+    down = np.exp(-0.25j * np.pi)
+    x = np.sqrt(q / p)[..., None] + down * _PLACE / np.sqrt(p)[..., None]
+    steep = np.exp(-(_PLACE**2) - 2.0 * np.conj(down) * np.sqrt(q)[..., None] * _PLACE)
+    inside = (steep / (1.0 + x * x)) @ _WEIGHT * down / np.sqrt(p)
+    share: Complexes = 2.0 / np.pi * inside / (_fresnel(p) * _fresnel(q))
+    return share
+
+
+def _fresnel(phase_rad: Floats) -> Complexes:
+    """erfc(sqrt(jx)) e^{jx}."""
+    found: Complexes = wofz(1j * np.sqrt(1j * phase_rad))
+    return found
 
 
 def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:

@@ -25,9 +25,10 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.diffraction.faces_in_mirrors import bends_on
 from simulator.diffraction.finite_edge import edge_terms, strength_bounds
-from simulator.diffraction.patch_borders import border_share, own_detour_m
-from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, row_of, seen
+from simulator.diffraction.patch_borders import border_share, own_detours_m
+from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, from_nearer_face, row_of, seen
 from simulator.images.given_planes import last_image
 from simulator.images.image_pairs import Pairs, matches
 from simulator.images.image_tree import EdgeImages, images_lighting_edges
@@ -146,7 +147,9 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     def arrives(missing: Candidates, rows: Ints) -> Flags:
         over = replace(missing, edge=wedge[loud[rows]], part=part[loud[rows]])
         view = views_of(search.tracing, over)[1]
-        left = np.abs(left_by_mirrors(search.tracing, over, view, np.array([search.wavenumber_1_m]))[:, 0])
+        with np.errstate(invalid="ignore"):  # NaN where a way runs along a mirror's plane
+            share = left_by_mirrors(search.tracing, over, view, np.array([search.wavenumber_1_m]))
+        left = np.abs(share).max(axis=(1, 2))
         return (left > 0.0) & audible(left * bound[loud[rows]], strongest[at][loud[rows]])
 
     found, ok = unfolded(search, turns(loud), lambda: bound[loud], arrives)
@@ -223,16 +226,24 @@ def _sights(search: Search, point_m: Floats) -> EdgeSights:
     radius, angle, height = cylindrical(wedges, row, images.point_m)
     middle = (0.5 * (wedges.start_m + wedges.end_m)).take(row, axis=0)
     least = norm(images.point_m - middle) - 0.5 * rest.length_m[images.wedge]
-    return EdgeSights(images, radius, angle, height, least)[angle <= rest.open_angle_rad[images.wedge]]
+    turn = rest.open_angle_rad[images.wedge]
+    reached = angle <= turn
+    behind = np.flatnonzero(~reached)
+    reached[behind] = bends_on(search, images[behind], radius[behind], angle[behind])
+    return EdgeSights(images, radius, from_nearer_face(angle, turn), height, least)[reached]
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
-    """Those within the range that may be met, whose edge faces both, and whose mirrors are large or one at most."""
+    """Those within the range that may be met, whose edge faces both, and whose mirrors are large or one at most.
+
+    One of both may lie inside the edge: what runs along its face bends on to it (`faces_in_mirrors`).
+    """
     wedges = search.tracing.world.wedges
     least = pairs.before.least_m[pairs.left] + pairs.after.least_m[pairs.right]
     pairs = pairs[np.flatnonzero(least <= search.limit_m)]
     pairs = pairs[_by_large_patches(search, pairs)]
-    return pairs[np.flatnonzero(outside(pairs.view(wedges), wedges.sheet_m[pairs.wedge]))]
+    view = pairs.view(wedges)
+    return pairs[np.flatnonzero(np.logical_or(*_within(view)) & _this_side(view, wedges.sheet_m[pairs.wedge]))]
 
 
 def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
@@ -271,17 +282,27 @@ def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumb
 
 
 def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenumber: Floats) -> Complexes:
-    """(C, K) what mirrors that end leave of paths (C,) over edges seen so."""
-    return border_share(tracing, found, point_slot(found), own_detour_m(view, found.part), wavenumber)
+    """(C, 3, K) what mirrors that end leave of paths (C,) over edges seen so, by the groups of `edge_terms`."""
+    return border_share(tracing, found, point_slot(found), own_detours_m(view, found.part), wavenumber)
 
 
 def outside(view: EdgeView, sheet_m: Floats) -> Flags:
     """(R,) whether source and receiver see the edge: in its open angle, and on this side of a plate so thick."""
-    turn = view.open_angle_rad
+    return np.asarray(np.logical_and(*_within(view)) & _this_side(view, sheet_m))
+
+
+def _within(view: EdgeView) -> tuple[Flags, Flags]:
+    """(R,) whether the source and the receiver are in the open angle of the edge."""
+    angles = view.source_angle_rad, view.receiver_angle_rad
+    return tuple((angle >= 0.0) & (angle <= view.open_angle_rad) for angle in angles)  # type: ignore[return-value]
+
+
+def _this_side(view: EdgeView, sheet_m: Floats) -> Flags:
+    """(R,) whether both are off the edge's line, and on this side of a plate so thick."""
     rise = view.source_radius_m * np.sin(view.source_angle_rad)
     rise = rise + view.receiver_radius_m * np.sin(view.receiver_angle_rad)
     apart = np.minimum(view.source_radius_m, view.receiver_radius_m) > COINCIDENT_M
-    return (view.source_angle_rad <= turn) & (view.receiver_angle_rad <= turn) & (rise + sheet_m > 0.0) & apart
+    return np.asarray((rise + sheet_m > 0.0) & apart)
 
 
 def edge_points(start_m: Floats, end_m: Floats, view: EdgeView, part: Ints) -> Floats:
@@ -306,7 +327,12 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     late = [(k, (k > at) & (k < found.order)) for k in reversed(range(width))]
     source = last_image(found.points_m[:, 0], *planes, early)
     receiver = last_image(found.points_m[:, -1], *planes, late)
-    return wedges, seen(wedges, source, receiver)
+    view = seen(wedges, source, receiver)
+    angles = {
+        name: from_nearer_face(getattr(view, name), view.open_angle_rad)
+        for name in ("source_angle_rad", "receiver_angle_rad")
+    }
+    return wedges, replace(view, **angles)
 
 
 def off_faces(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:

@@ -12,13 +12,12 @@ from obstaclewatch.support.arrays import Flags, Ints
 from simulator.surfaces.wedges import Wedges
 
 MOST_EDGES, SHORTEST_M = 8, 0.05  # borders of more or shorter pieces are curves
-FLAT_RAD = 1e-6
 ON_LINE_M = 1e-4  # corners this close to an edge's line are its own
 
 
 def panels_of(wedges: Wedges) -> list[Ints]:
     """Wedges of every convex face of a thin panel: two to `MOST_EDGES` of three wavelengths or more."""
-    thin = (wedges.patch[:, 0] == wedges.patch[:, 1]) & (wedges.open_angle_rad > 2.0 * np.pi - FLAT_RAD)
+    thin = (wedges.patch[:, 0] == wedges.patch[:, 1]) & wedges.flat
     groups = [np.flatnonzero(thin & (wedges.patch[:, 0] == patch)) for patch in np.unique(wedges.patch[thin, 0])]
     return [group for group in groups if 1 < len(group) <= MOST_EDGES and _is_convex(wedges[group])]
 

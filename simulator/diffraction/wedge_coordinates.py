@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.diffraction.edge_view import EdgeView
 from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
@@ -27,6 +27,16 @@ def seen(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> EdgeView:
     every = np.arange(len(wedges.start_m))
     coordinates = [cylindrical(wedges, every, point) for point in (source_m, receiver_m)]
     return EdgeView(*coordinates[0], *coordinates[1], wedges.length_m, wedges.open_angle_rad)
+
+
+def from_nearer_face(angle_rad: Floats, open_angle_rad: Floats) -> Floats:
+    """(R,) angles from face 0, negative for what lies inside an edge nearer to that face than to the last."""
+    return np.where(from_last_face(angle_rad, open_angle_rad), angle_rad, angle_rad - 2.0 * np.pi)
+
+
+def from_last_face(angle_rad: Floats, open_angle_rad: Floats) -> Flags:
+    """(R,) False for angles that lie inside an edge nearer to face 0."""
+    return np.asarray(angle_rad < 0.5 * open_angle_rad + np.pi)
 
 
 def cylindrical(wedges: Wedges, row: Ints, point_m: Floats) -> tuple[Floats, Floats, Floats]:

@@ -8,8 +8,8 @@ from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.diffraction.edge_view import APEX, END, EdgeView
 from simulator.diffraction.finite_edge import FACE_0, FACE_N, edge_terms
 from simulator.diffraction.single import left_by_mirrors, views_of
+from simulator.field.sharp_shadows import beside_edges
 from simulator.phone.phone import Phone
-from simulator.scene.air import Air
 from simulator.scene.pose import Pose
 from simulator.waves import band
 from simulator.waves.spreading import rays, spreading
@@ -17,7 +17,7 @@ from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
-from simulator.world.world import Tracing, World
+from simulator.world.world import World
 
 
 def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
@@ -33,13 +33,13 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
         wavenumber = 2.0 * np.pi * frequency_hz / air.sound_speed_m_s
         amplitude[np.flatnonzero(ray)[curved]] *= bending_phase(mirrors.curvature[curved], wavenumber)
     if over.any():
-        amplitude[over] = edge_gain(tracing, air, found[over], frequency_hz)
+        amplitude[over] = edge_gain(search, found[over], frequency_hz)
     if whole.any():
         amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
     absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * found.share[:, None] * 10.0 ** (-absorption_db / 20.0)
     segments = rays(found.points_m, found.normal)
-    gain = gain * surface_reflection(tracing.world, found, segments, frequency_hz)
+    gain = gain * surface_reflection(search, found, segments, frequency_hz)
     return gain * directivity(phone, tracing.pose, found, segments[1])[:, None]
 
 
@@ -63,7 +63,7 @@ def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
     return np.exp(1j * lead_1_m[:, None] / wavenumber_rad_m)
 
 
-def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Floats) -> Complexes:
+def edge_gain(search: Search, found: Candidates, frequency_hz: Floats) -> Complexes:
     """(C, K) strength of diffraction, spreading included, of paths that all have an edge.
 
     The integral is that of a rigid wedge. Its terms that continue the mirror images carry the reflection factor of
@@ -72,16 +72,21 @@ def edge_gain(tracing: Tracing, air: Air, found: Candidates, frequency_hz: Float
     """
     if len(found) == 0:
         return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
+    tracing = search.tracing
     wedges, view = views_of(tracing, found)
-    wavenumber = 2.0 * np.pi * frequency_hz / air.sound_speed_m_s
+    wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s
     terms = edge_terms(view, found.part, wavenumber)
+    path_rad = view.path_m(found.part)[:, None] * wavenumber
     for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
         cosine = _mirror_cosine(view, found.part, first)
         for index in np.unique(wedges.obstacle):
             rows = np.flatnonzero(wedges.obstacle == index)
             material = tracing.world.obstacles[index].material
-            terms[rows, group] *= material.reflection(frequency_hz, cosine[rows, None])
-    return terms.sum(axis=1) * left_by_mirrors(tracing, found, view, wavenumber)
+            terms[rows, group] *= material.reflection(frequency_hz, cosine[rows, None], path_rad[rows])
+    terms *= left_by_mirrors(tracing, found, view, wavenumber)
+    loud = np.flatnonzero(np.abs(terms).sum(axis=1).max(axis=1) >= search.lost_in_noise)
+    terms[loud] *= beside_edges(search, found[loud], wavenumber)
+    return terms.sum(axis=1)
 
 
 def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -> Floats:
@@ -97,20 +102,25 @@ def _mirror_cosine(view: EdgeView, part: Ints, face_angle_rad: Floats | float) -
 
 
 def surface_reflection(
-    world: World, found: Candidates, segments: tuple[Floats, Floats], frequency_hz: Floats
+    search: Search, found: Candidates, segments: tuple[Floats, Floats], frequency_hz: Floats
 ) -> Complexes:
     """(C, K) product of the reflection factors of the mirrors and smooth surfaces met; cells carry their own.
+
+    Mirrors reflect spherical waves. Off smooth surfaces the waves that run along them are left out.
 
     Args:
         segments: lengths and directions, see `rays`.
     """
-    mirrors = (found.interaction == Interaction.SPECULAR) | (found.interaction == Interaction.CURVED)
-    met = np.where(mirrors, world.obstacle_of(found.sequence), -1)
+    world = search.tracing.world
+    curved = found.interaction == Interaction.CURVED
+    met = np.where((found.interaction == Interaction.SPECULAR) | curved, world.obstacle_of(found.sequence), -1)
+    path_rad = segments[0].sum(axis=1)[:, None] * (2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s)
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     cosines = _cosines(world, found, *segments)
-    for index in np.unique(met[mirrors]):
+    for index in np.unique(met[met >= 0]):
         row, slot = np.nonzero(met == index)
-        factor = world.obstacles[index].material.reflection(frequency_hz, cosines[row, slot, None])
+        phase = np.where(curved[row, slot, None], np.inf, path_rad[row])
+        factor = world.obstacles[index].material.reflection(frequency_hz, cosines[row, slot, None], phase)
         for k in range(slot.max() + 1):
             product[row[slot == k]] *= factor[slot == k]
     return product

@@ -5,11 +5,15 @@ one hides would need waves diffracted twice. As at the borders of mirrors (`diff
 the second edge by Kirchhoff's approximation stands in their place: with the detour d over it, beyond the straight way
 from the first edge to a transducer, so much of the wave
 
-    erfc(sqrt(jkd)) / 2
+    w erfc(sqrt(jkd)) / 2
 
 arrives in the shadow, and is taken off beside it. Between mirrors the way is straight in their images. Of all edges
 near the way on one side of the first edge that with the least detour counts. What hides the way must be one segment's
 edge alone: the way over it is asked for, and must be free.
+
+Two edges of one face, or an edge and its image in a mirror on which the face stands (`diffraction.faces_in_mirrors`),
+are passed along the face. On it direct wave and reflection are one, and each of them is cut off by both edges as in the
+open: a slab is two screens for the source and two for its image. Thin plates are left to `diffraction.panel_chains`.
 """
 
 from __future__ import annotations
@@ -22,7 +26,8 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
-from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge, own_detour_m, shadow_share
+from simulator.diffraction.faces_in_mirrors import SQUARE
+from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge, own_detours_m, shadow_share
 from simulator.diffraction.single import clear_of_faces, point_slot, views_of
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
@@ -35,7 +40,6 @@ from simulator.world.visibility import COINCIDENT_M, OFFSET
 from simulator.world.world import Tracing
 
 CLOSE_M = 0.01  # an edge so close to where a way begins or ends is part of what is there: the rim of a plate has two
-SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Passage:
         detour_m: (R, 2) least detour over a second edge beyond the straight way; infinite without one.
         hidden: (R, 2) whether something hides the straight way.
         passes: (R,) whether what hides a way is the second edge alone, and the way over that is free.
-        own_m: (R,) detour over the first edge beyond the nearest way that ends at it.
+        own_m: (R, 3) detours over the first edge beyond the paths that end at it (`own_detours_m`).
     """
 
     detour_m: Floats
@@ -55,12 +59,12 @@ class Passage:
     own_m: Floats
 
     def share(self, wavenumber: Floats) -> Complexes:
-        """(R, K) what is left of each path that passes."""
-        left = np.ones((len(self.own_m), len(wavenumber)), dtype=np.complex128)
+        """(R, 3, K) what is left of the waves of each path that passes."""
+        left = np.ones((*self.own_m.shape, len(wavenumber)), dtype=np.complex128)
         for side in range(2):
             rows = np.flatnonzero(np.isfinite(self.detour_m[:, side]))
             shadow = shadow_share(self.detour_m[rows, side], self.own_m[rows], wavenumber)
-            left[rows] *= np.where(self.hidden[rows, side, None], shadow, 1.0 - shadow)
+            left[rows] *= np.where(self.hidden[rows, side, None, None], shadow, 1.0 - shadow)
         return left
 
 
@@ -73,13 +77,13 @@ def passes_over_edges(search: Search, found: Candidates) -> Flags:
     return passes
 
 
-def beside_edges(search: Search, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) gain of each path over an edge at K frequencies, re that with no second edge near its way."""
-    factor = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
+def beside_edges(search: Search, found: Candidates, wavenumber: Floats) -> Complexes:
+    """(C, 3, K) what second edges near the way of each path over an edge leave of its waves (`edge_terms`)."""
+    left = np.ones((len(found), 3, len(wavenumber)), dtype=np.complex128)
     if len(found) and _has_planes(search):
         rows, passage = _passages(search, found)
-        factor[rows] = passage.share(2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s)
-    return factor
+        left[rows] = passage.share(wavenumber)
+    return left
 
 
 def _has_planes(search: Search) -> bool:
@@ -96,20 +100,26 @@ def _passages(search: Search, found: Candidates) -> tuple[Ints, Passage]:
     after = np.arange(free.shape[1]) > point_slot(some)[:, None]
     sides = [_past_side(search.tracing, some, near, free, here) for here in (~after, after)]
     least, hidden, passes = (np.stack(column, axis=1) for column in zip(*sides, strict=True))
-    own = own_detour_m(views_of(search.tracing, some)[1], some.part)
+    own = own_detours_m(views_of(search.tracing, some)[1], some.part)
     return rows, Passage(least, hidden, np.logical_and.reduce(passes, axis=1), own)
 
 
 def _past_side(
     tracing: Tracing, found: Candidates, near: _Near, free: Flags, here: Flags
 ) -> tuple[Floats, Flags, Flags]:
-    """Least detour (R,), whether the way is hidden, and whether it passes, on the side of some segments (R, N + 1)."""
+    """Least detour (R,), whether the way is hidden, and whether it passes, on the side of some segments (R, N + 1).
+
+    A way that drops behind a face of the edge itself is hidden from there on; it passes along the face.
+    """
     dark, every = here & ~free, np.arange(len(found))
     hidden: Flags = np.asarray(dark.any(axis=1))
     detour = np.where(np.where(hidden[:, None], dark, here), near.detour_m, np.inf)
     segment = detour.argmin(axis=1)
-    least = detour[every, segment]
-    passes = ~hidden | ((dark.sum(axis=1) == 1) & np.isfinite(least))
+    least, face = detour[every, segment], near.face[every, segment]
+    slot, at = np.arange(dark.shape[1]), point_slot(found)[:, None]
+    before = np.where(slot > at, slot < segment[:, None], slot > segment[:, None])
+    other = dark & (slot != segment[:, None]) & ~(before & (face >= 0)[:, None])
+    passes = ~hidden | (~other.any(axis=1) & np.isfinite(least))
     asked = np.flatnonzero(hidden & passes)
     passes[asked] = _free_over(tracing, found[asked], segment[asked], near[asked])
     return least, hidden, passes
@@ -118,16 +128,21 @@ def _past_side(
 def _free_over(tracing: Tracing, found: Candidates, segment: Ints, near: _Near) -> Flags:
     """(R,) whether the way over the edge near one segment of each path is free.
 
-    The rim of a plate is passed clear of its other edge.
+    The rim of a plate is passed clear of its other edge. Along a face of the edge that the path is over, the way begins
+    on that face.
     """
     every, sharp = np.arange(len(found)), tracing.world.sharp
     wedges = at_poses(tracing, near.edge[every, segment], found.pose)
     point = wedges.start_m + near.height_m[every, segment, None] * wedges.along
     rim = np.where(np.isfinite(wedges.sheet_m), 2.0 * wedges.sheet_m, 0.0)
     clearance = rim + OFFSET * max((shadow.extent_m for shadow in sharp), default=1.0)
+    late, face = segment > point_slot(found), near.face[every, segment]
+    normal = tracing.mirrors.normal[found.pose, face]
     free = np.ones(len(found), dtype=bool)
-    for ends in displaced_segments(tracing, found):
+    for ends, first in zip(displaced_segments(tracing, found), (late, ~late), strict=True):
         end = ends[every, segment]
+        rise = np.maximum(clearance - dot(normal, end - point), 0.0)
+        end = end + np.where(first & (face >= 0), rise, 0.0)[:, None] * normal
         angle = np.mod(np.arctan2(dot(end - point, wedges.normal), dot(end - point, wedges.inwards)), 2.0 * np.pi)
         clear = point + clearance[:, None] * clear_of_faces(wedges, angle)
         free &= free_between(tracing, end, clear, found.pose, sharp)
@@ -142,11 +157,18 @@ class _Near(Rows):
         detour_m: (C, N + 1) beyond the straight way; infinite without such an edge.
         edge: (C, N + 1) its number, -1 without one.
         height_m: (C, N + 1) how high above its start the way meets it.
+        face: (C, N + 1) patch that it shares with the edge of the path, -1 without one.
     """
 
     detour_m: Floats
     edge: Ints
     height_m: Floats
+    face: Ints
+
+    @classmethod
+    def nothing(cls, shape: tuple[int, ...]) -> _Near:
+        """No edge at any segment."""
+        return cls(np.full(shape, np.inf), np.full(shape, -1), np.zeros(shape), np.full(shape, -1))
 
 
 def _near_segments(search: Search, found: Candidates) -> _Near:
@@ -162,21 +184,26 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     ends = found.points_m[path, k] - before[:, None] * ahead, found.points_m[path, k + 1] + beyond[:, None] * ahead
     within = before, before + length[path, k]
     met = _planes_met(search.tracing, found, at, path, k)
+    borders = met.copy()
+    borders[~world.wedges.flat[found.edge[path]], 2:] = -1
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
-    wedges = world.wedges[convex]
-    edges = wedges.start_m, wedges.end_m, wedges.obstacle, world.planes[wedges.patch], world.planes_at_ends[convex]
+    wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
+    edges = wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex]
     most = REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(
-        *ends, *within, found.pose[path], met, search.tracing.placed, *edges, world.edge_balls, most
+        *ends, *within, found.pose[path], borders, met, search.tracing.placed, *edges, world.edge_balls, most
     )  # type: ignore[call-arg]
-    near = _Near(np.full(length.shape, np.inf), np.full(length.shape, -1), np.zeros(length.shape))
-    near.detour_m[path, k], near.height_m[path, k] = detour, height
-    near.edge[path, k] = np.append(convex, -1)[edge]
+    edge = np.append(convex, -1)[edge]
+    shared = (met[:, 2:, None] == planes[edge, None]).any(axis=2) & (met[:, 2:] >= 0) & (edge >= 0)[:, None]
+    own = world.wedges.patch[found.edge[path], np.argmax(shared, axis=1)]
+    near = _Near.nothing(length.shape)
+    near.detour_m[path, k], near.height_m[path, k], near.edge[path, k] = detour, height, edge
+    near.face[path, k] = np.where(shared.any(axis=1), own, -1)
     return near
 
 
 def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segment: Ints) -> Ints:
-    """(S, 4) planes whose edges do not count for segments of paths (S,), as the waves there have them; -1 for none.
+    """(S, 4) planes in which segments of paths (S,) end and begin; -1 for none.
 
     These are the mirrors at either end, and the faces of the edge that the path is over. In mirrors square to it such a
     face goes on: up to the first other mirror it is one face with its images. Where the edge ends at a mirror, on
@@ -203,12 +230,13 @@ def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segme
 
 
 @compiled
-def _nearest(here, there, first, last, pose, met, placed, start, end, obstacle, plane, at_ends, ball, most):
+def _nearest(here, there, first, last, pose, apart, met, placed, start, end, obstacle, plane, at_ends, ball, most):
     """(S,) least detour over an edge between here and there (S, 3), the number of the edge, and where above its start.
 
     Args:
         first, last: (S,) between which lengths from `here` the way is a segment, and passes edges.
-        met: (S, 4) planes whose edges do not count.
+        apart: (S, 4) planes whose edges do not count.
+        met: (S, 4) planes whose edges' ends do not count.
         placed: (N, O, 4) frames of the obstacles.
         start, end, obstacle: of the edges, at rest.
         plane: (W, 2) of their faces.
@@ -227,11 +255,13 @@ def _nearest(here, there, first, last, pose, met, placed, start, end, obstacle, 
                 fill_rest(there[s], placed[pose[s], body], b)
                 to, fro = distance(a, ball[body, :3]), distance(b, ball[body, :3])
                 within = to + fro - way < most + 2.0 * ball[body, 3]
-            if not within or _touched(met[s], plane[w]):
+            if not within or _touched(apart[s], plane[w]):
                 continue
             h, to, fro = over_edge(a, b, start[w], end[w])
             detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
-            if detour >= best or not first[s] <= along <= last[s] or min(to, fro) < CLOSE_M:
+            aside = min(np.sqrt(max(to * to - along * along, 0.0)), CLOSE_M)
+            low = max(first[s] - aside, 0.0)  # what the way passes right at a mirror is passed on either side of it
+            if detour >= best or not low <= along <= min(last[s] + aside, way) or min(to, fro) < CLOSE_M:
                 continue
             if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
                 best, least[s], edge[s], height[s] = detour, max(detour, 0.0), w, h

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import wofz
 
 from obstaclewatch.support.argument_types import as_complexes, as_floats, check_numbers, check_types
 from obstaclewatch.support.arrays import Complexes, Floats
@@ -90,16 +91,21 @@ class Material:
             raise ValueError(f"material must be one of {', '.join(list_materials())}, got {name!r}")
         return _TABLE[name]
 
-    def reflection(self, frequency_hz: ArrayLike, cos_incidence: ArrayLike) -> Complexes:
+    def reflection(self, frequency_hz: ArrayLike, cos_incidence: ArrayLike, path_rad: ArrayLike = np.inf) -> Complexes:
         """Complex pressure reflection; frequencies (K,) and cosines (P, 1) give (P, K).
 
         R = (cos t - b) / (cos t + b) with the specific admittance b = (1 - R0) / (1 + R0), times the coherent roughness
         loss exp(-2 (k s cos t)^2), k taken at 343 m/s (Kirchhoff theory of Gaussian heights: Ogilvy 1991, Theory
         of wave scattering from random rough surfaces). At grazing incidence all but a rigid surface turns the sign.
 
+        That is of plane waves. A spherical wave still sees a hard surface there, until it has run along it for some
+        time: with the phase kL of its whole path R + (1 - R) F(w), w = sqrt(-jkL / 2) (cos t + b), F(w) = 1 -
+        j sqrt(pi) w e^{-w^2} erfc(jw) (Chien and Soroka, J. Sound Vib. 69 (1980) 340-343).
+
         Args:
             frequency_hz: within the table's frequencies.
             cos_incidence: 0 (grazing) to 1 (normal); both faces of a surface reflect alike, so the sign is ignored.
+            path_rad: kL, (K,) or (P, K); infinite for plane waves.
 
         Raises:
             ValueError: a frequency outside the table, a cosine beyond 1.
@@ -109,7 +115,8 @@ class Material:
         self._check(frequency, cosine)
         normal = np.interp(frequency, self.frequency_hz, np.array(self.normal_reflection))
         wavenumber = 2.0 * np.pi * frequency / ROUGHNESS_SOUND_SPEED_M_S
-        return _locally_reacting(normal, cosine) * np.exp(-2.0 * (wavenumber * self.roughness_m * cosine) ** 2)
+        rough = np.exp(-2.0 * (wavenumber * self.roughness_m * cosine) ** 2)
+        return _of_sphere(normal, cosine, np.asarray(path_rad, dtype=np.float64)) * rough
 
     def _check(self, frequency_hz: Floats, cosine: Floats) -> None:
         low, high = self.frequency_hz[0], self.frequency_hz[-1]
@@ -144,6 +151,19 @@ def _locally_reacting(normal: Complexes, cosine: Floats) -> Complexes:
     denominator = np.where(denominator == 0.0, 1.0, denominator)
     with np.errstate(invalid="ignore"):  # the NaN of a rejected path passes
         return 1.0 - 2.0 * missing / denominator  # exactly 1 where nothing is missing
+
+
+def _of_sphere(normal: Complexes, cosine: Floats, path_rad: Floats) -> Complexes:
+    """The same of a spherical wave with the phase of its path."""
+    plane = _locally_reacting(normal, cosine)
+    if (normal == 1.0).all():
+        return plane
+    far = np.isinf(path_rad)
+    admittance = (1.0 - normal) / (1.0 + normal)
+    w = np.sqrt(-0.5j * np.where(far, 0.0, path_rad)) * (cosine + admittance)
+    still_hard = np.where(far, 0.0, 1.0 - 1j * np.sqrt(np.pi) * w * wofz(-w))
+    found: Complexes = plane + (1.0 - plane) * still_hard
+    return found
 
 
 def _sheet(name: str, surface_density_kg_m2: float, uncertainty: float, source: str) -> Material:

@@ -19,6 +19,7 @@ from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
 
+FLAT_RAD = 1e-6
 BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane
 STRAIGHT = 1e-8  # 1 - cosine between segments of one line: 1.4e-4 rad
 
@@ -65,6 +66,11 @@ class Wedges(Rows):
     def along(self) -> Floats:
         """(W, 3) unit vectors from start to end."""
         return (self.end_m - self.start_m) / self.length_m[:, None]
+
+    @property
+    def flat(self) -> Flags:
+        """(W,) whether both faces lie in one plane, as at the border of a sheet."""
+        return self.open_angle_rad > 2.0 * np.pi - FLAT_RAD
 
     @property
     def free_angle_rad(self) -> Floats:

@@ -135,6 +135,18 @@ def test_a_second_edge_fades_what_the_first_one_sends_on(level):
     assert step_before("sign", 4696, 0.09799, (2.27415, 0.0777, 0.92024), 1, level) < 10.0 ** (-27.0 / 20.0)
 
 
+@pytest.mark.parametrize("level", ["standard", "auto"])
+def test_waves_run_along_the_side_of_a_pillar(level):
+    """Cause: behind its own face an edge sent nothing on, though its image in the wall bends the wave (-12 dB)."""
+    for axis in (0, 2):
+        assert step_before("wall", 4278, -0.45469, (1.00625, 0.02782, 1.41529), axis, level) < MOST
+
+
+def test_a_second_edge_is_met_where_the_way_meets_the_ground():
+    """Cause: where the way passes it right at a mirror, neither segment knew of it, for one step (-23 dB)."""
+    assert step_before("wall", 2540, 0.1607, (1.74577, -0.11696, 1.01306), 2, "standard") < MOST
+
+
 def _star_column() -> trimesh.Trimesh:
     """Five ridges with valleys of 130 degrees between them."""
     turn = np.pi / 5.0 * np.arange(10)

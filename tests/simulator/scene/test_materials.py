@@ -128,3 +128,30 @@ def test_unknown_name_lists_the_known():
 def test_bad_material_is_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize("height_m", [0.0, 0.002, 0.02, 0.1, 0.5, 1.5])
+@pytest.mark.parametrize("normal_reflection", [0.975, 0.87, 0.4, 0.99 + 0.05j])
+def test_a_spherical_wave_reflects_as_the_line_of_complex_images(normal_reflection, height_m):
+    """Exact: an image and a line of sources at complex heights (Di and Gilbert, J. Acoust. Soc. Am. 93 (1993) 714-720).
+
+    Cause: what runs along the face of a pillar was taken for plane waves at grazing incidence, which turn their sign.
+    """
+    wavenumber, along_m = 2.0 * np.pi * 20e3 / 343.0, 2.0
+    path_m = np.hypot(along_m, height_m)
+    admittance = (1.0 - normal_reflection) / (1.0 + normal_reflection)
+    q = np.exp(0.25j * np.pi) * np.linspace(1e-9, 4.0, 400_001)
+    distance = np.sqrt(along_m**2 + (height_m - 1j * q) ** 2)
+    line = np.exp(-wavenumber * (admittance * q + 1j * (distance - path_m))) * path_m / distance
+    exact = 1.0 - 2.0 * wavenumber * admittance * np.trapezoid(line, q)
+    material = Material.uniform("uniform", normal_reflection)
+    got = material.reflection(20e3, height_m / path_m, wavenumber * path_m)
+    assert abs(got - exact) < 1e-3
+
+
+def test_plane_waves_are_the_limit_of_long_paths():
+    brick = Material.named("brick")
+    cosine = np.linspace(0.0, 1.0, 9)[:, None]
+    np.testing.assert_array_equal(brick.reflection(BAND_HZ, cosine, np.inf), brick.reflection(BAND_HZ, cosine))
+    np.testing.assert_allclose(brick.reflection(20e3, 0.3, 1e6), brick.reflection(20e3, 0.3), atol=1e-5)
+    assert Material.rigid().reflection(20e3, 0.0, 700.0) == 1.0

@@ -1,0 +1,50 @@
+"""Faces that go on in a mirror on which they stand squarely: there an edge and its image are two edges of one face.
+
+The side of a pillar on a wall is one face with its image. A phone before the pillar has its own image inside the
+pillar, as the front edge sees it: nothing goes there straight, but what runs from the edge along the side and bends on
+at the edge's image does, half of it where the image just drops behind the side.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.vectors import dot
+from simulator.diffraction.patch_borders import REACH_RAD
+from simulator.diffraction.wedge_coordinates import at_poses, from_last_face
+from simulator.images.image_tree import EdgeImages
+from simulator.world.search_context import Search
+
+SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
+SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square to it
+
+
+def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Floats) -> Flags:
+    """(I,) whether images inside an edge are reached all the same: over its own image, the detour being in reach.
+
+    Mirrors square to the edge, as the ground is to a pillar's, leave it where it is.
+
+    Args:
+        radius_m, angle_rad: (I,) of the images about their edges.
+    """
+    tracing, wedges = search.tracing, search.tracing.world.wedges
+    reached = np.zeros(len(images), dtype=bool)
+    rows = np.flatnonzero((images.order > 0) & ((wedges.mirror < 0) & ~wedges.flat)[images.wedge])
+    wedge, pose, radius, angle = images.wedge[rows], images.pose[rows], radius_m[rows], angle_rad[rows]
+    last, turn = from_last_face(angle, wedges.open_angle_rad[wedge]), wedges.open_angle_rad[wedge]
+    inside = np.where(last, angle - turn, 2.0 * np.pi - angle)
+    edge = at_poses(tracing, wedge, pose)
+    face = tracing.mirrors.normal[pose, wedges.patch[wedge, last.astype(np.int64)]]
+    in_place = np.ones(len(rows), dtype=bool)
+    for k in reversed(range(images.sequence.shape[1])):
+        met, mirror = images.order[rows] > k, images.sequence[rows, k]
+        normal, offset = tracing.mirrors.normal[pose, mirror], tracing.mirrors.offset_m[pose, mirror]
+        along = np.abs(dot(normal, edge.along))
+        run = 2.0 * np.abs(dot(normal, edge.start_m) - offset)
+        bent = run + np.sqrt(radius**2 + run**2 - 2.0 * radius * run * np.cos(inside))
+        near = (run < radius) & (bent - radius < SPARE * REACH_RAD / search.wavenumber_1_m)
+        stands = np.maximum(along, np.abs(dot(normal, face))) < SQUARE
+        reached[rows] |= met & in_place & stands & near
+        in_place &= ~met | (along > 1.0 - SQUARE)
+    return reached
