@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot
 from simulator.diffraction.patch_borders import REACH_RAD
 from simulator.diffraction.wedge_coordinates import at_poses, from_last_face
+from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_tree import EdgeImages
+from simulator.surfaces.wedges import Wedges
 from simulator.world.search_context import Search
+from simulator.world.world import Tracing
 
 SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
+BEFORE_M = 5e-3  # a mirror that a face stands on begins nearer to it
 SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square to it
 
 
@@ -44,7 +48,18 @@ def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Fl
         run = 2.0 * np.abs(dot(normal, edge.start_m) - offset)
         bent = run + np.sqrt(radius**2 + run**2 - 2.0 * radius * run * np.cos(inside))
         near = (run < radius) & (bent - radius < SPARE * REACH_RAD / search.wavenumber_1_m)
-        stands = np.maximum(along, np.abs(dot(normal, face))) < SQUARE
-        reached[rows] |= met & in_place & stands & near
+        square = np.maximum(along, np.abs(dot(normal, face))) < SQUARE
+        some = np.flatnonzero(met & in_place & square & near)
+        reached[rows[some]] |= _stands(tracing, edge[some], face[some], pose[some], mirror[some])
         in_place &= ~met | (along > 1.0 - SQUARE)
     return reached
+
+
+def _stands(tracing: Tracing, edge: Wedges, face: Floats, pose: Ints, mirror: Ints) -> Flags:
+    """(R,) whether a mirror is there just before a face that is square to it, below the middle of the face's edge."""
+    normal, offset = tracing.mirrors.normal[pose, mirror], tracing.mirrors.offset_m[pose, mirror]
+    before = 0.5 * (edge.start_m + edge.end_m) + BEFORE_M * face
+    foot = before - (dot(normal, before) - offset)[:, None] * normal
+    up = foot + BEFORE_M * normal
+    order = np.ones(len(pose), dtype=np.int64)
+    return np.asarray(crossed(tracing, up, up, pose, order, np.ascontiguousarray(mirror[:, None]))[0] == REACHED)

@@ -142,6 +142,11 @@ def test_waves_run_along_the_side_of_a_pillar(level):
         assert step_before("wall", 4278, -0.45469, (1.00625, 0.02782, 1.41529), axis, level) < MOST
 
 
+def test_nothing_bends_on_where_the_wall_ends_with_its_pillar():
+    """Cause: the image of an edge was one in a wall that is not there beside the pillar (-19 dB)."""
+    assert step_before("wall", 2361, 1.04435, (2.07646, -0.15835, 0.8667), 0, "standard") < MOST
+
+
 def test_a_second_edge_is_met_where_the_way_meets_the_ground():
     """Cause: where the way passes it right at a mirror, neither segment knew of it, for one step (-23 dB)."""
     assert step_before("wall", 2540, 0.1607, (1.74577, -0.11696, 1.01306), 2, "standard") < MOST
