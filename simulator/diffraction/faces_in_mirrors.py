@@ -7,20 +7,25 @@ at the edge's image does, half of it where the image just drops behind the side.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot
+from simulator.diffraction.edge_view import EdgeView
 from simulator.diffraction.patch_borders import REACH_RAD
 from simulator.diffraction.wedge_coordinates import at_poses, from_last_face
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_tree import EdgeImages
 from simulator.surfaces.wedges import Wedges
+from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
 BEFORE_M = 5e-3  # a mirror that a face stands on begins nearer to it
+ONTO_M = 1e-6  # over a face, where a mirror on which it stands is met beside it
 SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square to it
 
 
@@ -63,3 +68,20 @@ def _stands(tracing: Tracing, edge: Wedges, face: Floats, pose: Ints, mirror: In
     up = foot + BEFORE_M * normal
     order = np.ones(len(pose), dtype=np.int64)
     return np.asarray(crossed(tracing, up, up, pose, order, np.ascontiguousarray(mirror[:, None]))[0] == REACHED)
+
+
+def onto_faces(tracing: Tracing, found: Candidates, view: EdgeView) -> Candidates:
+    """Paths over edges, with transducers that lie inside their edge moved onto its face: what bends on runs along it.
+
+    Mirrors square to a face leave its normal as it is, so that the move is the same in the images of a transducer.
+    """
+    points, faces = found.points_m.copy(), tracing.world.wedges.patch[found.edge]
+    for angle, radius, at in (
+        (view.source_angle_rad, view.source_radius_m, np.zeros(len(found), dtype=np.int64)),
+        (view.receiver_angle_rad, view.receiver_radius_m, found.order + 1),
+    ):
+        inside = np.maximum(angle - view.open_angle_rad, -angle)
+        rows = np.flatnonzero(inside > 0.0)
+        normal = tracing.mirrors.normal[found.pose[rows], faces[rows, (angle[rows] > 0.0).astype(np.int64)]]
+        points[rows, at[rows]] += (radius[rows] * np.sin(inside[rows]) + ONTO_M)[:, None] * normal
+    return replace(found, points_m=points)

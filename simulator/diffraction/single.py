@@ -25,7 +25,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
-from simulator.diffraction.faces_in_mirrors import bends_on
+from simulator.diffraction.faces_in_mirrors import bends_on, onto_faces
 from simulator.diffraction.finite_edge import edge_terms, strength_bounds
 from simulator.diffraction.patch_borders import border_share, own_detours_m
 from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, from_nearer_face, row_of, seen
@@ -283,7 +283,8 @@ def diffracted_once(tracing: Tracing, wedge: Ints, pose: int, mic: int, wavenumb
 
 def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenumber: Floats) -> Complexes:
     """(C, 3, K) what mirrors that end leave of paths (C,) over edges seen so, by the groups of `edge_terms`."""
-    return border_share(tracing, found, point_slot(found), own_detours_m(view, found.part), wavenumber)
+    own_m = own_detours_m(view, found.part)
+    return border_share(tracing, onto_faces(tracing, found, view), point_slot(found), own_m, wavenumber)
 
 
 def outside(view: EdgeView, sheet_m: Floats) -> Flags:

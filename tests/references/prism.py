@@ -21,12 +21,6 @@ POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(4))
 HALVINGS = 6  # of the elements next to a corner, where the pressure bends
 
 
-def rectangle(depth_m: float, width_m: float) -> Floats:
-    """(4, 2) corners, counterclockwise: the front is on the line x = 0, its middle at the origin, the rest behind."""
-    half = 0.5 * width_m
-    return np.array([[0.0, -half], [depth_m, -half], [depth_m, half], [0.0, half]])
-
-
 def elements(corner_m: Floats, step_m: float) -> tuple[Floats, Floats]:
     """(N, 2) starts and ends of the elements of an outline, so long at most and shorter next to its corners."""
     ends = []
