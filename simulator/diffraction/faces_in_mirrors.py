@@ -23,9 +23,9 @@ from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-SQUARE = 1e-6  # cosine between normals under which a face goes on in a mirror
+SQUARE = 1e-3  # cosine between normals under which a face goes on in a mirror: files of float32 round by 1e-5
 BEFORE_M = 5e-3  # a mirror that a face stands on begins nearer to it
-ONTO_M = 1e-6  # over a face, where a mirror on which it stands is met beside it
+ONTO_M = 1e-3  # over a face, so that the mirror on which it stands is met beside its foot, however that is rounded
 SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square to it
 
 
