@@ -18,7 +18,8 @@ class EdgeView(Rows):
 
     Attributes:
         source_radius_m, receiver_radius_m: (R,) distances from the line of the edge, positive.
-        source_angle_rad, receiver_angle_rad: (R,) from face 0 through the open space, 0 to `open_angle_rad`.
+        source_angle_rad, receiver_angle_rad: (R,) from face 0 through the open space, 0 to `open_angle_rad`; inside the
+            edge negative or greater, by the nearer face.
         source_height_m, receiver_height_m: (R,) along the edge, from its start.
         length_m: (R,) of the edge.
         open_angle_rad: (R,) between the faces through the open space, 2 pi / 3 to 2 pi.

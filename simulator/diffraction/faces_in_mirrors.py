@@ -41,9 +41,9 @@ def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Fl
     reached = np.zeros(len(images), dtype=bool)
     rows = np.flatnonzero((images.order > 0) & ((wedges.mirror < 0) & ~wedges.flat)[images.wedge])
     wedge, pose, radius, angle = images.wedge[rows], images.pose[rows], radius_m[rows], angle_rad[rows]
-    last, turn = from_last_face(angle, wedges.open_angle_rad[wedge]), wedges.open_angle_rad[wedge]
+    edge, turn = at_poses(tracing, wedge, pose), wedges.open_angle_rad[wedge]
+    last = from_last_face(angle, turn)
     inside = np.where(last, angle - turn, 2.0 * np.pi - angle)
-    edge = at_poses(tracing, wedge, pose)
     face = tracing.mirrors.normal[pose, wedges.patch[wedge, last.astype(np.int64)]]
     in_place = np.ones(len(rows), dtype=bool)
     for k in reversed(range(images.sequence.shape[1])):
