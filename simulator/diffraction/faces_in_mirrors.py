@@ -15,7 +15,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot
 from simulator.diffraction.edge_view import EdgeView
 from simulator.diffraction.patch_borders import REACH_RAD
-from simulator.diffraction.wedge_coordinates import at_poses, from_last_face
+from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_tree import EdgeImages
 from simulator.surfaces.wedges import Wedges
@@ -42,9 +42,8 @@ def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Fl
     rows = np.flatnonzero((images.order > 0) & ((wedges.mirror < 0) & ~wedges.flat)[images.wedge])
     wedge, pose, radius, angle = images.wedge[rows], images.pose[rows], radius_m[rows], angle_rad[rows]
     edge, turn = at_poses(tracing, wedge, pose), wedges.open_angle_rad[wedge]
-    last = from_last_face(angle, turn)
-    inside = np.where(last, angle - turn, 2.0 * np.pi - angle)
-    face = tracing.mirrors.normal[pose, wedges.patch[wedge, last.astype(np.int64)]]
+    inside = np.maximum(angle - turn, -angle)
+    face = tracing.mirrors.normal[pose, wedges.patch[wedge, (angle > 0.0).astype(np.int64)]]
     in_place = np.ones(len(rows), dtype=bool)
     for k in reversed(range(images.sequence.shape[1])):
         met, mirror = images.order[rows] > k, images.sequence[rows, k]
@@ -75,13 +74,17 @@ def onto_faces(tracing: Tracing, found: Candidates, view: EdgeView) -> Candidate
 
     Mirrors square to a face leave its normal as it is, so that the move is the same in the images of a transducer.
     """
-    points, faces = found.points_m.copy(), tracing.world.wedges.patch[found.edge]
-    for angle, radius, at in (
+    faces = tracing.world.wedges.patch[found.edge]
+    ends = (
         (view.source_angle_rad, view.source_radius_m, np.zeros(len(found), dtype=np.int64)),
         (view.receiver_angle_rad, view.receiver_radius_m, found.order + 1),
-    ):
-        inside = np.maximum(angle - view.open_angle_rad, -angle)
-        rows = np.flatnonzero(inside > 0.0)
+    )
+    inside = [np.maximum(angle - view.open_angle_rad, -angle) for angle, _, _ in ends]
+    if max(each.max(initial=0.0) for each in inside) <= 0.0:
+        return found
+    points = found.points_m.copy()
+    for (angle, radius, at), deep in zip(ends, inside, strict=True):
+        rows = np.flatnonzero(deep > 0.0)
         normal = tracing.mirrors.normal[found.pose[rows], faces[rows, (angle[rows] > 0.0).astype(np.int64)]]
-        points[rows, at[rows]] += (radius[rows] * np.sin(inside[rows]) + ONTO_M)[:, None] * normal
+        points[rows, at[rows]] += (radius[rows] * np.sin(deep[rows]) + ONTO_M)[:, None] * normal
     return replace(found, points_m=points)

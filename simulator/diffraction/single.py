@@ -28,7 +28,7 @@ from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.faces_in_mirrors import bends_on, onto_faces
 from simulator.diffraction.finite_edge import edge_terms, strength_bounds
 from simulator.diffraction.patch_borders import border_share, own_detours_m
-from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, from_nearer_face, row_of, seen
+from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, row_of, seen
 from simulator.images.given_planes import last_image
 from simulator.images.image_pairs import Pairs, matches
 from simulator.images.image_tree import EdgeImages, images_lighting_edges
@@ -227,10 +227,10 @@ def _sights(search: Search, point_m: Floats) -> EdgeSights:
     middle = (0.5 * (wedges.start_m + wedges.end_m)).take(row, axis=0)
     least = norm(images.point_m - middle) - 0.5 * rest.length_m[images.wedge]
     turn = rest.open_angle_rad[images.wedge]
-    reached = angle <= turn
+    reached = (angle >= 0.0) & (angle <= turn)
     behind = np.flatnonzero(~reached)
     reached[behind] = bends_on(search, images[behind], radius[behind], angle[behind])
-    return EdgeSights(images, radius, from_nearer_face(angle, turn), height, least)[reached]
+    return EdgeSights(images, radius, angle, height, least)[reached]
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
@@ -328,12 +328,7 @@ def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     late = [(k, (k > at) & (k < found.order)) for k in reversed(range(width))]
     source = last_image(found.points_m[:, 0], *planes, early)
     receiver = last_image(found.points_m[:, -1], *planes, late)
-    view = seen(wedges, source, receiver)
-    angles = {
-        name: from_nearer_face(getattr(view, name), view.open_angle_rad)
-        for name in ("source_angle_rad", "receiver_angle_rad")
-    }
-    return wedges, replace(view, **angles)
+    return wedges, seen(wedges, source, receiver)
 
 
 def off_faces(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:

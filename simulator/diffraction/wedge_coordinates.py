@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Floats, Ints
 from simulator.diffraction.edge_view import EdgeView
 from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
@@ -23,29 +23,23 @@ def row_of(tracing: Tracing, wedge: Ints, pose: Ints) -> Ints:
 
 
 def seen(wedges: Wedges, source_m: Floats, receiver_m: Floats) -> EdgeView:
-    """Cylindrical coordinates of sources and receivers (R, 3) about edges; angles beyond the open side lie inside."""
+    """Cylindrical coordinates of sources and receivers (R, 3) about edges, as `cylindrical` counts angles."""
     every = np.arange(len(wedges.start_m))
     coordinates = [cylindrical(wedges, every, point) for point in (source_m, receiver_m)]
     return EdgeView(*coordinates[0], *coordinates[1], wedges.length_m, wedges.open_angle_rad)
 
 
-def from_nearer_face(angle_rad: Floats, open_angle_rad: Floats) -> Floats:
-    """(R,) angles from face 0, negative for what lies inside an edge nearer to that face than to the last."""
-    return np.where(from_last_face(angle_rad, open_angle_rad), angle_rad, angle_rad - 2.0 * np.pi)
-
-
-def from_last_face(angle_rad: Floats, open_angle_rad: Floats) -> Flags:
-    """(R,) False for angles that lie inside an edge nearer to face 0."""
-    return np.asarray(angle_rad < 0.5 * open_angle_rad + np.pi)
-
-
 def cylindrical(wedges: Wedges, row: Ints, point_m: Floats) -> tuple[Floats, Floats, Floats]:
-    """(R,) distance from the line of the edge in a row, angle from face 0 over its normal, height above the start."""
+    """(R,) distance from the line of the edge in a row, angle from face 0 over its normal, height above the start.
+
+    What lies inside the edge counts from the nearer face: it has a negative angle, or one beyond the open angle.
+    """
     offset = point_m - wedges.start_m.take(row, axis=0)
     axes = (each.take(row, axis=0) for each in (wedges.inwards, wedges.normal, wedges.along))
     x, y, height = (offset[:, 0] * axis[:, 0] + offset[:, 1] * axis[:, 1] + offset[:, 2] * axis[:, 2] for axis in axes)
     angle = np.mod(np.arctan2(y, x), 2.0 * np.pi)
     angle = np.where(2.0 * np.pi - angle < ON_FACE_RAD, 0.0, angle)
     turn = wedges.open_angle_rad.take(row)
+    angle = np.where(angle < 0.5 * turn + np.pi, angle, angle - 2.0 * np.pi)
     beyond = angle - turn
     return np.hypot(x, y), np.where((beyond > 0.0) & (beyond < ON_FACE_RAD), turn, angle), height
