@@ -6,6 +6,7 @@ and a detector can sample it at any rate; neither needs the other's samples.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,10 +67,11 @@ class BeepDesign:
             raise ValueError(
                 f"start_hz and stop_hz must be in Hz, {LOWEST_HZ:.0f} or more, got {self.start_hz} and {self.stop_hz}"
             )
-        if max(self.start_hz, self.stop_hz) >= self.sample_rate_hz / 2:
+        top = max(self.start_hz, self.stop_hz)
+        if top >= self.sample_rate_hz / 2:
             raise ValueError(
-                f"the band must end below half the sample rate, got {max(self.start_hz, self.stop_hz)} Hz "
-                f"at {self.sample_rate_hz} Hz"
+                f"the band must end below half the sample rate, got {top} Hz at {self.sample_rate_hz} Hz: "
+                f"take more than {2.0 * top:g} samples a second"
             )
         if round(self.duration_s * self.sample_rate_hz) < 2:  # the window's first sample is 0
             raise ValueError(f"duration_s must be two samples or more, got {self.duration_s} s")
@@ -87,6 +89,14 @@ class BeepDesign:
     def period_samples(self) -> int:
         """Samples from the start of one beep to the start of the next."""
         return round(self.period_s * self.sample_rate_hz)
+
+    def beeps_in(self, duration_s: float) -> int:
+        """Whole periods within a duration, which rounding does not make one fewer.
+
+        >>> BeepDesign().beeps_in(0.27)
+        3
+        """
+        return math.floor(duration_s / self.period_s + 1e-9)
 
     @property
     def center_hz(self) -> float:

@@ -57,7 +57,7 @@ def render_walk(
         walk: where the phone is at every instant; whole beeps within its duration are rendered.
         beep: the emitted signal; its rate is the recording's.
         fidelity: what is modelled; None takes the defaults.
-        seed: of the noise; the same seed gives the same samples bit for bit.
+        seed: of the noise; the same seed gives the same samples bit for bit on the same machine and versions.
         gated: names of obstacles whose echoes are left out of the recording: paths that meet these obstacles and no
             other. What they hide, and what they add to the echoes of others, stays.
         seen: told the paths of every block of beeps that is rendered, and the number of its first beep, which
@@ -145,7 +145,7 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     Raises:
         ValueError: there is none.
     """
-    count = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
+    count = beep.beeps_in(walk.duration_s)
     if count < 1:
         raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
     return count
@@ -153,7 +153,8 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
 
 def ungated(paths: Paths, obstacles: Collection[str]) -> Flags:
     """(P,) False for the echoes of these obstacles alone; the direct sound is nobody's echo."""
-    return np.array([not met or not set(met) <= set(obstacles) for met in paths.obstacles_met()], dtype=bool)
+    gated = set(obstacles)
+    return np.array([not met or not set(met) <= gated for met in paths.obstacles_met()], dtype=bool)
 
 
 def _known(names: Collection[str], scene: PreparedScene) -> Collection[str]:

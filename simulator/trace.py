@@ -44,7 +44,7 @@ NOT_MODELLED = (
     "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
     "or of the shadow of a second edge",
     "a diffraction and a curve in one path",
-    "diffraction round rounded bodies, but for rays off planes and over one edge: all else is hidden or it is not",
+    "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",
 )

@@ -116,7 +116,7 @@ def situation_of(cell: Cell) -> Situation:
 
 def truths_at_beeps(cell: Cell, setting: Situation, beep: BeepDesign, recording: Recording) -> list[GroundTruth]:
     """Ground truth of every target at the instants at which the beeps' centres meet it."""
-    starts = beep.period_s * np.arange(math.floor(recording.duration_s / beep.period_s + 1e-9))
+    starts = beep.period_s * np.arange(beep.beeps_in(recording.duration_s))
     middles = starts + 0.5 * beep.duration_s
 
     def told(target: str) -> GroundTruth:

@@ -166,7 +166,7 @@ def _opened(path: Path) -> Any:
 
 def _check_contents(sound: Any, path: Path) -> None:
     if sound.channels != 2:
-        raise ValueError(f"'{path}' must have two channels, one per microphone, got {sound.channels}")
+        raise ValueError(f"'{path}' must have two channels, one per microphone, got {sound.channels}: record in stereo")
     if sound.frames == 0:
         raise ValueError(f"'{path}' must hold at least one sample per microphone, got none")
 

@@ -61,7 +61,10 @@ def pulse_shape(beep: BeepDesign, level: float, sound_speed_m_s: float) -> Pulse
         for speed in SPEEDS_M_S
     ]
     if np.isnan(trailing).any():
-        raise ValueError(f"the compressed beep must fall to {level:g} of its peak within {REACH_S} s, got {beep}")
+        raise ValueError(
+            f"the compressed beep must fall to {level:g} of its peak within {REACH_S} s at {SPEEDS_M_S[0]:g} to "
+            f"{SPEEDS_M_S[-1]:g} m/s, got {beep}"
+        )
     return PulseShape(level, np.array(trailing), rms_bandwidth_hz(beep))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from numbers import Integral
+from types import UnionType
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ def check_angles(most_turns: float = 1.0, **values: ArrayLike) -> None:
         ValueError: the message gives name, rule and value.
     """
     for name, value in values.items():
-        angle = np.asarray(value, dtype=np.float64)
+        angle = as_floats(name, value)
         if not (np.abs(angle) <= most_turns * TURN_RAD).all():  # NaN fails too
             limit = f"{most_turns * TURN_RAD:.1f}"
             raise ValueError(f"{name} must be in radians, finite and within +-{limit}, got {reprlib.repr(value)}")
@@ -88,7 +89,7 @@ def check_counts(least: int, /, **values: Any) -> None:
             raise ValueError(f"{name} must be a whole number, {least} or more, got {reprlib.repr(value)}")
 
 
-def check_types(**values: tuple[Any, type]) -> None:
+def check_types(**values: tuple[Any, type | UnionType]) -> None:
     """Refuse what is not of its type; each value comes with the type that it must have.
 
     Raises:
@@ -96,4 +97,5 @@ def check_types(**values: tuple[Any, type]) -> None:
     """
     for name, (value, kind) in values.items():
         if not isinstance(value, kind):
-            raise ValueError(f"{name} must be of type {kind.__name__}, got {reprlib.repr(value)}")
+            word = getattr(kind, "__name__", kind)
+            raise ValueError(f"{name} must be of type {word}, got {reprlib.repr(value)}")

@@ -101,8 +101,8 @@ def _need(obstacle: Obstacle) -> Need:
 def integrals_needed(scene: Scene, phone: Phone, walk: Walk, step: Step = _silent) -> list[str]:
     """Obstacles for some of whose echoes the level "auto" takes Kirchhoff's integral, at `INSTANTS` of a walk.
 
-    Rays alone, as the level "standard" takes them, err by more than half a decibel there. `step` is called after each
-    instant: in a street of two dozen things one may take a minute or two.
+    Rays alone would err by more than half a decibel there. `step` is called after each instant: in a street of two
+    dozen things one may take a minute or two.
     """
     named: set[str] = set()
     for time_s in np.linspace(0.0, walk.duration_s, INSTANTS):
@@ -133,7 +133,7 @@ def rendering_cost(scene: Scene, phone: Phone, walk: Walk, step: Step = _silent)
         ValueError: the walk is shorter than one beep.
     """
     beep, fidelity, street = BeepDesign(), Fidelity(), PreparedScene(scene)
-    beeps = int(np.floor(walk.duration_s / beep.period_s + 1e-9))
+    beeps = beep.beeps_in(walk.duration_s)
     some = min(TIMED_BEEPS, beeps)
 
     def render(count: int) -> Recording:

@@ -82,7 +82,7 @@ def twice_curved(search: Search, singles: list[Candidates | None], loudest: Floa
         for b in range(a + 1, len(factor)):
             shortest = _shortest(tracing, (a, b), middles)
             bound = 10.0 ** (JUDGED_DB / 20.0) * factor[a] * factor[b] / np.maximum(shortest, 1e-3)
-            poses = np.flatnonzero((bound >= threshold) & (shortest <= audible.limit_m))
+            poses = np.flatnonzero((bound >= threshold) & (shortest <= search.limit_m))
             if len(poses):
                 parts += _between(search, (a, b), middles, poses, threshold)
     return parts

@@ -12,9 +12,9 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled_vectors import distance
 from simulator.curved import stationary as curved
 from simulator.images.image_pairs import Pairs, pairs_over
-from simulator.images.image_tree import distance
 from simulator.images.shown import shown
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.reflectors import SmoothSurface

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import dot
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.facet_bounds import beyond, may_mirror
-from simulator.surfaces.quadratic_triangles import dot, rounded, surface_around, with_curvature
+from simulator.surfaces.quadratic_triangles import rounded, surface_around, with_curvature
 from simulator.surfaces.reflectors import SmoothSurface
 from simulator.world.frames import into_rest, out_of_rest, rotated, rotated_tensor
 
@@ -86,7 +87,7 @@ def find(
     pieces, ends = surface.clusters, _ends_at_rest(frame, source_m, receiver_m)
     shown = np.zeros((len(frame), 0, 4)) if shown is None else shown
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, pieces.cells, pieces.facet, pieces.after, *ends, shown
+        *_arrays(surface), surface.closed, pieces.bounds, pieces.facet, pieces.after, *ends, shown
     )  # type: ignore[call-arg]  # fmt: skip
     if (count > MAX_HITS).any():
         raise ValueError(
@@ -278,7 +279,7 @@ def _first_guess(corner, straight, center, source, receiver):
 
 
 @compiled
-def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver, shown):
+def _search(corner, normal, bulge, closed, pieces, facet, after, source, receiver, shown):
     """Facet and position of every stationary point, piece by piece of the surface, each point kept once."""
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
@@ -294,14 +295,14 @@ def _search(corner, normal, bulge, closed, cells, facet, after, source, receiver
                     bounds[bounding, x] = shown[q, k, x]
                 bounding += 1
         while piece < len(facet):
-            if beyond(bounds[:bounding], cells.center_m[piece], cells.ball_m[piece]) or not may_mirror(
-                cells, piece, closed, source[q], receiver[q]
+            if beyond(bounds[:bounding], pieces.center_m[piece], pieces.ball_m[piece]) or not may_mirror(
+                pieces, piece, closed, source[q], receiver[q]
             ):
                 piece = after[piece]
                 continue
             t = facet[piece]
             if t >= 0:
-                guess = _first_guess(corner[t], cells.straight[piece], cells.center_m[piece], source[q], receiver[q])
+                guess = _first_guess(corner[t], pieces.straight[piece], pieces.center_m[piece], source[q], receiver[q])
                 found, eta, zeta = _on_facet(
                     corner[t], normal[t], bulge[t], closed, source[q], receiver[q], guess, point, count[q], work, slope
                 )

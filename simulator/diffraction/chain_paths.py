@@ -16,7 +16,6 @@ from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between
 from simulator.world.rejection_log import Rejected
 from simulator.world.search_context import Search
-from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
 
@@ -48,14 +47,14 @@ class ChainPaths(Rows):
 
 def free_of_obstacles(tracing: Tracing, paths: ChainPaths) -> Flags:
     """(R,) whether nothing stands between the phone and the first and last points."""
-    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
     each, last = np.arange(len(paths)), paths.count - 1
     free = np.ones(len(paths), dtype=bool)
     for slot, end in ((np.zeros_like(last), 0), (last, -1)):
         phone, point = paths.points_m[:, end], paths.points_m[each, slot + 1]
         wedges = at_poses(tracing, paths.edge[each, slot], paths.pose)
         outwards = clear_of_faces(wedges, seen(wedges, phone, phone).source_angle_rad)
-        free &= free_between(tracing, phone, point + OFFSET * extent * outwards, paths.pose, tracing.world.blockers)
+        point = point + tracing.world.clear_m * outwards
+        free &= free_between(tracing, phone, point, paths.pose, tracing.world.blockers)
     return free
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from simulator.diffraction.chain_integrals import integrated_chains
 from simulator.diffraction.thin_panels import panels_of
-from simulator.kirchhoff.rays_over_pairs import Taken
+from simulator.images.image_pairs import Taken
 from simulator.scene.fidelity import Fidelity
 from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search

@@ -23,11 +23,10 @@ from scipy.special import wofz
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.vectors import dot
+from obstaclewatch.support.compiled_vectors import distance, dot
 from simulator.diffraction.edge_view import EdgeView
-from simulator.images.given_planes import last_image
+from simulator.images.given_planes import last_image, planes_met
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
-from simulator.images.image_tree import distance
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
@@ -67,7 +66,7 @@ def border_share(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats,
 def _of_one(tracing: Tracing, found: Candidates, slot: Ints, own_m: Floats, k: int, wavenumber: Floats) -> Complexes:
     """(R, 3, K) what the mirror met at place k leaves."""
     mirror = np.ascontiguousarray(found.sequence[:, k : k + 1])
-    code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), *tracing.world.patch_ends)  # type: ignore[call-arg]
+    code, detour = _crossed(tracing.mirrors, found.pose, mirror, *_unfolded(found, slot, k), tracing.world.patch_ends)  # type: ignore[call-arg]
     shadow, code = shadow_share(detour, own_m, wavenumber), code[:, None, None]
     return np.where(code == REACHED, 1.0 - shadow, np.where(code == OUTSIDE, shadow, 0.0))
 
@@ -118,7 +117,7 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
     The edge may stand on the mirror, so that the way to it is looked for from the transducer.
     """
     each, early, width = np.arange(len(found)), slot > k, found.sequence.shape[1]
-    planes = found.normal, dot(found.normal, found.points_m[:, 1:-1])
+    planes = planes_met(found)
     first, last = np.where(early, 0, slot + 1), np.where(early, slot, found.order)
     before = [(i, i >= first) for i in range(k)]
     after = [(i, i < last) for i in reversed(range(k + 1, width))]
@@ -129,11 +128,12 @@ def _unfolded(found: Candidates, slot: Ints, k: int) -> tuple[Floats, Floats]:
 
 
 @compiled
-def _crossed(mirrors, pose, sequence, one, other, start, end, first):
-    """(R,) code of segments by one mirror (R, 1), and (R,) least detour over its edges (`patch_ends`); else infinite.
+def _crossed(mirrors, pose, sequence, one, other, ends):
+    """(R,) code of segments by one mirror (R, 1), and (R,) least detour over its ends; infinite without one.
 
     Args:
         one, other: (R, 3) ends of each segment.
+        ends: `PatchEnds`.
     """
     code, least = np.empty(len(pose), np.int64), np.full(len(pose), np.inf)
     images, hits, a, b = np.empty((2, 3)), np.empty((1, 3)), np.empty(3), np.empty(3)
@@ -144,8 +144,9 @@ def _crossed(mirrors, pose, sequence, one, other, start, end, first):
         frame = mirrors.frames[n, mirrors.obstacle[p]]
         fill_rest(images[1], frame, a)
         fill_rest(other[r], frame, b)
-        for i in range(first[p], first[p + 1]):
-            least[r] = min(least[r], _detour(a, b, start[i], end[i]))
+        for i in range(ends.first[p], ends.first[p + 1]):
+            if dot(a, ends.outwards[i]) <= dot(ends.start_m[i], ends.outwards[i]):  # behind it is the image
+                least[r] = min(least[r], _detour(a, b, ends.start_m[i], ends.end_m[i]))
     return code, least
 
 

@@ -23,13 +23,13 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
-from obstaclewatch.support.vectors import dot, norm
+from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.faces_in_mirrors import bends_on, onto_faces
 from simulator.diffraction.finite_edge import edge_terms, strength_bounds
 from simulator.diffraction.patch_borders import border_share, own_detours_m
 from simulator.diffraction.wedge_coordinates import at_poses, cylindrical, row_of, seen
-from simulator.images.given_planes import last_image
+from simulator.images.given_planes import last_image, mirrors_about, planes_met
 from simulator.images.image_pairs import Pairs, matches
 from simulator.images.image_tree import EdgeImages, images_lighting_edges
 from simulator.images.unfolding import Turns, straightened, unfolded
@@ -322,10 +322,7 @@ def point_slot(found: Candidates) -> Ints:
 def views_of(tracing: Tracing, found: Candidates) -> tuple[Wedges, EdgeView]:
     """Edges and views of paths (C,) that all have an edge, the mirrors unfolded."""
     at, wedges = point_slot(found), at_poses(tracing, found.edge, found.pose)
-    planes = found.normal, dot(found.normal, found.points_m[:, 1:-1])
-    width = found.sequence.shape[1]
-    early = [(k, k < at) for k in range(width)]
-    late = [(k, (k > at) & (k < found.order)) for k in reversed(range(width))]
+    planes, (early, late) = planes_met(found), mirrors_about(found, at, at)
     source = last_image(found.points_m[:, 0], *planes, early)
     receiver = last_image(found.points_m[:, -1], *planes, late)
     return wedges, seen(wedges, source, receiver)

@@ -8,7 +8,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.diffraction.single import off_faces, point_slot
 from simulator.world.candidates import Candidates
 from simulator.world.line_of_sight import free_between
-from simulator.world.visibility import COINCIDENT_M, OFFSET, Blocker
+from simulator.world.visibility import COINCIDENT_M, Blocker
 from simulator.world.world import Tracing
 
 
@@ -28,8 +28,8 @@ def free_segments(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, 
 
 def displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
     """(C, N + 1, 3) starts and ends of the segments, clear of the surfaces that they leave and meet."""
-    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    clearance = found.standoff_m + OFFSET * extent
+    clear_m = tracing.world.clear_m
+    clearance = found.standoff_m + clear_m
     displaced = found.points_m.copy()
     inner = np.arange(found.sequence.shape[1])[None, :] < found.order[:, None]
     displaced[:, 1:-1] += np.where(inner[:, :, None], clearance[:, :, None] * found.normal, 0.0)
@@ -38,8 +38,8 @@ def displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Flo
     if not len(over):
         return start, end
     at, (arriving, leaving) = point_slot(found[over]), off_faces(tracing, found[over])
-    end[over, at] += OFFSET * extent * arriving
-    start[over, at + 1] += OFFSET * extent * leaving
+    end[over, at] += clear_m * arriving
+    start[over, at + 1] += clear_m * leaving
     _part_from_corner(found, over, at, -1, end, start)
     _part_from_corner(found, over, at + 1, 1, start, end)
     return start, end

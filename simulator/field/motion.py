@@ -20,7 +20,7 @@ from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import edge_points, point_slot
 from simulator.diffraction.wedge_coordinates import seen
 from simulator.field.unfolded_motion import MICS, SPEAKER, Track, is_unfolded, retarded, track_of
-from simulator.images.given_planes import Steps, crossings_in_turn, images_in_turn
+from simulator.images.given_planes import crossings_in_turn, images_in_turn, mirrors_about
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
@@ -177,7 +177,7 @@ def _settled(
     """
     every, place = np.arange(len(found)), np.argmax(found.interaction == Interaction.CURVED, axis=1)
     normal, offset = _planes(tracing, found, np.zeros(found.sequence.shape))
-    early, late = _steps(found, place, place)
+    early, late = mirrors_about(found, place, place)
     received = images_in_turn(receiver, normal, offset, late)[0]
     delay, ahead = found.length_m / speed_m_s, guess.struck_s(np.zeros(len(found)), speed_m_s)
     point, met = np.empty(receiver.shape), found.sequence[every, place]
@@ -194,13 +194,6 @@ def _settled(
         before = norm(point - lit)
         ahead[every, place], delay = before / speed_m_s, (before + norm(received - point)) / speed_m_s
     return delay, ahead
-
-
-def _steps(found: Candidates, first: Ints, last: Ints) -> tuple[Steps, Steps]:
-    """The mirrors before the first turn (C,) of each path, and those behind the last, from the receiver on."""
-    width = found.sequence.shape[1]
-    early = [(k, first > k) for k in range(width)]
-    return early, [(k, (last < k) & (found.order > k)) for k in range(width - 1, -1, -1)]
 
 
 def _over_curves(
@@ -251,7 +244,7 @@ def _solved(
     last = np.where(turns, width - 1 - np.argmax(turn[:, ::-1], axis=1), found.order)
     here, there = np.minimum(place, width - 1) + 1, np.minimum(last, width - 1) + 1
     normal, offset = _planes(tracing, found, struck_s)
-    early, late = _steps(found, place, last)
+    early, late = mirrors_about(found, place, last)
     lit, received = (images_in_turn(p, normal, offset, s) for p, s in ((source, early), (receiver, late)))
     points = np.repeat(receiver[:, None], width + 2, axis=1)
     points[:, 0] = source

@@ -96,9 +96,10 @@ def _segments(found: Candidates) -> _Segments:
     count, width = found.sequence.shape
     step = norm(np.diff(found.points_m, axis=1))
     before = np.cumsum(step, axis=1) - step
-    normal = _turning_planes(found, step)
+    ahead = _directions(found, step)
+    normal = _turning_planes(found, ahead)
     axes = np.empty((count, width + 1, 3, 3))
-    axes[:, 0, 0] = (found.points_m[:, 1] - found.points_m[:, 0]) / step[:, :1]
+    axes[:, 0, 0] = ahead[:, 0]
     axes[:, 0, 1] = _square_to(axes[:, 0, 0])
     axes[:, 0, 2] = np.cross(axes[:, 0, 0], axes[:, 0, 1])
     facing = np.zeros((count, width + 2, 3))
@@ -133,12 +134,12 @@ def _half_way_to_the_end(axes: Floats, order: Ints) -> Floats:
     return np.stack([np.cos(half) * one + np.sin(half) * other, np.cos(half) * other - np.sin(half) * one], axis=2)
 
 
-def _turning_planes(found: Candidates, length_m: Floats) -> Floats:
-    """(C, N, 3) unit normals of the mirrors, and at edges of the planes whose mirrors would bend a path as they do.
+def _directions(found: Candidates, length_m: Floats) -> Floats:
+    """(C, N + 1, 3) unit vectors along the segments of paths.
 
     Args:
-        length_m: (C, N + 1) of the segments. Where the end of an edge stands on a mirror one of them is nothing: its
-            direction is that of the next one as the mirror shows it.
+        length_m: (C, N + 1) of the segments. Where the speaker lies on the first mirror, or the end of an edge on one,
+            a segment is nothing: its direction is that of the next one as the mirror shows it.
     """
     width, at, normal = found.sequence.shape[1], point_slot(found), found.normal
     ahead = np.diff(found.points_m, axis=1) / np.maximum(length_m, 1e-300)[..., None]
@@ -147,12 +148,17 @@ def _turning_planes(found: Candidates, length_m: Floats) -> Floats:
         rows = np.flatnonzero(nothing[:, k] & (k <= at))
         ahead[rows, k] = mirrored(ahead[rows, k - 1], normal[rows, k - 1], np.zeros(len(rows)))
     for k in reversed(range(width)):
-        rows = np.flatnonzero(nothing[:, k] & (k > at))
+        rows = np.flatnonzero(nothing[:, k] & ((k > at) | (k == 0)))
         ahead[rows, k] = mirrored(ahead[rows, k + 1], normal[rows, k], np.zeros(len(rows)))
+    return ahead
+
+
+def _turning_planes(found: Candidates, ahead: Floats) -> Floats:
+    """(C, N, 3) unit normals of the mirrors, and at edges of the planes whose mirrors would bend a path as they do."""
     turn = np.diff(ahead, axis=1)
     size = norm(turn)
     over = (found.interaction == Interaction.EDGE)[..., None]
-    return np.where(over, turn / np.where(size > STRAIGHT, size, np.inf)[..., None], normal)
+    return np.where(over, turn / np.where(size > STRAIGHT, size, np.inf)[..., None], found.normal)
 
 
 def _at_rest(segments: _Segments, frame: Floats) -> _Segments:

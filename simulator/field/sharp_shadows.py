@@ -24,6 +24,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import distance
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.faces_in_mirrors import SQUARE
@@ -31,7 +32,6 @@ from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge,
 from simulator.diffraction.single import clear_of_faces, point_slot, views_of
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
-from simulator.images.image_tree import distance
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between

@@ -11,10 +11,10 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import distance, dot
 from obstaclewatch.support.vectors import dot as dot_rows
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import inside_patch
-from simulator.images.image_tree import distance, dot
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.mirrors import FLUSH_M
@@ -28,8 +28,7 @@ BLIND = 4.0  # times `OFFSET` of the largest coordinate: what Embree may let pas
 
 def covered(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether a sheet lies on a reflecting plane or sharp edge of a path, on the side of the path."""
-    extent = max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    blind_m = BLIND * OFFSET * max(extent, float(np.abs(found.points_m).max(initial=0.0)))
+    blind_m = BLIND * max(tracing.world.clear_m, OFFSET * float(np.abs(found.points_m).max(initial=0.0)))
     own, within = _own_patches(tracing, found)
     return _covered(tracing.mirrors, own, within, found.pose, found.points_m, blind_m)  # type: ignore[call-arg]
 

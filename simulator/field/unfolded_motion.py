@@ -22,7 +22,7 @@ from simulator.world.world import Tracing
 
 STEP_S = 1e-3  # of a walk's splines: they follow a gait to 1e-11 m
 MARGIN_S = 2e-3
-SPEAKER, MICS, WALKER, HEADING = 0, 3, 9, 12  # columns of a track
+SPEAKER, MICS, WALKER = 0, 3, 9  # columns of a track
 
 
 @dataclass(frozen=True)

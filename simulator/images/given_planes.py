@@ -9,9 +9,23 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import dot
+from simulator.world.candidates import Candidates
 from simulator.world.mirrors import Mirrors
 
 Steps = list[tuple[int, Flags]]  # reflections in the order met, and which of the R paths have them
+
+
+def mirrors_about(found: Candidates, first: Ints, last: Ints) -> tuple[Steps, Steps]:
+    """The mirrors before slot `first` (C,) of each path, and those behind slot `last`, from the receiver on."""
+    width = found.sequence.shape[1]
+    early = [(k, k < first) for k in range(width)]
+    return early, [(k, (k > last) & (k < found.order)) for k in reversed(range(width))]
+
+
+def planes_met(found: Candidates) -> tuple[Floats, Floats]:
+    """(C, N, 3) normals and (C, N) offsets of the tangent planes at all reflections of paths."""
+    return found.normal, dot(found.normal, found.points_m[:, 1:-1])
 
 
 def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:

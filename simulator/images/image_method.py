@@ -2,7 +2,8 @@
 
 A path is a sequence of patches. The source is mirrored in each in turn (`image_tree`); the path runs from the receiver
 back to the last image, and every crossing must lie inside its patch and come from its front. A crossing on the border
-of a patch counts as inside: the twin it creates on the adjoining patch is removed later, by its image.
+of a patch counts as inside: the twin it creates on the adjoining patch is removed later, by its image. Where two
+patches meet, both are met at once; that is a reflection off either only within their corner.
 """
 
 from __future__ import annotations
@@ -12,14 +13,17 @@ from functools import partial
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
-from obstaclewatch.support.compiled import compiled
-from simulator.images.image_tree import Goal, distance, dot, image_levels, in_turn
+from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import distance, dot
+from simulator.images.image_tree import Goal, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.mirrors import BORDER_M
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
+JOINT_M = 4.0 * BORDER_M  # crossings of two patches this close to each other lie where these meet
+BESIDE_M = 1e-6  # of such a point, where it is asked how a patch goes on
 REACHED, BEHIND, OUTSIDE = 0, 1, 2
 MISSES = {BEHIND: Reason.BEHIND_PATCH, OUTSIDE: Reason.OUTSIDE_PATCH}
 
@@ -50,7 +54,7 @@ def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
     parts, counts = [], np.zeros(3, dtype=np.int64)
     allowed = np.ones((max_order, len(tracing.world.patches)), dtype=bool)
     allowed[2:] &= search.large_mirrors
-    for level in image_levels(mirrors, allowed, tracing.source_m, max_order, Goal(mics[:, 0], spread, limit_m)):
+    for level in image_levels(mirrors, allowed, tracing.source_m, Goal(mics[:, 0], spread, limit_m)):
         if level.order == 0:
             continue
         apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)
@@ -152,14 +156,15 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         hits: (depth, 3) filled in.
     """
     # numbers, not parts of arrays: to count references to these took five times as long as all else
-    x, y, z = target[0], target[1], target[2]
+    x, y, z, lit = target[0], target[1], target[2], 1.0
     for k in range(depth - 1, -1, -1):
         p = sequence[k]
         a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
         u, v, w, offset = images[k + 1, 0], images[k + 1, 1], images[k + 1, 2], mirrors.offset_m[n, p]
         here, there = x * a + y * b + z * c - offset, u * a + v * b + w * c - offset
+        last, lit = lit, 1.0
         if there > 0.0 or (there == 0.0 and here < 0.0):
-            here, there = -here, -there
+            here, there, lit = -here, -there, -1.0
             if mirrors.one_sided[p]:
                 return BEHIND
         if here < -BORDER_M or (there == 0.0 and (here == 0.0 or k > 0)):  # a source may lie on its first mirror
@@ -170,7 +175,32 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         hits[k, 0], hits[k, 1], hits[k, 2] = x, y, z
         if not inside_patch(mirrors, n, p, x, y, z):
             return OUTSIDE
+        at_joint = k < depth - 1 and _apart(x, y, z, hits[k + 1]) < JOINT_M
+        if at_joint and not _in_corner(mirrors, n, p, sequence[k + 1], lit, last, x, y, z):
+            return OUTSIDE
     return REACHED
+
+
+@inlined
+def _apart(x, y, z, point):
+    return abs(x - point[0]) + abs(y - point[1]) + abs(z - point[2])
+
+
+@compiled
+def _in_corner(mirrors, n, p, q, lit_p, lit_q, x, y, z):
+    """Whether patches that meet at a point make a corner for sound on these sides (1 or -1) of them: both go on there.
+
+    Sound that comes to the outside of a fold meets two faces at once as well, and is not reflected twice.
+    """
+    a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
+    u, v, w = mirrors.normal[n, q, 0], mirrors.normal[n, q, 1], mirrors.normal[n, q, 2]
+    cosine = a * u + b * v + c * w
+    step_p, step_q = lit_q * BESIDE_M, lit_p * BESIDE_M
+    return inside_patch(
+        mirrors, n, p, x + step_p * (u - cosine * a), y + step_p * (v - cosine * b), z + step_p * (w - cosine * c)
+    ) and inside_patch(
+        mirrors, n, q, x + step_q * (a - cosine * u), y + step_q * (b - cosine * v), z + step_q * (c - cosine * w)
+    )
 
 
 @compiled

@@ -56,6 +56,22 @@ class Pairs:
         return self.before.pose
 
 
+@dataclass(frozen=True)
+class Taken:
+    """What Kirchhoff's integral takes of the echoes over a body.
+
+    Attributes:
+        pairs: R pairs of images.
+        share: (R,) of the echo over each; the rays over it keep the rest.
+    """
+
+    pairs: Pairs
+    share: Floats
+
+    def __getitem__(self, rows: Ints) -> Taken:
+        return Taken(self.pairs[rows], self.share[rows])
+
+
 def pairs_over(search: Search, body: Body) -> Pairs:
     """All pairs with mirrors of other obstacles before and after a body, up to all reflections with its own."""
     mirrors, parts = search.max_order - 1, []
@@ -82,7 +98,7 @@ def images_of(search: Search, body: Body, point_m: Floats, max_order: int, exten
     goal = Goal(centers(search.tracing, body), body.radius_m + extent_m, search.limit_m)
     allowed = np.tile(search.tracing.world.patches.obstacle != body.obstacle, (max_order, 1))
     allowed[1:] &= search.large_towards[:, body.obstacle]
-    return images_lighting(search.tracing.mirrors, allowed, point_m, max_order, goal)
+    return images_lighting(search.tracing.mirrors, allowed, point_m, goal)
 
 
 def _matched(search: Search, body: Body, lit: Images, received: Images) -> tuple[Ints, Ints]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import distance, dot
 from obstaclewatch.support.rows import Rows
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import FLUSH_M, Mirrors
@@ -100,14 +101,14 @@ class Goal:
     beside_m: float = ROUNDING_M
 
 
-def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Images:
+def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, goal: Goal) -> Images:
     """Images of (N, 3) points, one a pose, that see some of the goal within the limit, through their last mirror.
 
     Args:
-        allowed: (max_order, P) as in `image_levels`.
+        allowed: (most, P) as in `image_levels`.
     """
     parts = []
-    for level in image_levels(mirrors, allowed, point_m, max_order, goal):
+    for level in image_levels(mirrors, allowed, point_m, goal):
         lit = _lit_balls(
             mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam,
             goal.center_m, goal.radius_m, goal.limit_m,
@@ -125,12 +126,12 @@ def images_lighting_edges(
 
     Args:
         start_m, end_m: (N, W, 3) ends of the wedges at each pose.
-        allowed: (max_order, P) as in `image_levels`.
+        allowed: (most, P) as in `image_levels`.
         towards: (P, O) patches that may be met, where there are several, on the way to the edges of each obstacle.
     """
     goal = Goal(point_m, limit_m, limit_m, PENUMBRA_M)  # what is nearer than the limit may have an edge
     parts = []
-    for level in image_levels(mirrors, allowed, point_m, len(allowed), goal):
+    for level in image_levels(mirrors, allowed, point_m, goal):
         row, wedge = _lit_edges(
             mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam, start_m, end_m,
             wedges.patch, wedges.mirror, wedges.obstacle, towards, limit_m,
@@ -140,14 +141,15 @@ def images_lighting_edges(
     return found[in_turn(found.pose, found.sequence, found.wedge)]
 
 
-def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, max_order: int, goal: Goal) -> Iterator[Level]:
-    """Images of (N, 3) points, one a pose, in up to `max_order` mirrors, each in one of the levels that come.
+def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, goal: Goal) -> Iterator[Level]:
+    """Images of (N, 3) points, one a pose, in up to so many mirrors, each in one of the levels that come.
 
     The points themselves come first. An image may lie where its last mirror shows it to nobody.
 
     Args:
-        allowed: (max_order, P) patches that count as mirrors where an image is of that many.
+        allowed: (most, P) patches that count as mirrors where an image is of that many.
     """
+    max_order = len(allowed)
     images = np.zeros((len(point_m), max_order + 1, 3))
     images[:, 0] = point_m
     sequence, beam = np.full((len(point_m), max_order), -1), np.zeros((len(point_m), max_order, 4, 3))
@@ -328,17 +330,6 @@ def aside(image, beam, point, radius):
             if outside:
                 return True
     return False
-
-
-@inlined
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def distance(a, b):
-    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    return np.sqrt(x * x + y * y + z * z)
 
 
 @compiled

@@ -6,7 +6,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled, inlined
-from simulator.images.image_tree import Images, bound, dot
+from obstaclewatch.support.compiled_vectors import dot
+from simulator.images.image_tree import Images, bound
 from simulator.world.world import Tracing
 
 

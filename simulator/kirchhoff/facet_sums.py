@@ -155,8 +155,8 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         first = wavenumber * (hx * part[7 * WIDE + p] + hy * part[8 * WIDE + p] + hz * part[9 * WIDE + p])
         second = wavenumber * (hx * part[10 * WIDE + p] + hy * part[11 * WIDE + p] + hz * part[12 * WIDE + p])
         mean_real, mean_imag, more_real, more_imag = mean_wave(first, second)
-        swing = wavenumber * (a[WIDE + p] + b[WIDE + p])
-        one, other, third = swing * part[13 * WIDE + p], swing * part[14 * WIDE + p], swing * part[15 * WIDE + p]
+        steep = wavenumber * (a[WIDE + p] + b[WIDE + p])
+        one, other, third = steep * part[13 * WIDE + p], steep * part[14 * WIDE + p], steep * part[15 * WIDE + p]
         bent_real, bent_imag = bent_wave(first, second, one, other, third)
         level = THIRD * (one + other + third)  # the centroid lies on the rounded surface: its phase has the mean
         bent_real, bent_imag = bent_real - level * mean_real, bent_imag - level * mean_imag

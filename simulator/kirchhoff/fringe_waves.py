@@ -22,7 +22,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from simulator.images.image_tree import dot
+from obstaclewatch.support.compiled_vectors import dot
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
 from simulator.surfaces.creases import Creases

@@ -5,7 +5,8 @@ of stationary phase: the echo that an endless surface would return, times
 
     sqrt(1/l + 1/m) / (sqrt(2 pi k) g)
 
-with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). It
+with the distances l, m of both ends and the slope g of the path length across the rim (0.225 over Fresnel's nu). Of a
+rim that is as far from the phone all round, as that of a cone on whose axis it is, more is in phase. It
 counts as an error as far as it reaches, after the matched filter, into any echo of the obstacle that stands apart from
 louder ones. Where it is louder than what they leave at its own delay it is an echo of its own, which rays lack. Beside
 louder waves of the rim over other images it counts even if it is under the noise by itself.
@@ -19,8 +20,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled_vectors import distance, dot
 from simulator.images.image_pairs import Pairs
-from simulator.images.image_tree import distance, dot
 from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
 from simulator.surfaces.surface_borders import Border
@@ -81,7 +82,7 @@ def _rim_error_db(search: Search, border: Border, pairs: Pairs, echoes: _Echoes)
     among = _reaching(level, length_m, path, *at)  # type: ignore[call-arg]
     share = np.where(among > beside, np.maximum(share, rim / np.maximum(among, floor)), share)
     error = np.where((rim > beside) & (rim >= floor), np.inf, DB_PER_SHARE * share)
-    received = (path <= audible.limit_m) & (np.maximum(among, beside) >= floor)
+    received = (path <= search.limit_m) & (np.maximum(among, beside) >= floor)
     return np.where(received, error, 0.0)
 
 
@@ -145,7 +146,8 @@ def _rim_echo(tracing: Tracing, border: Border, pairs: Pairs, wavenumber: float)
     frame = tracing.placed[pairs.pose, obstacle]
     source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
     touching, row = _touching(tracing, obstacle, border, pairs.pose)
-    first = _shortest(source, receiver, border.point_m, border.normal, closed, touching, row)
+    points = border.point_m, border.length_m, border.normal
+    first, in_phase = _shortest(source, receiver, *points, closed, touching, row, 0.5 * np.pi / wavenumber)  # type: ignore[call-arg]
     to_source, to_receiver = (end - border.point_m[first] for end in (source, receiver))
     l, m = np.linalg.norm(to_source, axis=1), np.linalg.norm(to_receiver, axis=1)
     both = to_source / l[:, None] + to_receiver / m[:, None]
@@ -155,28 +157,36 @@ def _rim_echo(tracing: Tracing, border: Border, pairs: Pairs, wavenumber: float)
     bent = 1.0 + 2.0 * np.maximum(bend, 0.0) * l * m / (l + m)
     share = np.sqrt(1.0 / l + 1.0 / m) / (np.sqrt(2.0 * np.pi * wavenumber) * np.maximum(slope, 1e-12))
     share *= _step(border, first, share, l * m / (l + m))
-    amplitude = np.minimum(share, MOST) / ((l + m) * np.sqrt(bent))
+    straight = np.sqrt(4.0 * np.pi / wavenumber * l * m / (l + m))
+    amplitude = np.minimum(share, MOST) / (l + m) * np.maximum(1.0 / np.sqrt(bent), in_phase / straight)
     return np.where(first >= 0, amplitude, 0.0), np.where(first >= 0, l + m, 0.0)
 
 
 @compiled
-def _shortest(source, receiver, point, normal, closed, touching, row):
-    """(R,) which border point (B, 3) makes the shortest way between source and receiver (R, 3); -1 without one.
+def _shortest(source, receiver, point, part, normal, closed, touching, row, alike):
+    """(R,) which border point (B, 3) makes the shortest way between source and receiver (R, 3), -1 without one, and
+    (R,) length of the parts (B,) of the border that other points stand for over which it is longer by up to `alike`.
 
     Points that touch, by `touching` (U, B) in row `row` (R,), make none, nor does the back of a closed surface; both
     sides of an open one reflect.
     """
-    first = np.full(len(source), -1)
+    first, length, way = np.full(len(source), -1), np.zeros(len(source)), np.empty(len(point))
     for r in range(len(source)):
         shortest = np.inf
         for b in range(len(point)):
             l, m = distance(source[r], point[b]), distance(receiver[r], point[b])
-            if l + m < shortest and not touching[row[r], b]:
+            way[b] = np.inf
+            if l + m < shortest + alike and not touching[row[r], b]:
                 height = dot(point[b], normal[b])
                 facing = (dot(source[r], normal[b]) - height) / l + (dot(receiver[r], normal[b]) - height) / m
                 if facing > 0.0 or not closed:
-                    first[r], shortest = b, l + m
-    return first
+                    way[b] = l + m
+                    if l + m < shortest:
+                        first[r], shortest = b, l + m
+        for b in range(len(point)):
+            if b != first[r] and way[b] < shortest + alike:
+                length[r] += part[b]
+    return first, length
 
 
 def _step(border: Border, at: Ints, share: Floats, arm_m: Floats) -> Floats:

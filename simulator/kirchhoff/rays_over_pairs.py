@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
-from simulator.images.image_pairs import Pairs
+from simulator.images.image_pairs import Pairs, Taken
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
-
-
-@dataclass(frozen=True)
-class Taken:
-    """What Kirchhoff's integral takes of the echoes over a body.
-
-    Attributes:
-        pairs: R pairs of images.
-        share: (R,) of the echo over each; the rays over it keep the rest.
-    """
-
-    pairs: Pairs
-    share: Floats
-
-    def __getitem__(self, rows: Ints) -> Taken:
-        return Taken(self.pairs[rows], self.share[rows])
 
 
 def beside_integral(search: Search, taken: list[Taken], found: Candidates) -> Candidates:

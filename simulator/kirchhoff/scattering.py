@@ -13,7 +13,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
-from simulator.images.image_pairs import Pairs
+from simulator.images.image_pairs import Pairs, Taken
 from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells, with_stand_ins
 from simulator.kirchhoff.illuminating_images import Ends, Sights
@@ -21,9 +21,8 @@ from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.light.lighting import Light, lit_facets, seeing, share_light
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
-from simulator.kirchhoff.rays_over_pairs import Taken
 from simulator.kirchhoff.standing_creases import standing_on_mirrors
-from simulator.scene.fidelity import Fidelity
+from simulator.scene.fidelity import COARSE_DB, FINE_DB, Fidelity
 from simulator.surfaces.facets import Facets, check_cut, facets_of
 from simulator.surfaces.reflectors import MeshReading
 from simulator.world.audible import Audible
@@ -38,7 +37,6 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)
 """Share of the strongest cell below which cells are dropped: this times the tolerance, within these limits."""
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
-FINE_DB, COARSE_DB = 0.3, 1.0
 AGREED = 0.2  # of its centre's distance: at `auto` 1 of 1508 echoes differs by 0.5 dB from asking at each pose
 BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border of a shadow runs, and not elsewhere
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2

@@ -6,10 +6,9 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.distinct_rows import distinct
-from simulator.images.image_pairs import Pairs, pairs_over
+from simulator.images.image_pairs import Pairs, Taken, pairs_over
 from simulator.kirchhoff.doubtful_bodies import Doubt
 from simulator.kirchhoff.ray_errors import ray_error_db
-from simulator.kirchhoff.rays_over_pairs import Taken
 from simulator.world.candidates import Candidates
 from simulator.world.rejection_log import Choice
 from simulator.world.search_context import Search

@@ -11,7 +11,6 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.world.candidates import Candidates
-from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
 RINGS, SPOKES = (0.35, 0.7, 1.0), 8  # of the zone's radius, and directions in which it is asked
@@ -24,8 +23,7 @@ def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: fl
     point, normal = found.points_m[each, at], found.normal[each, slot]
     l, m = (np.linalg.norm(end - point, axis=1) for end in ends)
     radius = np.sqrt(2.0 * np.pi / wavenumber * l * m / np.maximum(l + m, 1e-300))
-    gap = OFFSET * max((shadow.extent_m for shadow in tracing.world.blockers), default=1.0)
-    lifted = point + (found.standoff_m[each, slot] + gap)[:, None] * normal
+    lifted = point + (found.standoff_m[each, slot] + tracing.world.clear_m)[:, None] * normal
     places = [lifted + spot for spot in _spots(normal, radius)]
     counted = np.stack([_this_side(found, slot, place) for place in places], axis=1)
     counted[:, 0] = True

@@ -26,7 +26,8 @@ from simulator.world.world import Tracing
 def standing_on_mirrors(tracing: Tracing, facets: Facets) -> Facets:
     """The same facets, with the wedges of their creases where these stand on mirrors at the first pose.
 
-    A corner of less than `NARROWEST_RAD` between face and mirror has no wave: sound is reflected in it more than twice.
+    A corner of less than `NARROWEST_RAD` between face and mirror has no wave: sound is reflected in it more than three
+    times.
     """
     creases, yaw = facets.creases, tracing.placed[0, facets.obstacle, 3]
     gap, plane = gaps_to_others(tracing.mirrors, 0, facets.obstacle, creases.middle_m)

@@ -77,7 +77,7 @@ def _kept(beep: BeepDesign, response_hz: bytes, response_db: bytes, terms: int, 
             chirp = beep.duration_s, beep.start_hz, beep.chirp_rate_hz_s
             return BeepTable(_laid_out(splines), lead, steps, *chirp)
         if steps == MOST_STEPS:
-            raise ValueError(f"the beep must last about 1 ms or more, got {beep.duration_s} s")
+            raise ValueError(f"the beep must last, and rise and fall within, about 1 ms or more, got {beep}")
         steps *= 2
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import check_numbers, check_types
 from obstaclewatch.support.arrays import Floats
 
 KELVIN = 273.15
@@ -63,6 +63,7 @@ class Air:
         check_numbers(
             temperature_c=self.temperature_c, relative_humidity=self.relative_humidity, pressure_pa=self.pressure_pa,
         )  # fmt: skip
+        check_types(absorbs=(self.absorbs, bool))
         low, high = TEMPERATURE_RANGE_C
         if not low <= self.temperature_c <= high:
             raise ValueError(f"temperature_c must be {low} to {high} (ISO 9613-1, 7), got {self.temperature_c}")

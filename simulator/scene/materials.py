@@ -65,9 +65,10 @@ class Material:
             raise ValueError(f"frequency_hz of '{self.name}' must increase, got {self.frequency_hz}")
         if not (np.abs(reflections) <= 1.0).all():
             raise ValueError(f"normal_reflection of '{self.name}' must not exceed 1, got {self.normal_reflection}")
-        check_numbers(roughness_m=self.roughness_m)
-        if not (np.isfinite(self.roughness_m) and self.roughness_m >= 0.0):
-            raise ValueError(f"roughness_m of '{self.name}' must not be negative, got {self.roughness_m}")
+        check_numbers(roughness_m=self.roughness_m, uncertainty=self.uncertainty)
+        for name in ("roughness_m", "uncertainty"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} of '{self.name}' must not be negative, got {getattr(self, name)}")
 
     @classmethod
     def rigid(cls) -> Material:
@@ -130,6 +131,9 @@ class Material:
             raise ValueError(f"cos_incidence must be -1 to 1, got {np.nanmax(cosine)}")
 
 
+SOFTEST = 1e-12  # 1 + reflection of a surface without any pressure, in place of 0
+
+
 def list_materials() -> list[str]:
     """Names that `Material.named` knows."""
     return sorted(_TABLE)
@@ -159,7 +163,7 @@ def _of_sphere(normal: Complexes, cosine: Floats, path_rad: Floats) -> Complexes
     if (normal == 1.0).all():
         return plane
     far = np.isinf(path_rad)
-    admittance = (1.0 - normal) / (1.0 + normal)
+    admittance = (1.0 - normal) / np.where(normal == -1.0, SOFTEST, 1.0 + normal)
     w = np.sqrt(-0.5j * np.where(far, 0.0, path_rad)) * (cosine + admittance)
     still_hard = np.where(far, 0.0, 1.0 - 1j * np.sqrt(np.pi) * w * wofz(-w))
     found: Complexes = plane + (1.0 - plane) * still_hard

@@ -50,6 +50,8 @@ class Pose:
         count = 1 if position.ndim == 1 else len(position)
         if not self.rotation.single and len(self.rotation) != count:
             raise ValueError(f"rotation must be one or {count} rotations, got {len(self.rotation)}")
+        if not np.isfinite(self.rotation.as_quat()).all():
+            raise ValueError(f"rotation must be finite, got {self.rotation.as_quat().tolist()} for its quaternion")
         if self.heading_rad is not None:
             heading = as_floats("heading_rad", self.heading_rad)
             if heading.shape not in ((), (1,), (count,)) or not np.isfinite(heading).all():

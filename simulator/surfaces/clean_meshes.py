@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Ints
 from simulator.scene.scene import with_area
@@ -37,7 +35,7 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def _in_parts(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A mesh with vertices of its own for all facets that hang together over edges of two: soups of touching bodies."""
-    label = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    label = components(mesh.face_adjacency, len(mesh.faces))
     corners = np.column_stack([np.repeat(label, 3), mesh.faces.ravel()])
     own, faces = np.unique(corners, axis=0, return_inverse=True)
     return trimesh.Trimesh(mesh.vertices[own[:, 1]], faces.reshape(-1, 3), process=False)
@@ -83,6 +81,5 @@ def _runs_along(faces: Ints, edges: Ints) -> Flags:
 
 
 def components(pairs: Ints, count: int) -> Ints:
-    """(count,) component label of each facet under the pairs given."""
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    """(count,) label of what hangs together by the pairs given."""
+    return trimesh.graph.connected_component_labels(pairs, node_count=count).astype(np.int64)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.repeated import repeated
+from obstaclewatch.support.vectors import unit
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
@@ -69,9 +70,9 @@ def creases_of(
     on_edge, first = _at(surface, facet[owner], 0.5 * (begin + end))
     along = end_m - start_m
     tangent = along / np.linalg.norm(along, axis=1, keepdims=True)
-    first = _unit(first - np.sum(first * tangent, axis=1)[:, None] * tangent)
+    first = unit(first - np.sum(first * tangent, axis=1)[:, None] * tangent)
     second = _other_normal(reading, surface, other[owner], on_edge)
-    second = _unit(second - np.sum(second * tangent, axis=1)[:, None] * tangent)
+    second = unit(second - np.sum(second * tangent, axis=1)[:, None] * tangent)
     inwards = _into(tangent, first, second)
     bend = np.arccos(np.clip(np.sum(first * second, axis=1), -1.0, 1.0))
     into_second = _into(tangent, second, first)
@@ -141,7 +142,3 @@ def _into(tangent: Floats, normal: Floats, beyond: Floats) -> Floats:
     """(E, 3) unit vectors across the edge in the plane of a normal, away from where the surface beyond looks."""
     across = np.cross(tangent, normal)
     return -np.sign(np.sum(across * beyond, axis=1))[:, None] * across
-
-
-def _unit(vector: Floats) -> Floats:
-    return vector / np.linalg.norm(vector, axis=1, keepdims=True)

@@ -15,16 +15,16 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.compiled import inlined
+from obstaclewatch.support.compiled_vectors import dot
 from obstaclewatch.support.vectors import norm
-from simulator.surfaces.quadratic_triangles import dot
 
 SIZES = (768, 96, 12)  # facets that a piece of each level holds at most; within a tenth of the fastest on 128-20,480
 STRAIGHT = 0.03  # sine of the most by which normals may lean along a direction that counts as straight
-LONG = 3.0  # so much longer than wide a cell must be for it to matter that it is straight
+LONG = 3.0  # so much longer than wide a piece must be for it to matter that it is straight
 ROUNDING = 1e-9
 
 
-class Cells(NamedTuple):
+class Pieces(NamedTuple):
     """Bounds of C pieces of a surface; compiled functions take it whole.
 
     Attributes:
@@ -52,13 +52,13 @@ class Clusters:
     """Facets in groups of groups: M pieces of a surface in turn, each before the pieces that it is made of.
 
     Attributes:
-        cells: bounds of every piece.
+        bounds: of every piece.
         facet: (M,) the facet that a piece is, -1 for groups.
         after: (M,) the first piece that is no part of this one.
         spot_m: (G, 3) middles of the smallest groups.
     """
 
-    cells: Cells
+    bounds: Pieces
     facet: Ints
     after: Ints
     spot_m: Floats
@@ -70,8 +70,8 @@ def clusters(corner_m: Floats, normal: Floats, sag_m: Floats) -> Clusters:
     extent = max(float(np.ptp(center, axis=0).max(initial=0.0)), 1e-9)
     facet, *starts = nested_leaves(np.concatenate([center / extent, normal.mean(axis=1)], axis=1), SIZES)
     corner_m, normal, sag_m = corner_m[facet], normal[facet], sag_m[facet]
-    facets = _cells(corner_m, normal, sag_m, np.arange(len(facet) + 1), _straight_edges(corner_m, normal))
-    levels = [_cells(corner_m, normal, sag_m, start, _shared(facets.straight, start)) for start in starts] + [facets]
+    facets = _pieces(corner_m, normal, sag_m, np.arange(len(facet) + 1), _straight_edges(corner_m, normal))
+    levels = [_pieces(corner_m, normal, sag_m, start, _shared(facets.straight, start)) for start in starts] + [facets]
     starts.append(np.arange(len(facet) + 1))
     first, last = (np.concatenate([start[side] for start in starts]) for side in (slice(-1), slice(1, None)))
     level = np.repeat(np.arange(len(starts)), [len(start) - 1 for start in starts])
@@ -79,7 +79,7 @@ def clusters(corner_m: Floats, normal: Floats, sag_m: Floats) -> Clusters:
     alike = (np.diff(first[order]) == 0) & (np.diff(last[order]) == 0)  # a piece made of a single piece
     order = order[np.concatenate([~alike, [True]])]
     return Clusters(
-        Cells(*(np.concatenate(column)[order] for column in zip(*levels, strict=True))),
+        Pieces(*(np.concatenate(column)[order] for column in zip(*levels, strict=True))),
         np.where(level[order] == len(SIZES), facet[first[order]], -1),
         np.searchsorted(first[order], last[order]), levels[-2].center_m,
     )  # fmt: skip
@@ -107,7 +107,7 @@ def nested_leaves(place: Floats, sizes: tuple[int, ...]) -> list[Ints]:
     return [tree.indices.astype(np.int64)] + [np.array([*start, len(place)], dtype=np.int64) for start in starts]
 
 
-def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: Floats) -> Cells:
+def _pieces(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: Floats) -> Pieces:
     """Bounds of pieces of facets in turn, each from `start` to the next; `along` (C, 3) may be straight."""
     piece = np.repeat(np.arange(len(start) - 1), np.diff(start))
     low = np.minimum.reduceat(corner_m.min(axis=1), start[:-1])
@@ -121,7 +121,7 @@ def _cells(corner_m: Floats, normal: Floats, sag_m: Floats, start: Ints, along: 
     along = straight[:, None] * along
     axis, cosine, sine = _cones(_across(normal, along[piece]), start, piece)
     width = np.where(straight, width, radius)
-    return Cells(center, radius, width, axis, cosine, sine, along, np.where(straight, lean, 0.0))
+    return Pieces(center, radius, width, axis, cosine, sine, along, np.where(straight, lean, 0.0))
 
 
 def _across(vector: Floats, along: Floats) -> Floats:
@@ -167,15 +167,15 @@ def beyond(half_space, center, radius):
 
 
 @inlined
-def may_mirror(cells, c, closed, source, receiver):
+def may_mirror(pieces, c, closed, source, receiver):
     """Whether some normal of a piece may halve the angle between the lines to both points, on the side of both.
 
     Within a ball the unit vector to a point turns by asin(radius / distance) at most and changes by the chord of that
     angle; the sum of two, along the bisector, changes by both chords. At grazing incidence this sum is short, and
     turns by far more than the vectors themselves.
     """
-    center, straight, axis = cells.center_m, cells.straight, cells.axis
-    radius, cosine, sine = cells.radius_m[c], cells.spread_cos[c], cells.spread_sin[c]
+    center, straight, axis = pieces.center_m, pieces.straight, pieces.axis
+    radius, cosine, sine = pieces.radius_m[c], pieces.spread_cos[c], pieces.spread_sin[c]
     rise_s = rise_r = 0.0
     for k in range(3):
         rise_s += (source[k] - center[c, k]) * straight[c, k]
@@ -192,7 +192,7 @@ def may_mirror(cells, c, closed, source, receiver):
     along_s, along_r = along_s / to_s, along_r / to_r
     sine_s, sine_r = radius / to_s, radius / to_r
     cosine_s, cosine_r = np.sqrt(1.0 - sine_s * sine_s), np.sqrt(1.0 - sine_r * sine_r)
-    lean = cells.lean[c] * abs(rise_s - rise_r) / max(to_s + to_r - 2.0 * radius, 1e-300) + ROUNDING
+    lean = pieces.lean[c] * abs(rise_s - rise_r) / max(to_s + to_r - 2.0 * radius, 1e-300) + ROUNDING
     side_s = _side(along_s, sine_s, cosine_s, cosine, sine, lean)
     side_r = _side(along_r, sine_r, cosine_r, cosine, sine, lean)
     if side_s * side_r < 0 or (closed and min(side_s, side_r) < 0):

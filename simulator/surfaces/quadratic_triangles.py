@@ -11,6 +11,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import dot, multiplied
 
 PARALLEL_RAD = 3e-3
 SHIFT = 0.25  # of the chord: how far a rounded edge may shift its points along it
@@ -35,11 +36,6 @@ def edge_bulge(a: Floats, b: Floats, normal_a: Floats, normal_b: Floats) -> Floa
     rise = (at_a - at_b) / np.maximum(np.sum(middle**2, axis=1), 1e-300)
     shift = -np.clip(at_a + at_b, -most, most) / (np.sum(apart**2, axis=1) + PARALLEL_RAD**2)
     return rise[:, None] * middle + shift[:, None] * apart
-
-
-@inlined
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @compiled
@@ -101,7 +97,7 @@ def with_curvature(corner, normal, bulge, corner_curvature, face, uv):
         weight = (1.0 - eta, eta - zeta, zeta)
         for k in range(3):
             _turning(normal[t, k], unit[i], turn)
-            _multiplied(turn, corner_curvature[t, k], half)
+            multiplied(turn, corner_curvature[t, k], half)
             _add_product(weight[k], half, turn, curvature[i])
     return point, unit, curvature
 
@@ -114,14 +110,6 @@ def _turning(a, b, turn):
         for j in range(3):
             turn[i, j] = 2.0 * b[i] * a[j] - share * (a[i] + b[i]) * (a[j] + b[j])
         turn[i, i] += 1.0
-
-
-@inlined
-def _multiplied(a, b, product):
-    """a b."""
-    for i in range(3):
-        for j in range(3):
-            product[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
 @inlined

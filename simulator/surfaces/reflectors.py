@@ -169,11 +169,11 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     return MeshReading(mesh, closed, solid, patch, smooth_edges, curved & ~rim, rim, sheet_m)
 
 
-def reflectors_in(reading: MeshReading, index: int) -> tuple[PlanarPatches, SmoothSurface | None]:
-    """Planar patches of a mesh already read, and its smooth surface if it has one."""
+def reflectors_in(reading: MeshReading) -> tuple[PlanarPatches, SmoothSurface | None]:
+    """Planar patches of a mesh already read, and its smooth surface if it has one, as of obstacle 0."""
     mesh, curved, closed = reading.mesh, reading.curved, reading.closed
-    patches = _patches(mesh, reading.patch, index, closed)
-    surface = _smooth_surface(mesh, curved, reading.smooth_edges, index, closed) if curved.any() else None
+    patches = _patches(mesh, reading.patch, closed)
+    surface = _smooth_surface(mesh, curved, reading.smooth_edges, closed) if curved.any() else None
     return patches, surface
 
 
@@ -260,7 +260,7 @@ def _panels(mesh: trimesh.Trimesh, regions: Ints, area: NDArray, bends: Ints) ->
     return np.unique(np.where(bent[label], len(mean) + regions, label), return_inverse=True)[1].astype(np.int64)
 
 
-def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) -> PlanarPatches:
+def _patches(mesh: trimesh.Trimesh, regions: Ints, closed: bool) -> PlanarPatches:
     """One patch per region that is not -1."""
     faces = np.flatnonzero(regions >= 0)
     labels = np.full(len(regions), -1)
@@ -277,7 +277,7 @@ def _patches(mesh: trimesh.Trimesh, regions: Ints, obstacle: int, closed: bool) 
     np.maximum.at(radius, labels[faces], norm(corners - center[labels[faces]][:, None]).max(axis=1))
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))]).astype(np.int64)
     return PlanarPatches(
-        normal, offset, np.full(count, closed), np.full(count, obstacle), center, radius,
+        normal, offset, np.full(count, closed), np.zeros(count, dtype=np.int64), center, radius,
         np.bincount(labels[faces], mesh.area_faces[faces]).astype(np.float64),
         mesh.vertices[edges[np.argsort(owner, kind="stable")]], start,
     )  # fmt: skip
@@ -293,9 +293,7 @@ def _boundary_edges(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Ints, Ints]:
     return once[:, 1:], once[:, 0]
 
 
-def _smooth_surface(
-    mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints, obstacle: int, closed: bool
-) -> SmoothSurface:
+def _smooth_surface(mesh: trimesh.Trimesh, curved: Flags, smooth_edges: Ints, closed: bool) -> SmoothSurface:
     """The curved facets with shared normals, rounded edges and neighbours."""
     faces = np.flatnonzero(curved)
     corner = mesh.vertices[mesh.faces[faces]]
@@ -304,7 +302,7 @@ def _smooth_surface(
     center = 0.5 * (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1)))
     sag = 0.25 * norm(bulge).sum(axis=1)
     return SmoothSurface(
-        obstacle=obstacle, corner_m=corner, normal=normal, curvature=curvature, bulge_m=bulge,
+        obstacle=0, corner_m=corner, normal=normal, curvature=curvature, bulge_m=bulge,
         neighbor=_neighbors(mesh, faces, smooth_edges), sag_m=sag, closed=closed,
         center_m=center, radius_m=float(norm(corner - center).max()),
         clusters=clusters(corner, normal, sag),

@@ -12,7 +12,9 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
-from obstaclewatch.support.vectors import dot, norm
+from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import dot, norm, unit
+from simulator.surfaces.clean_meshes import components
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
 STEP_M = 0.05  # between points of a border
@@ -21,33 +23,34 @@ LEAST_1_M = 0.5  # change that matters: it moves the border of a Fresnel zone of
 
 
 @dataclass(frozen=True)
-class Border:
-    """The border of a smooth surface, or of the planes that end at it, in points, rest frame.
+class Border(Rows):
+    """Borders of a smooth surface, or of the planes that end at it, in points, rest frame.
 
     Attributes:
         point_m: (B, 3).
+        length_m: (B,) of the part of the border that a point stands for.
         normal: (B, 3) unit normals of the surface there.
         across: (B, 3) unit vectors in the surface at right angles to the border.
         bend_1_m, lost_1_m: (B,) curvature along the border, and that across it which ends there, 1/m.
         tangent: (B,) whether the surface runs on smoothly: only its curvature ends.
+        piece: (B,) which points hang together: the rims at either end of a post do not.
     """
 
     point_m: Floats
+    length_m: Floats
     normal: Floats
     across: Floats
     bend_1_m: Floats
     lost_1_m: Floats
     tangent: Flags
-
-    def __len__(self) -> int:
-        return len(self.point_m)
+    piece: Ints
 
 
 def borders_of(reading: MeshReading, surface: SmoothSurface) -> tuple[Border, ...]:
-    """The border of the smooth surface of a mesh, panels that it runs into included, those within, and those of planes
-    that end at it; none empty."""
+    """The borders of the smooth surface of a mesh, panels that it runs into included, those within, and those of planes
+    that end at it, each in one piece."""
     found = _around(reading, surface), _within(surface), _of_planes(reading)
-    return tuple(border for border in found if len(border))
+    return tuple(border[border.piece == piece] for border in found for piece in np.unique(border.piece))
 
 
 def _around(reading: MeshReading, surface: SmoothSurface) -> Border:
@@ -78,21 +81,22 @@ def _of_planes(reading: MeshReading) -> Border:
     rows = np.flatnonzero(sharp & (reading.patch[facets[:, 0]] >= 0) & reading.curved[facets[:, 1]])
     ends = np.tile(mesh.face_adjacency_edges, (2, 1))[rows]
     start, end = (np.asarray(mesh.vertices)[each] for each in ends.T)
-    edge, share = _divided(start, end)
+    edge, share, length_m = _divided(start, end)
     normal = np.asarray(mesh.face_normals)[facets[rows[edge], 0]]
-    flat = np.zeros(len(edge))
+    flat, along = np.zeros(len(edge)), (end - start)[edge]
     return Border(
-        start[edge] + share * (end - start)[edge], normal, _unit(np.cross(normal, (end - start)[edge])), flat, flat,
-        np.zeros(len(edge), dtype=bool),
+        start[edge] + share * along, length_m, normal, unit(np.cross(normal, along)), flat, flat,
+        np.zeros(len(edge), dtype=bool), _pieces(start, end)[edge],
     )  # fmt: skip
 
 
-def _divided(start: Floats, end: Floats) -> tuple[Ints, Floats]:
-    """Edges from (E, 3) to (E, 3) in points: (B,) the edge of each, and (B, 1) how far along it is."""
-    count = np.maximum(np.ceil(norm(end - start) / STEP_M), 1.0).astype(np.int64)
+def _divided(start: Floats, end: Floats) -> tuple[Ints, Floats, Floats]:
+    """Edges from (E, 3) to (E, 3) in points: (B,) the edge of each, (B, 1) how far along it is, (B,) its length."""
+    length = norm(end - start)
+    count = np.maximum(np.ceil(length / STEP_M), 1.0).astype(np.int64)
     edge, point = repeated(count)
     share = (point + 0.5) / count[edge]
-    return edge, share[:, None]
+    return edge, share[:, None], (length / count)[edge]
 
 
 def _bend_across(surface: SmoothSurface, facet: Ints, side: Ints) -> Floats:
@@ -112,22 +116,28 @@ def _across(surface: SmoothSurface, facet: Ints, side: Ints) -> Floats:
     """(E, 3) unit vectors in the surface at right angles to sides (E,) of facets."""
     start, end = surface.corner_m[facet, side], surface.corner_m[facet, (side + 1) % 3]
     normal = surface.normal[facet, side] + surface.normal[facet, (side + 1) % 3]
-    return _unit(np.cross(normal, end - start))
+    return unit(np.cross(normal, end - start))
 
 
 def _in_points(surface: SmoothSurface, facet: Ints, side: Ints, lost_1_m: Floats, tangent: Flags) -> Border:
     """Sides (E,) of facets in points."""
     here, there = side, (side + 1) % 3
     start, end = surface.corner_m[facet, here], surface.corner_m[facet, there]
-    edge, share = _divided(start, end)
+    edge, share, length_m = _divided(start, end)
     ends = facet[edge], here[edge], there[edge]
-    normal = _unit((1.0 - share) * surface.normal[ends[0], ends[1]] + share * surface.normal[ends[0], ends[2]])
-    along = _unit(end[edge] - start[edge])
+    normal = unit((1.0 - share) * surface.normal[ends[0], ends[1]] + share * surface.normal[ends[0], ends[2]])
+    along = unit(end[edge] - start[edge])
     bend = 0.5 * (surface.curvature[ends[0], ends[1]] + surface.curvature[ends[0], ends[2]])
     return Border(
-        (1.0 - share) * start[edge] + share * end[edge], normal, _unit(np.cross(normal, along)),
-        np.einsum("bi,bij,bj->b", along, bend, along), lost_1_m[edge], tangent[edge],
+        (1.0 - share) * start[edge] + share * end[edge], length_m, normal, unit(np.cross(normal, along)),
+        np.einsum("bi,bij,bj->b", along, bend, along), lost_1_m[edge], tangent[edge], _pieces(start, end)[edge],
     )  # fmt: skip
+
+
+def _pieces(start: Floats, end: Floats) -> Ints:
+    """(E,) label of what edges from (E, 3) to (E, 3) hang together with."""
+    corner = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)[1].reshape(2, -1).T
+    return components(corner, len(corner) and int(corner.max()) + 1)[corner[:, 0]]
 
 
 def _smooth(reading: MeshReading) -> Flags:
@@ -146,7 +156,3 @@ def _rows_in(pairs: Ints, some: Ints, count: int) -> Flags:
     """(P,) pairs that are among some."""
     pairs, some = np.sort(pairs, axis=1).astype(np.int64), np.sort(some, axis=1).astype(np.int64)
     return np.isin(pairs[:, 0] * count + pairs[:, 1], some[:, 0] * count + some[:, 1])
-
-
-def _unit(vector: Floats) -> Floats:
-    return vector / np.maximum(norm(vector)[..., None], 1e-300)

@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm
+from simulator.surfaces.clean_meshes import components
 from simulator.surfaces.round_bodies import recognised
 from simulator.surfaces.vertex_fits import fit_quadrics, rings
 
@@ -47,9 +46,8 @@ def vertex_geometry(
     refused = np.isnan(curvature[:, 0, 0])
     if refused.any():
         curvature[refused] = _mean_curvature(point_m, facet, normal)[refused]
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(point_m), len(point_m)))
-    count, piece = connected_components(graph, directed=False)
-    for label in range(count):
+    piece = components(pairs, len(point_m))
+    for label in np.unique(piece):
         rows = np.flatnonzero(piece == label)
         body = None if held[rows].any() else recognised(point_m[rows], facet_normal[piece[facet[:, 0]] == label])
         if body is not None:

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
+from simulator.surfaces.clean_meshes import components
 from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
 
 FLAT_RAD = 1e-6
@@ -68,6 +67,12 @@ class Wedges(Rows):
         return (self.end_m - self.start_m) / self.length_m[:, None]
 
     @property
+    def open_sides(self) -> Floats:
+        """(W, 2, 3) unit normals of face 0 and of the last face on the open side."""
+        turn = self.open_angle_rad[:, None]
+        return np.stack([self.normal, np.sin(turn) * self.inwards - np.cos(turn) * self.normal], axis=1)
+
+    @property
     def flat(self) -> Flags:
         """(W,) whether both faces lie in one plane, as at the border of a sheet."""
         return self.open_angle_rad > 2.0 * np.pi - FLAT_RAD
@@ -92,20 +97,12 @@ def merge_wedges(parts: list[Wedges]) -> Wedges:
     return Wedges.joined([no_wedges(), *parts])
 
 
-def wedges_of(reading: MeshReading, index: int, first_patch: int) -> Wedges:
-    """Sharp edges of one obstacle.
-
-    Args:
-        reading: its mesh, told apart into patches, smooth facets and rims.
-        index: of the obstacle.
-        first_patch: index of its first planar patch among those of the whole world.
-    """
+def wedges_of(reading: MeshReading) -> Wedges:
+    """Sharp edges of a mesh, with its own patches and as obstacle 0."""
     if not (reading.patch >= 0).any():
         return no_wedges()
     edge, face = _fans(reading)
-    pieces = merge_wedges([_fan_wedges(reading, edge, face, index), _rim_wedges(reading, edge, face, index)])
-    merged = _in_line(pieces)
-    return replace(merged, patch=merged.patch + first_patch)
+    return _in_line(merge_wedges([_fan_wedges(reading, edge, face), _rim_wedges(reading, edge, face)]))
 
 
 def _fans(reading: MeshReading) -> tuple[Ints, Ints]:
@@ -122,7 +119,7 @@ def _fans(reading: MeshReading) -> tuple[Ints, Ints]:
     return pairs[order[first]][~inner], fan[~inner]
 
 
-def _fan_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedges:
+def _fan_wedges(reading: MeshReading, edge: Ints, fan: Ints) -> Wedges:
     """Wedges in the widest gap between planar facets."""
     planar = ((fan < 0) | (reading.patch[fan] >= 0)).all(axis=1)
     edge, fan = edge[planar], fan[planar]
@@ -146,12 +143,12 @@ def _fan_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedg
     sharp = (gap[every, widest] > np.pi + BLUNT_RAD) & (outside | (not reading.closed))
     patch = np.stack([reading.patch[fan[every, first]], reading.patch[fan[every, last]]], axis=1)
     return _wedges(
-        reading.mesh, edge[sharp], inwards[sharp], normal[sharp], gap[every, widest][sharp], patch[sharp], index,
+        reading.mesh, edge[sharp], inwards[sharp], normal[sharp], gap[every, widest][sharp], patch[sharp],
         np.full(int(sharp.sum()), np.inf),
     )  # fmt: skip
 
 
-def _rim_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedges:
+def _rim_wedges(reading: MeshReading, edge: Ints, fan: Ints) -> Wedges:
     """Edges of thin plates: where a plate's face meets its rim, a sheet's border in the plane of that face."""
     if not reading.rim.any():
         return no_wedges()
@@ -163,7 +160,7 @@ def _rim_wedges(reading: MeshReading, edge: Ints, fan: Ints, index: int) -> Wedg
     patch = np.stack([reading.patch[face]] * 2, axis=1)
     return _wedges(
         reading.mesh, edge[rows], inwards[:, 0], reading.mesh.face_normals[face], np.full(len(rows), 2.0 * np.pi),
-        patch, index, reading.sheet_m[face],
+        patch, reading.sheet_m[face],
     )  # fmt: skip
 
 
@@ -180,12 +177,12 @@ def _directions(mesh: trimesh.Trimesh, edge: Ints, fan: Ints) -> tuple[Floats, F
 
 def _wedges(
     mesh: trimesh.Trimesh, edge: Ints, inwards: Floats, normal: Floats, open_angle_rad: Floats, patch: Ints,
-    index: int, sheet_m: Floats,
+    sheet_m: Floats,
 ) -> Wedges:  # fmt: skip
     count = len(edge)
     return Wedges(
         mesh.vertices[edge[:, 0]], mesh.vertices[edge[:, 1]], inwards, np.asarray(normal), open_angle_rad, patch,
-        np.full(count, index), sheet_m, np.ones((count, 2), dtype=bool),
+        np.zeros(count, dtype=np.int64), sheet_m, np.ones((count, 2), dtype=bool),
         np.full(count, -1), np.full((count, 2), -1),
     )  # fmt: skip
 
@@ -211,11 +208,8 @@ def _in_line(pieces: Wedges) -> Wedges:
         np.maximum.at(astray, group, norm(offset - place[:, None] * along[group]))
     bent = astray > PLANE_FIT_M
     straight = pieces[first[~bent]]
-    whole = Wedges(
-        (origin + low[:, None] * along)[~bent], (origin + high[:, None] * along)[~bent], straight.inwards,
-        straight.normal, straight.open_angle_rad, straight.patch, straight.obstacle, straight.sheet_m,
-        straight.radiates, straight.mirror, straight.leans_on,
-    )  # fmt: skip
+    start, end = (origin + far[:, None] * along for far in (low, high))
+    whole = replace(straight, start_m=start[~bent], end_m=end[~bent])
     return merge_wedges([whole, pieces[np.flatnonzero(bent[group])]])
 
 
@@ -233,5 +227,4 @@ def _chains(pieces: Wedges) -> Ints:
     same = (vertex[left] == vertex[right]) & (pair[left] == pair[right]).all(axis=1)
     same &= np.abs(dot(along[a], along[b])) > 1.0 - STRAIGHT
     same &= np.abs(pieces.open_angle_rad[a] - pieces.open_angle_rad[b]) < BLUNT_RAD
-    graph = coo_matrix((np.ones(int(same.sum())), (a[same], b[same])), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    return components(np.column_stack([a[same], b[same]]), count)

@@ -11,6 +11,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import multiplied
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
@@ -98,13 +99,6 @@ def _amplitudes(points, normals, curvatures, count):
     return real, foci
 
 
-@compiled
-def _product(a, b, out):
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-
-
 @inlined
 def _reflect(front, ray, normal, curvature, work):
     """Make a wavefront's curvature that just after the mirror (Deschamps 1972, Eq. 31, in tensor form)."""
@@ -113,8 +107,8 @@ def _reflect(front, ray, normal, curvature, work):
     for i in range(3):
         for j in range(3):
             mirror[i, j] = (i == j) - 2.0 * normal[i] * normal[j]
-    _product(mirror, front, half)
-    _product(half, mirror, front)
+    multiplied(mirror, front, half)
+    multiplied(half, mirror, front)
     bends = False
     for i in range(3):
         for j in range(3):
@@ -126,7 +120,7 @@ def _reflect(front, ray, normal, curvature, work):
         out = ray[i] + 2.0 * cosine * normal[i]
         for j in range(3):
             mirror[i, j] = (i == j) - out * normal[j] / safe
-    _product(curvature, mirror, half)
+    multiplied(curvature, mirror, half)
     for i in range(3):
         for j in range(3):
             for k in range(3):
@@ -161,7 +155,7 @@ def _onwards(front, length, adjoint, matrix):
     size = matrix[0, 0] * adjoint[0, 0] + matrix[0, 1] * adjoint[1, 0] + matrix[0, 2] * adjoint[2, 0]
     if abs(size) < _TINY:
         size = _TINY
-    _product(front, adjoint, matrix)
+    multiplied(front, adjoint, matrix)
     for i in range(3):
         for j in range(3):
             front[i, j] = matrix[i, j] / size

@@ -15,13 +15,11 @@ class Audible:
     """Bounds under which a diffracted or scattered contribution is left out.
 
     Attributes:
-        limit_m: longest path.
         floor: gain under which a contribution is faint.
         share: of the strongest echo at the same pose and microphone: what exceeds it is kept even if it is faint.
         least: gain that nothing may stay below.
     """
 
-    limit_m: float
     floor: float
     share: float
     least: float = 0.0
@@ -29,9 +27,7 @@ class Audible:
     @classmethod
     def of(cls, fidelity: Fidelity) -> Audible:
         """The bounds of a fidelity."""
-        return cls(
-            2.0 * fidelity.max_range_m, 10.0 ** (fidelity.edge_floor_db / 20.0), 10.0 ** (fidelity.edge_share_db / 20.0)
-        )
+        return cls(10.0 ** (fidelity.edge_floor_db / 20.0), 10.0 ** (fidelity.edge_share_db / 20.0))
 
     def __call__(self, gain: Floats, strongest: Floats) -> Flags:
         """(R,) whether gains are kept beside the strongest of their pose and microphone."""

@@ -21,7 +21,6 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.corners import STEEP, TOUCHING_M, leaning_ends
 from simulator.world.visibility import Blocker
 
-CIRCUIT_M = TOUCHING_M  # a surface this close to an edge touches it
 CELL_M, MAX_CELLS = 0.1, 64  # what touches an edge between two places this far apart may be missed if it is a sheet
 HALVINGS = 20  # of such a cell: 0.1 um
 ROUNDED_M = 1e-4  # an edge that ends this close to a mirror ends on it
@@ -145,7 +144,7 @@ def _place(wedges: Wedges, share: Floats) -> Floats:
 
 def _radius_m(wedges: Wedges) -> Floats:
     """(W,) of the circuit on which what touches an edge is looked for."""
-    return np.minimum(CIRCUIT_M, 0.1 * wedges.length_m)
+    return np.minimum(TOUCHING_M, 0.1 * wedges.length_m)
 
 
 def _runs_on(wedges: Wedges, end: int, blocked: Blocked) -> Flags:

@@ -34,13 +34,9 @@ class Frames:
 
     def at(self, pose: Ints, time_s: Floats) -> Floats:
         """(R, O, 4) x, y, z, yaw of every obstacle's rest frame."""
-        rows = np.zeros((len(pose), len(self.carried), 4))
-        rows[:, :, :3] = time_s[:, None, None] * self.velocity_m_s
-        if self.carried.any():
-            position, heading = self.carrier(pose, time_s)
-            rows[:, self.carried, :3] = position[:, None, :]
-            rows[:, self.carried, 3] = heading[:, None]
-        return rows
+        count = len(self.carried)
+        rows = self.of(np.tile(np.arange(count), len(pose)), np.repeat(pose, count), np.repeat(time_s, count))
+        return rows.reshape(len(pose), count, 4)
 
     def of(self, obstacle: Ints, pose: Ints, time_s: Floats) -> Floats:
         """(R, 4) frame of one obstacle a row."""

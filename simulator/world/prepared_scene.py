@@ -154,7 +154,7 @@ class Parts:
     @cached_property
     def edges(self) -> Wedges:
         """Its sharp edges."""
-        return wedges_of(self.reading, 0, 0)
+        return wedges_of(self.reading)
 
 
 def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
@@ -165,7 +165,7 @@ def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
 @lru_cache(KEPT_MESHES)
 def _parts_of(shape: _Shape) -> Parts:
     reading = read_mesh(_shifted(shape.obstacle, np.array(shape.origin_m)))
-    return Parts(reading, *reflectors_in(reading, 0))
+    return Parts(reading, *reflectors_in(reading))
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:

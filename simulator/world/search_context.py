@@ -74,7 +74,7 @@ class Search:
     @property
     def limit_m(self) -> float:
         """Longest path."""
-        return self.audible.limit_m
+        return 2.0 * self.fidelity.max_range_m
 
     @cached_property
     def band_hz(self) -> Floats:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from obstaclewatch.support.arrays import Floats, Ints
+from simulator.surfaces.clean_meshes import components
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import FLUSH_M
@@ -20,8 +19,7 @@ def planes_of(patches: PlanarPatches) -> Ints:
     corner, patch = _on_planes(patches, np.arange(len(patches)), corners, owner)
     pair, count = np.unique(np.column_stack([corner // 4, patch]), axis=0, return_counts=True)
     one, other = pair[count == 4].T
-    flush = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(patches), len(patches)))
-    return np.asarray(connected_components(flush, directed=False)[1], dtype=np.int64)
+    return components(np.column_stack([one, other]), len(patches))
 
 
 def planes_at_ends(wedges: Wedges, patches: PlanarPatches, planes: Ints) -> Ints:

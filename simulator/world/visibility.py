@@ -17,8 +17,10 @@ from embreex.rtcore_scene import EmbreeScene
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.vectors import dot, unit
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
+GRAZING = 1e-6  # sine between a ray and a triangle in whose plane it runs, but for rounding
 COINCIDENT_M = 1e-7  # two reflections in one corner: nothing fits between them
 
 
@@ -30,12 +32,14 @@ class Blocker:
         scene: their Embree scene, about `origin_m`.
         obstacle: index of the obstacle whose frame they rest in.
         origin_m: (3,) of that frame, subtracted before rounding to float32.
+        normal: (F, 3) unit normals of the triangles.
         half_m: (3,) halves of the sides of the box about the origin that holds them.
     """
 
     scene: EmbreeScene
     obstacle: int
     origin_m: Floats
+    normal: Floats
     half_m: Floats
 
     @cached_property
@@ -56,14 +60,33 @@ class Blocker:
         Args:
             asked: (R,) which rows are asked for; the others are False.
         """
-        open_leg, start, direction, length = _aimed(
+        row, start, direction, length = _aimed(
             np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose, asked,
             self.origin_m, self.half_m,
         )  # type: ignore[call-arg]  # fmt: skip
         blocked = np.zeros(len(pose), dtype=bool)
-        if len(open_leg):
-            blocked[open_leg] = np.asarray(self.scene.run(start, direction, dists=length, query="OCCLUDED")) != -1
+        if len(row):
+            hit = self._hit(start, direction, length)
+            blocked[row] = hit >= 0
+            grazed = np.flatnonzero(hit >= 0)
+            grazed = grazed[np.abs(dot(direction[grazed], self.normal[hit[grazed]])) < GRAZING]
+            if len(grazed):
+                blocked[row[grazed]] = self._beside(start[grazed], direction[grazed], length[grazed], hit[grazed])
         return blocked
+
+    def _hit(self, start_m: Floats, direction: Floats, length_m: Floats) -> Ints:
+        """(O,) triangle that float32 rays meet within their lengths, -1 for none; as fast as whether there is one."""
+        return np.asarray(self.scene.run(start_m, direction, dists=length_m, query="INTERSECT"))
+
+    def _beside(self, start_m: Floats, direction: Floats, length_m: Floats, triangle: Ints) -> Flags:
+        """(O,) whether rays in the planes of triangles are blocked on either side of these.
+
+        Embree may find a triangle in the way wherever on its plane the ray runs, far away from it as well.
+        """
+        largest = np.maximum(np.abs(start_m), np.abs(start_m + length_m[:, None] * direction)).max(axis=1)
+        aside = (OFFSET * np.maximum(largest, self.extent_m))[:, None] * self.normal[triangle]
+        sides = ((start_m + side * aside).astype(np.float32) for side in (-1.0, 1.0))
+        return np.logical_and(*(self._hit(side, direction, length_m) >= 0 for side in sides))
 
 
 @compiled
@@ -137,4 +160,6 @@ def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
     origin = 0.5 * (used.min(axis=0) + used.max(axis=0))
     scene = EmbreeScene(robust=True)
     TriangleMesh(scene, (vertices - origin).astype(np.float32), faces.astype(np.int32))
-    return Blocker(scene, obstacle, origin, 0.5 * np.ptp(used, axis=0))
+    corner = vertices[faces]
+    normal = unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
+    return Blocker(scene, obstacle, origin, normal, 0.5 * np.ptp(used, axis=0))

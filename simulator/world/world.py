@@ -11,7 +11,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
-from simulator.surfaces.patch_ends import patch_ends
+from simulator.surfaces.patch_ends import PatchEnds, patch_ends
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
 from simulator.surfaces.surface_borders import Border, borders_of
 from simulator.surfaces.wedges import Wedges
@@ -20,7 +20,7 @@ from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
 from simulator.world.rounded_parts import RoundedParts
 from simulator.world.shared_planes import planes_at_ends, planes_of
-from simulator.world.visibility import Blocker
+from simulator.world.visibility import OFFSET, Blocker
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,17 @@ class World:
     sharp: tuple[Blocker, ...]
 
     @cached_property
+    def clear_m(self) -> float:
+        """How far clear of surfaces lines of sight begin and end, for Embree's float32."""
+        return OFFSET * max((shadow.extent_m for shadow in self.blockers), default=1.0)
+
+    @cached_property
     def borders(self) -> tuple[tuple[Border, ...], ...]:
         """Where each smooth surface ends or bends otherwise: asked for only where integrals may take over from rays."""
         return tuple(borders_of(self.skins[surface.obstacle][0], surface) for surface in self.surfaces)
 
     @cached_property
-    def patch_ends(self) -> tuple[Floats, Floats, Ints]:
+    def patch_ends(self) -> PatchEnds:
         """Where the patches end, as `surfaces.patch_ends` has it."""
         return patch_ends(self.wedges, [reading for reading, _ in self.skins], self.patches.obstacle)
 

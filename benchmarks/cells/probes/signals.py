@@ -98,7 +98,7 @@ def approach(cell: Cell, category: str, start_m: float = 5.0, speed_m_s: float =
     rows: list[list[float]] = []
     found: list[list[float]] = []
     crest: list[float] = []
-    time_s = beep.period_s * np.arange(int(recording.duration_s / beep.period_s + 1e-9))
+    time_s = beep.period_s * np.arange(beep.beeps_in(recording.duration_s))
     truth = ground_truth(setting.scene, setting.walk, setting.phone, time_s + 0.5 * beep.duration_s, target="thing-1")
     range_m = np.zeros(0)
     for k in range(len(time_s)):

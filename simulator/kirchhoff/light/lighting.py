@@ -25,7 +25,6 @@ from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
 from simulator.world.frames import into_rest
-from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -275,10 +274,9 @@ def _in_parts(rays: Ints) -> list[slice]:
 
 def _reached(tracing: Tracing, skin: Skin, views: Views, view: Ints, item: Ints) -> Flags:
     """(R,) whether sound from the origins of views (R,) comes to pieces (R,) of a skin that face their images."""
-    gap = OFFSET * max(shadow.extent_m for shadow in tracing.world.blockers)
     row, stops = _paths_to(
         tracing.mirrors, views.pose, views.order, views.sequence, views.start_m,
-        tracing.placed[views.pose, skin.obstacle], *skin[1:], gap, view, item,
+        tracing.placed[views.pose, skin.obstacle], *skin[1:], tracing.world.clear_m, view, item,
     )  # type: ignore[call-arg]  # fmt: skip
     reached = np.zeros(len(view), dtype=bool)
     reached[row] = _free(tracing, stops, views.pose[view[row]], views.order[view[row]])

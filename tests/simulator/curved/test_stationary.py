@@ -200,7 +200,7 @@ def test_no_mirror_point_is_lost_to_85_degrees_of_incidence(name, rng):
     vectors is short and turns by far more than the two do. On the long facets of posts Newton's method drowned, and
     the corners, metres away, said nothing of the middle. Spheres lost 1-12 % at 80-85 degrees, a post of 64 segments
     a third at 60."""
-    surface = reflectors_in(read_mesh(Obstacle(BODIES[name], Material.rigid(), name)), 0)[1]
+    surface = reflectors_in(read_mesh(Obstacle(BODIES[name], Material.rigid(), name)))[1]
     pairs = _mirrored_pairs("cylinder" in name, 22_000, rng)
     found = stationary.find(surface, name, np.zeros((22_000, 4)), *pairs)
     np.testing.assert_array_equal(np.bincount(found.query, minlength=22_000), 1)
@@ -236,7 +236,7 @@ def test_a_straight_line_through_an_open_shell_is_no_reflection(rng):
     a mirror point at 90 degrees of incidence: 16 of 457 round an open tube."""
     tube = trimesh.creation.cylinder(0.4, 1.0, sections=48)
     tube = trimesh.Trimesh(tube.vertices, tube.faces[np.abs(tube.face_normals[:, 2]) < 0.5])
-    surface = reflectors_in(read_mesh(Obstacle(tube, Material.rigid(), "tube")), 0)[1]
+    surface = reflectors_in(read_mesh(Obstacle(tube, Material.rigid(), "tube")))[1]
     outside, inside = rng.normal(size=(2, 400, 3)) * np.array([2.0, 0.2])[:, None, None]
     found = stationary.find(surface, "tube", np.zeros((400, 4)), outside, inside)
     a, b = outside[found.query], inside[found.query]

@@ -145,6 +145,23 @@ def test_a_post_of_the_same_mesh_weakens_as_another_obstacle_does():
     assert (np.abs(gain[1] / gain[2]) < 0.8).all()
 
 
+def test_a_post_weakens_what_a_phone_on_the_ground_receives():
+    """Cause: on its first mirror the speaker had no way to it, and so no post before it: 5 dB more than swapped."""
+    ground, wall = trimesh.creation.box((8.0, 8.0, 0.2)), trimesh.creation.box(bounds=[[2, -3, 0.0], [2.2, 3, 3]])
+    ground.apply_translation([0.0, 0.0, -0.1])
+    bodies = [Obstacle(mesh, Material.rigid(), name) for mesh, name in ((ground, "ground"), (wall, "wall"))]
+    scene = Scene([*bodies, Obstacle(post_at((1.0, 0.0), 0.05), Material.rigid(), "post")], Air.lossless(SPEED_M_S))
+    gain = []
+    for ends in ([0.0, 0.0, 0.0], [0.0, 0.02, 0.3]), ([0.0, 0.02, 0.3], [0.0, 0.0, 0.0]):
+        phone = Phone.ideal(ends[0], [ends[1], [0.3, 0.3, 0.3]])
+        fidelity = Fidelity(mechanisms=("specular", "curved"), max_order=2)
+        paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(np.pi / 2)), fidelity)
+        both = np.array([set(met) == {"ground", "wall"} for met in paths.obstacles_met()])
+        gain.append(paths[both & (paths.mic == 0)].gain_at(FREQUENCY_HZ))
+    assert len(gain[0]) == len(gain[1]) == 1
+    np.testing.assert_allclose(gain[0], gain[1], rtol=1e-4)
+
+
 def test_a_spool_hides_what_its_own_lower_flange_would_return():
     profile = [[0.0, 0.0], [0.3, 0.0], [0.3, 0.05], [0.05, 0.05], [0.05, 0.5], [0.3, 0.5], [0.3, 0.55], [0.0, 0.55]]
     spool = [Obstacle(trimesh.creation.revolve(np.array(profile), sections=64), Material.rigid(), "spool")]

@@ -19,7 +19,7 @@ from simulator.surfaces.reflectors import read_mesh, reflectors_in
 
 def skin(mesh, size_m=0.012):
     reading = read_mesh(Obstacle(mesh, Material.rigid(), "body"))
-    return facets_of(reading, reflectors_in(reading, 0)[1], 0, size_m)
+    return facets_of(reading, reflectors_in(reading)[1], 0, size_m)
 
 
 def bin_of(sections):

@@ -138,7 +138,7 @@ def test_cells_add_up_to_the_integral(name):
     """The closed form over facets against midpoint samples of a tenth of a wavelength on the true cylinder."""
     material = Material.named(name)
     reading = read_mesh(Obstacle(_bin(64), Material.rigid(), "bin"))
-    facets = facets_of(reading, reflectors_in(reading, 0)[1], 0, 0.012)
+    facets = facets_of(reading, reflectors_in(reading)[1], 0, 0.012)
     facets = replace(facets, creases=no_creases())  # whose fringe waves are no part of the integral
     source, receiver = np.array([1.4, 0.3, 0.7]), np.array([1.35, 0.2, 0.75])
     frequency = np.array([18_000.0, 20_500.0, 23_000.0])
@@ -197,7 +197,7 @@ def _rigid(k):
 
 def _small_bin():
     reading = read_mesh(Obstacle(_bin(24, 0.3), Material.rigid(), "bin"))
-    return facets_of(reading, reflectors_in(reading, 0)[1], 0, 0.03)
+    return facets_of(reading, reflectors_in(reading)[1], 0, 0.03)
 
 
 def test_facets_cover_the_true_surface():

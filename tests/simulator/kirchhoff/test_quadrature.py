@@ -113,7 +113,7 @@ def shortest_m(name: str) -> float:
 def cut(name: str, size_m: float) -> Facets:
     """The production's facets of a surface."""
     reading = read_mesh(Obstacle(mesh_of(name, size_m), Material.rigid(), name, surface="smooth"))
-    return replace(facets_of(reading, reflectors_in(reading, 0)[1], 0, size_m), creases=no_creases())
+    return replace(facets_of(reading, reflectors_in(reading)[1], 0, size_m), creases=no_creases())
 
 
 def summed(name: str, facets: Facets, lit: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from simulator.surfaces.reflectors import read_mesh, reflectors_in
 def cut(mesh, facet_m):
     """Facets, and the same with a third of them in quarters."""
     reading = read_mesh(Obstacle(mesh, Material.rigid(), "body"))
-    facets = facets_of(reading, reflectors_in(reading, 0)[1], 0, facet_m)
+    facets = facets_of(reading, reflectors_in(reading)[1], 0, facet_m)
     some = np.random.default_rng(3).random(len(facets)) < 0.3
     return facets, some, quartered(facets, some)
 

@@ -107,7 +107,7 @@ def test_one_by_one_or_together_is_the_same_to_the_bit(rng):
 
 def test_a_beep_too_short_for_the_table_is_refused():
     beep = replace(BeepDesign(), duration_s=1e-4, gap_s=0.0899)
-    with pytest.raises(ValueError, match=r"about 1 ms or more, got 0.0001"):
+    with pytest.raises(ValueError, match=r"about 1 ms or more, got .*duration_s=0.0001"):
         beep_table(beep, Phone.named("ideal").speaker, TERMS, RATE_HZ)
 
 

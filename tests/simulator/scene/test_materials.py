@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -121,6 +122,7 @@ def test_unknown_name_lists_the_known():
         (lambda: Material.uniform("loud", 1.01), "normal_reflection of 'loud' must not exceed 1"),
         (lambda: Material.uniform("nan", complex("nan")), "normal_reflection of 'nan' must not exceed 1"),
         (lambda: Material.uniform("rough", 1.0, -1e-3), "roughness_m of 'rough' must not be negative, got -0.001"),
+        (lambda: replace(Material.rigid(), uncertainty=np.nan), "uncertainty of 'rigid' must not be negative, got nan"),
         (lambda: Material("short", (15e3, 25e3), (1.0,)), r"one reflection per frequency, got shape \(1,\) for \(2,\)"),
         (lambda: Material("back", (25e3, 15e3), (1.0, 1.0)), "frequency_hz of 'back' must increase"),
     ],
@@ -147,6 +149,14 @@ def test_a_spherical_wave_reflects_as_the_line_of_complex_images(normal_reflecti
     material = Material.uniform("uniform", normal_reflection)
     got = material.reflection(20e3, height_m / path_m, wavenumber * path_m)
     assert abs(got - exact) < 1e-3
+
+
+def test_a_surface_without_pressure_is_the_limit_of_soft_ones():
+    """Cause: -1 was divided by 1 + -1, and the echo was dropped as NaN."""
+    soft, softest = (
+        Material.uniform("soft", value).reflection(20e3, [0.05, 1.0], 700.0) for value in (-0.999999, -1.0)
+    )
+    np.testing.assert_allclose(softest, soft, atol=1e-4)
 
 
 def test_plane_waves_are_the_limit_of_long_paths():

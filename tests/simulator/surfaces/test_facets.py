@@ -14,7 +14,7 @@ from simulator.surfaces.reflectors import read_mesh, reflectors_in
 def _ball():
     mesh = trimesh.creation.icosphere(subdivisions=3, radius=0.2)
     reading = read_mesh(Obstacle(mesh, Material.rigid(), "ball"))
-    return reading, reflectors_in(reading, 0)[1]
+    return reading, reflectors_in(reading)[1]
 
 
 def test_a_large_body_is_as_fine_as_asked_for(monkeypatch):

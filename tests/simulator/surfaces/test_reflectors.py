@@ -18,7 +18,7 @@ from tests.references import meshes
 
 
 def _read(mesh, surface="auto"):
-    return reflectors_in(read_mesh(Obstacle(mesh, Material.rigid(), "body", surface)), 0)
+    return reflectors_in(read_mesh(Obstacle(mesh, Material.rigid(), "body", surface)))
 
 
 def _pieces(surface):

@@ -69,7 +69,7 @@ def walk_length(duration_s: float) -> Errors | Refusal:
     if duration_s < beep.period_s:
         return must_refuse(lambda: _recorded(_walk(0.0, duration_s), beep), "must", f"got {duration_s}")
     recording = _recorded(_walk(0.0, duration_s), beep)
-    wanted = int(duration_s / beep.period_s + 1e-9) * beep.period_samples
+    wanted = beep.beeps_in(duration_s) * beep.period_samples
     return {"samples": Error(float(recording.samples.shape[1] - wanted), 0.5)}
 
 
@@ -100,7 +100,7 @@ def last_beep(duration_s: float) -> Errors:
     for piece in render_pieces(_scene(LONG_M, 0.0), _phone(), _walk(speed, duration_s), beep, _FIDELITY):
         count += piece.samples.shape[1]
         last = piece.samples
-    beeps = int(duration_s / beep.period_s + 1e-9)
+    beeps = beep.beeps_in(duration_s)
     away = LONG_M - speed * (beeps - 1) * beep.period_s
     errors = _of_samples(last[:, -beep.period_samples :], beep, speed, 0.0, away)
     return errors | {"samples": Error(float(count - beeps * beep.period_samples), 0.5)}
