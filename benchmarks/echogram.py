@@ -76,7 +76,8 @@ def draw_echogram(
         axes.axvspan(alert_s, alert_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
     axes.set(xlabel="time, s", ylabel="range, m", ylim=(0.0, range_m[-1]))
     axes.set_title(
-        f"{phone.name}: candidates blue, on course red, nearest on course ringed, alerts shaded", fontsize=11
+        f"{phone.name}: candidates blue, on course red; ringed: range that the decision is about; alerts shaded",
+        fontsize=11,
     )
     with whole_file(path) as partial:
         figure.savefig(partial, format="png", dpi=120, metadata={"Software": None})

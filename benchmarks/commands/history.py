@@ -37,7 +37,10 @@ def history(results: Path, out: Path | None, suite: str | None) -> None:
     for folder in silent:
         click.echo(f"left out, as it has no summary of walks that can be read: {folder}")
     click.echo(target / "history.csv")
-    for path in write_figures(target, [DrawnFigure(figure) for figure in history_figures(frame)]):
+    figures = [DrawnFigure(figure) for figure in history_figures(frame)]
+    if not figures:
+        click.echo("no picture: no two runs are of one suite, tier, split, seed and number of cells")
+    for path in write_figures(target, figures) if figures else ():
         click.echo(path)
 
 

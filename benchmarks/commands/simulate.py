@@ -61,6 +61,8 @@ def simulate(
             raise ValueError(f"the folder of '{path}' must exist")
     beep, fidelity = BeepDesign(), Fidelity()
     _check_given(category, has_walk(scene))
+    if not abs(pitch) < 90.0:
+        raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {pitch:g}")
     if category is not None:
         approach = make_approach(scene, category, index, phone, seed, collision)
         met = Encounter(approach.scene, approach.walk, approach.phone, (approach.target,))

@@ -112,7 +112,7 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
     elif mesh.is_watertight:
         inverted = _inverted(mesh.split(only_watertight=False))
         if inverted:
-            message = f"has {inverted} closed bodies with normals inwards: they return no echo; flip their faces"
+            message = f"has normals inwards on {inverted} of its closed bodies, which return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
 
 
@@ -160,7 +160,7 @@ def _overlap_findings(scene: Scene, duration_s: float) -> Iterator[Finding]:
             depth = _depth_at(one, other, float(time))
             if depth > TOUCH_M:
                 when = f" at {time:.1f} s" if moving else ""
-                message = f"and '{other.name}' overlap{when}, by {depth:.3g} m or more"
+                message = f"reaches {depth:.3g} m or more into '{other.name}'{when}"
                 yield Finding("warning", one.name, "overlap", message)
                 break
 

@@ -59,7 +59,7 @@ def read_mesh(path: Path, unit_m: float, up: Literal["z", "y"]) -> trimesh.Trime
     if size > MOST_BYTES:
         raise ValueError(f"mesh file must have at most {MOST_BYTES} bytes, got {size} in {path.name}")
     try:
-        mesh: trimesh.Trimesh = trimesh.load_mesh(path)
+        mesh: trimesh.Trimesh = trimesh.load_mesh(path, process=False)  # which would drop points that are not finite
         vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
     except Exception as error:  # readers of half a dozen formats raise whatever they like on a damaged file
         raise ValueError(f"mesh file must be one that trimesh reads, got {path.name}: {error}") from error

@@ -173,7 +173,7 @@ def make_approach(
         True
     """
     if scene_name not in SETTINGS:
-        raise ValueError(f"scene_name must be one of {sorted(SETTINGS)}, got {scene_name!r}")
+        raise ValueError(f"approaches are drawn in scenes of {sorted(SETTINGS)}, got {scene_name!r}")
     if recipe not in RECIPES:
         raise ValueError(f"recipe must be one of {sorted(RECIPES)}, got {recipe!r}")
     check_seed(index=index, seed=seed)

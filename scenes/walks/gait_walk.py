@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import check_angles
+from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers, check_types
 from obstaclewatch.support.arrays import Floats
 from simulator.scene.pose import MOST_TURNS, Pose, held_rotation
 
@@ -104,8 +104,12 @@ class Gait:
 
     def __post_init__(self) -> None:
         for name in ("step_hz", "bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+            check_numbers(**{name: getattr(self, name)})
+            if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+        check_numbers(phase_rad=self.phase_rad)
+        if not np.isfinite(self.phase_rad):
+            raise ValueError(f"phase_rad must be finite, got {self.phase_rad}")
 
     @classmethod
     def at_speed(cls, speed_m_s: float, phase_rad: float = 0.0) -> Gait:
@@ -175,11 +179,13 @@ class GaitWalk:
 
     def __post_init__(self) -> None:
         check_holding(self.holding)
+        check_types(gait=(self.gait, Gait | None))
+        check_numbers(speed_m_s=self.speed_m_s, duration_s=self.duration_s)
         if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
             raise ValueError(f"speed_m_s must be finite and not negative, got {self.speed_m_s}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        start = np.array(self.start_m, dtype=np.float64)
+        start = as_floats("start_m", self.start_m)
         if start.shape != (3,) or not np.isfinite(start).all():
             raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
         check_angles(MOST_TURNS, heading_rad=self.heading_rad)

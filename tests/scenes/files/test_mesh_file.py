@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from trimesh.creation import box
 
@@ -67,3 +68,13 @@ def test_points_that_are_not_finite_are_refused(folder: Path) -> None:
     (folder / "nan.obj").write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     with pytest.raises(ValueError, match=r"nan\.obj"):
         read_mesh(mesh_path(folder, "nan.obj"), 1.0, "z")
+
+
+@pytest.mark.parametrize("name", ["hole.obj", "hole.ply", "hole.stl"])
+def test_one_such_point_of_many_is_not_cut_out_in_silence(folder: Path, name: str) -> None:
+    """Cause: trimesh dropped the point and its triangles while it read the file."""
+    holed = box()
+    holed.vertices[0, 2] = np.nan
+    holed.export(folder / name)
+    with pytest.raises(ValueError, match="between finite points"):
+        read_mesh(mesh_path(folder, name), 1.0, "z")

@@ -94,7 +94,7 @@ def test_a_scene_holds_ground_target_and_a_held_phone() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"scene_name": "moon"}, "scene_name must be one of"),
+        ({"scene_name": "moon"}, "approaches are drawn in scenes of"),
         ({"category": "dragon"}, "category must be one of"),
         ({"phone_name": "brick"}, "brick"),
         ({"recipe": "cake"}, "recipe must be one of"),
