@@ -44,6 +44,8 @@ NOT_MODELLED = (
     "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
     "or of the shadow of a second edge",
     "a diffraction and a curve in one path",
+    "outer edges that two obstacles make together, as mitred walls do",
+    "how faint strips of less than half a wavelength (9 mm) are",
     "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else",
     "two curved reflections one of which is off an uneven body",
     "two curved reflections off one body or with a mirror between them, and three in one path",

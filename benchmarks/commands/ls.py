@@ -2,38 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import click
 
 
 @click.command()
-@click.argument("what", type=click.Choice(["suites", "scenes", "phones", "figures", "gates", "checks"]))
+@click.argument(
+    "what", type=click.Choice(["suites", "scenes", "phones", "detectors", "materials", "figures", "gates", "checks"])
+)
 def ls(what: str) -> None:
-    """List the names of suites, scenes, phones, figures, gates files or physics checks."""
-    for name in _names(what):
+    """List the names of suites, with their titles, or of scenes, phones, detectors, materials, figures, gates files or
+    physics checks."""
+    for name in NAMES[what]():
         click.echo(name)
 
 
-def _names(what: str) -> list[str]:
-    if what == "suites":
-        from benchmarks.plan.suite import list_suites
+def _suites() -> list[str]:
+    from benchmarks.plan.suite import list_suites, load_suite
 
-        return list_suites()
-    if what == "scenes":
-        from scenes import list_scenes
+    names = list_suites()
+    width = max(map(len, names))
+    return [f"{name:<{width}}  {load_suite(name).title}" for name in names]
 
-        return list_scenes()
-    if what == "phones":
-        from simulator.phone.presets import list_phones
 
-        return list(list_phones())
-    if what == "gates":
-        from benchmarks.gates.config import list_gates
+def _scenes() -> list[str]:
+    from scenes import list_scenes
 
-        return list_gates()
-    if what == "checks":
-        from benchmarks.gates.physics import CHECKS
+    return list_scenes()
 
-        return list(CHECKS)
+
+def _phones() -> list[str]:
+    from simulator.phone.presets import list_phones
+
+    return list(list_phones())
+
+
+def _detectors() -> list[str]:
+    import obstaclewatch
+
+    return [name for name in obstaclewatch.__all__ if name.endswith("Detector") and name != "Detector"]
+
+
+def _materials() -> list[str]:
+    from simulator.scene.materials import list_materials
+
+    return list_materials()
+
+
+def _figures() -> list[str]:
     from benchmarks.plan.figure_names import FIGURE_RULES
 
     return list(FIGURE_RULES)
+
+
+def _gates() -> list[str]:
+    from benchmarks.gates.config import list_gates
+
+    return list_gates()
+
+
+def _checks() -> list[str]:
+    from benchmarks.gates.physics import CHECKS
+
+    return list(CHECKS)
+
+
+NAMES: dict[str, Callable[[], list[str]]] = {
+    "suites": _suites, "scenes": _scenes, "phones": _phones, "detectors": _detectors, "materials": _materials,
+    "figures": _figures, "gates": _gates, "checks": _checks,
+}  # fmt: skip

@@ -106,6 +106,10 @@ def _crossings(mirrors, source, target, pose, order, sequence):
     for r in range(rows):
         fill_images(mirrors, pose[r], source[r], sequence[r], order[r], images)
         code[r] = backtrack(mirrors, pose[r], images, sequence[r], order[r], target[r], points[r])
+        if code[r] == REACHED and _round_a_fold(
+            mirrors, pose[r], sequence[r], order[r], source[r], target[r], points[r]
+        ):
+            code[r] = OUTSIDE
     return code, points
 
 
@@ -156,15 +160,14 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         hits: (depth, 3) filled in.
     """
     # numbers, not parts of arrays: to count references to these took five times as long as all else
-    x, y, z, lit = target[0], target[1], target[2], 1.0
+    x, y, z = target[0], target[1], target[2]
     for k in range(depth - 1, -1, -1):
         p = sequence[k]
         a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
         u, v, w, offset = images[k + 1, 0], images[k + 1, 1], images[k + 1, 2], mirrors.offset_m[n, p]
         here, there = x * a + y * b + z * c - offset, u * a + v * b + w * c - offset
-        last, lit = lit, 1.0
         if there > 0.0 or (there == 0.0 and here < 0.0):
-            here, there, lit = -here, -there, -1.0
+            here, there = -here, -there
             if mirrors.one_sided[p]:
                 return BEHIND
         if here < -BORDER_M or (there == 0.0 and (here == 0.0 or k > 0)):  # a source may lie on its first mirror
@@ -175,23 +178,32 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         hits[k, 0], hits[k, 1], hits[k, 2] = x, y, z
         if not inside_patch(mirrors, n, p, x, y, z):
             return OUTSIDE
-        at_joint = k < depth - 1 and _apart(x, y, z, hits[k + 1]) < JOINT_M
-        if at_joint and not _in_corner(mirrors, n, p, sequence[k + 1], lit, last, x, y, z):
-            return OUTSIDE
     return REACHED
 
 
+@compiled
+def _round_a_fold(mirrors, n, sequence, depth, source, target, hits):
+    """Whether a path meets two patches at once from outside, in their common edge: it is not reflected off both."""
+    for k in range(depth - 1):
+        p, q, x, y, z = sequence[k], sequence[k + 1], hits[k, 0], hits[k, 1], hits[k, 2]
+        if abs(x - hits[k + 1, 0]) + abs(y - hits[k + 1, 1]) + abs(z - hits[k + 1, 2]) < JOINT_M:
+            before, after = source if k == 0 else hits[k - 1], target if k + 2 == depth else hits[k + 2]
+            lit_p, lit_q = _lit_side(mirrors, n, p, before), _lit_side(mirrors, n, q, after)
+            if not _in_corner(mirrors, n, p, q, lit_p, lit_q, x, y, z):
+                return True
+    return False
+
+
 @inlined
-def _apart(x, y, z, point):
-    return abs(x - point[0]) + abs(y - point[1]) + abs(z - point[2])
+def _lit_side(mirrors, n, p, point):
+    """On which side of a patch a point is, 1 or -1; 0 on it, where a third patch is met at once."""
+    height = dot(point, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+    return 0.0 if abs(height) < JOINT_M else np.sign(height)
 
 
 @compiled
 def _in_corner(mirrors, n, p, q, lit_p, lit_q, x, y, z):
-    """Whether patches that meet at a point make a corner for sound on these sides (1 or -1) of them: both go on there.
-
-    Sound that comes to the outside of a fold meets two faces at once as well, and is not reflected twice.
-    """
+    """Whether patches that meet at a point make a corner for sound on these sides, -1 to 1: both go on there."""
     a, b, c = mirrors.normal[n, p, 0], mirrors.normal[n, p, 1], mirrors.normal[n, p, 2]
     u, v, w = mirrors.normal[n, q, 0], mirrors.normal[n, q, 1], mirrors.normal[n, q, 2]
     cosine = a * u + b * v + c * w

@@ -14,6 +14,7 @@ louder waves of the rim over other images it counts even if it is under the nois
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,9 +50,12 @@ def ray_error_db(search: Search, index: int, pairs: Pairs, echoes: Candidates) -
         echoes: what the rays found, of any obstacle.
     """
     met = _met(search.tracing, pairs.obstacle, echoes)
-    stacked = _Echoes.of(search.tracing, met)
-    rims = [_rim_error_db(search, border, pairs, stacked) for border in search.tracing.world.borders[index]]
-    return np.maximum.reduce([*rims, np.zeros(len(pairs))]) + _shadow_error_db(search, pairs, met, stacked)
+    stacked, borders = _Echoes.of(search.tracing, met), search.tracing.world.borders[index]
+    error = np.zeros(len(pairs))
+    for border, ends in zip(borders, _ends_at(search.tracing, borders, pairs), strict=True):
+        rim = _rim_echo(border, ends, search.wavenumber_1_m)
+        error = np.maximum(error, _rim_error_db(search, *rim, pairs, stacked))
+    return error + _shadow_error_db(search, pairs, met, stacked)
 
 
 def _met(tracing: Tracing, obstacle: int, echoes: Candidates) -> Candidates:
@@ -70,11 +74,10 @@ def _shadow_error_db(search: Search, pairs: Pairs, met: Candidates, echoes: _Ech
     return DB_PER_SHARE * loudest_over(tracing, met, share, pairs)
 
 
-def _rim_error_db(search: Search, border: Border, pairs: Pairs, echoes: _Echoes) -> Floats:
-    """(R,) estimated error that a border of a surface makes on each pair; infinite where it is the echo."""
+def _rim_error_db(search: Search, rim: Floats, path: Floats, pairs: Pairs, echoes: _Echoes) -> Floats:
+    """(R,) estimated error that echoes of a rim (R,) make on each pair, by their paths; infinite if they are all."""
     audible, at = search.audible, (pairs.pose, pairs.mic)
     floor = max(audible.floor, FAINT_GAIN * min(search.fidelity.tolerance_db / TOLERATED_DB, 1.0))
-    rim, path = _rim_echo(search.tracing, border, pairs, search.wavenumber_1_m)
     beside = _reaching(echoes.level, echoes.length_m, path, *at)  # type: ignore[call-arg]
     apart = np.where(echoes.envelope >= floor, 1.0 / np.maximum(echoes.envelope, floor), 0.0)
     share = rim * _reaching(apart, echoes.length_m, path, *at)  # type: ignore[call-arg]
@@ -140,15 +143,42 @@ def _reaching(level, length_m, path_m, pose, mic):
     return most
 
 
-def _rim_echo(tracing: Tracing, border: Border, pairs: Pairs, wavenumber: float) -> tuple[Floats, Floats]:
+@dataclass(frozen=True)
+class _Ends:
+    """R pairs of images before a border, in its rest frame.
+
+    Attributes:
+        source, receiver: (R, 3).
+        closed: whether what ends at the border is closed, so that its back makes no echo.
+        touching: (U, B) whether points of the border are none at each pose that occurs, see `_touching`.
+        row: (R,) which of these poses each pair is at.
+    """
+
+    source: Floats
+    receiver: Floats
+    closed: bool
+    touching: Flags
+    row: Ints
+
+
+def _ends_at(tracing: Tracing, borders: Sequence[Border], pairs: Pairs) -> list[_Ends]:
+    """The pairs before each of a body's borders."""
+    if not borders:
+        return []
+    frame, closed = tracing.placed[pairs.pose, pairs.obstacle], tracing.world.skins[pairs.obstacle][0].closed
+    ends = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
+    touching, row = _touching(tracing, pairs.obstacle, Border.joined(borders), pairs.pose)
+    each = np.split(touching, np.cumsum([len(border) for border in borders])[:-1], axis=1)
+    return [_Ends(*ends, closed, np.ascontiguousarray(part), row) for part in each]
+
+
+def _rim_echo(border: Border, ends: _Ends, wavenumber: float) -> tuple[Floats, Floats]:
     """(R,) amplitude and (R,) path of what the border returns between images of speaker and microphone."""
-    obstacle, closed = pairs.obstacle, tracing.world.skins[pairs.obstacle][0].closed
-    frame = tracing.placed[pairs.pose, obstacle]
-    source, receiver = into_rest(pairs.before.point_m, frame), into_rest(pairs.after.point_m, frame)
-    touching, row = _touching(tracing, obstacle, border, pairs.pose)
     points = border.point_m, border.length_m, border.normal
-    first, in_phase = _shortest(source, receiver, *points, closed, touching, row, 0.5 * np.pi / wavenumber)  # type: ignore[call-arg]
-    to_source, to_receiver = (end - border.point_m[first] for end in (source, receiver))
+    first, in_phase = _shortest(
+        ends.source, ends.receiver, *points, ends.closed, ends.touching, ends.row, 0.5 * np.pi / wavenumber
+    )  # type: ignore[call-arg]
+    to_source, to_receiver = (end - border.point_m[first] for end in (ends.source, ends.receiver))
     l, m = np.linalg.norm(to_source, axis=1), np.linalg.norm(to_receiver, axis=1)
     both = to_source / l[:, None] + to_receiver / m[:, None]
     slope = np.abs(np.einsum("rx,rx->r", both, border.across[first]))
