@@ -160,7 +160,7 @@ def _echo_is_right() -> str:
     echo = paths[(paths.kind == "specular") & (paths.mic == 0)]
     if len(echo) != 1 or not math.isclose(echo.delay_s[0], 3.9 / 343.0, rel_tol=1e-9):
         raise RuntimeError(f"one echo after 3.9 m expected, got delays {(343.0 * echo.delay_s).tolist()} m")
-    return "a wall at 2 m echoes after 3.9 m"
+    return "a wall at 2 m echoes after a path of 3.9 m"
 
 
 ATTEMPTS: tuple[tuple[str, Callable[[], str], str], ...] = (

@@ -67,7 +67,7 @@ class Choice:
     def __str__(self) -> str:
         taken = f"{self.obstacle}: integral over {self.integrals} of {self.pairs} pairs of images"
         rays = f"would err by {self.rays_db:.2f} dB" if np.isfinite(self.rays_db) else "say nothing of its echo"
-        return f"{taken}; rays alone {rays}, {self.left_db:.2f} dB are left"
+        return f"{taken}; rays alone {rays}, an error of {self.left_db:.2f} dB is left"
 
 
 @dataclass(frozen=True)
