@@ -192,7 +192,7 @@ def test_the_command_prints_a_table_and_json_and_its_exit_code_tells(tmp_path: P
     plain = CliRunner().invoke(cli, ["scene", "check", str(path), "--no-cost"])
     assert plain.exit_code == 0
     assert "garage  wall               12  yes          6       0     12  0.25 x 8 x 3" in plain.output
-    assert "warning: garage: overlap: reaches" in plain.output
+    assert "warning: garage: overlap: reaches 0.125 m or more into 'shed'" in plain.output
     machine = json.loads(CliRunner().invoke(cli, ["scene", "check", str(path), "--json"]).output)
     assert [row["planes"] for row in machine["obstacles"]] == [1, 6, 6]
     assert machine["cost"]["beeps"] == 22

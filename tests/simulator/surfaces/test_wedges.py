@@ -32,6 +32,7 @@ def test_box_has_twelve_right_angles_however_it_is_cut():
         assert len(wedges) == 12
         np.testing.assert_allclose(wedges.open_angle_rad, 1.5 * np.pi)
         np.testing.assert_allclose(np.sort(wedges.length_m), np.repeat([1.0, 2.0, 3.0], 4))
+        assert (wedges.obstacle == 0).all()
         assert sorted(np.unique(wedges.patch)) == list(range(6))
         assert np.isinf(wedges.sheet_m).all()
 
