@@ -31,3 +31,13 @@ def refuse_given(useless: Iterable[str], reason: str) -> None:
     clash = [name for name in useless if name in given()]
     if clash:
         raise ValueError(f"{reason}, so --{', --'.join(clash)} must not be given")
+
+
+def check_pitch(degrees: float) -> None:
+    """Refuse a phone that is pitched beyond upright, or in other units.
+
+    Raises:
+        click.UsageError: it is; the message gives rule and value.
+    """
+    if not abs(degrees) < 90.0:
+        raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {degrees:g}")

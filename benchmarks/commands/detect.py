@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from benchmarks.commands import check_pitch
 from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of
 
 if TYPE_CHECKING:
@@ -63,8 +64,8 @@ def detect(
         raise click.UsageError("--swap is for the channels of a RECORDING, and --live has none")
     if mic_phase is not None and detector != "TrackingDetector":
         raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
-    if pitch is not None and not abs(pitch) < 90.0:
-        raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {pitch:g}")
+    if pitch is not None:
+        check_pitch(pitch)
     if plot is not None:
         _check_picture(plot)
     held = _phone(phone)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from benchmarks.commands import OF_APPROACH, given, refuse_given
+from benchmarks.commands import OF_APPROACH, check_pitch, given, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -61,8 +61,7 @@ def simulate(
             raise ValueError(f"the folder of '{path}' must exist")
     beep, fidelity = BeepDesign(), Fidelity()
     _check_given(category, has_walk(scene))
-    if not abs(pitch) < 90.0:
-        raise click.UsageError(f"--pitch must lie between -90 and 90 degrees, got {pitch:g}")
+    check_pitch(pitch)
     if category is not None:
         approach = make_approach(scene, category, index, phone, seed, collision)
         met = Encounter(approach.scene, approach.walk, approach.phone, (approach.target,))
