@@ -127,6 +127,23 @@ def test_light_close_by_is_asked_for_by_each_transducer(category, seed, yaw_rad,
     assert step_before(category, seed, yaw_rad, place_m, axis, "standard") < MOST
 
 
+@pytest.mark.parametrize(
+    ("seed", "yaw_rad", "place_m", "axis", "level"),
+    [
+        (6312, 3.06329, (2.43661, 0.18721, 1.19689), 2, "standard"),
+        (4320, 3.01649, (1.7943, 0.3094, 0.93938), 1, "standard"),
+        (4563, 1.38868, (1.74358, 0.08023, 1.11704), 0, "standard"),
+        (4563, 1.38868, (1.74358, 0.08023, 1.11704), 0, "auto"),
+    ],
+)
+def test_the_integral_takes_over_slowly_behind_a_signs_post(seed, yaw_rad, place_m, axis, level):
+    """Cause: how much of a plate its post hides was counted in 25 spots, each of which was worth all (-27 dB).
+
+    What is left at `auto`, of -34 dB at the most, is the light on facets.
+    """
+    assert step_before("sign", seed, yaw_rad, place_m, axis, level) < MOST
+
+
 @pytest.mark.parametrize("level", ["standard", "auto"])
 def test_a_second_edge_fades_what_the_first_one_sends_on(level):
     """Cause: a bin's lower edge was hidden at once behind its foot (-17 dB), and the panels of an A-board behind each
