@@ -28,6 +28,30 @@ COMMANDS = {
     "detect": "Run a detector on a stereo WAV or FLAC file.",
     "scene": "Check or draw a scene or an approach.",
 }
+EXAMPLES = {
+    "run": ["run paper --tier smoke -j 2", "run paper --tier full -k 'dustbin and not campus' -j 2", "run speed -n"],
+    "export": ["export paper walks --walks 5"],
+    "status": ["status results/paper/latest"],
+    "figures": ["figures results/paper/latest fig16 fig17", "figures --paper --tier smoke -j 2"],
+    "report": ["report results/paper/latest --walks 3"],
+    "gate": ["gate results/paper/latest", "gate results/paper/latest --gates paper_claims"],
+    "baseline": ["baseline update results/paper/latest --reason 'what changed and why'", "baseline history"],
+    "history": ["history results --suite paper"],
+    "compare": ["compare before/paper/latest results/paper/latest"],
+    "ls": ["ls suites", "ls phones"],
+    "validate": ["validate paper", "validate mine.yaml"],
+    "doctor": ["doctor"],
+    "beep": ["beep beeps.wav --seconds 60"],
+    "calibrate": ["calibrate wall.flac --phone galaxy-s8-plus --wall 1.025 -o mine.yaml"],
+    "simulate": [
+        "simulate supermarket --category wall --phone galaxy-s8-plus -o walk.flac",
+        "simulate yard.yaml -o yard.wav",
+    ],
+    "detect": ["detect walk.flac --phone galaxy-s8-plus --pitch 30 --detector TrackingDetector --plot walk.png"],
+    "scene": ["scene check supermarket", "scene preview supermarket -o street.html"],
+}
+"""For the end of each command's help."""
+
 MODULES = {"beep": "own_phone", "calibrate": "own_phone"}
 """Of commands that share one."""
 
@@ -49,7 +73,9 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module = MODULES.get(cmd_name, cmd_name)
-        return getattr(importlib.import_module(f"benchmarks.commands.{module}"), cmd_name)
+        command = getattr(importlib.import_module(f"benchmarks.commands.{module}"), cmd_name)
+        command.epilog = "\n".join(["\b", "Examples:", *(f"  obstaclewatch {each}" for each in EXAMPLES[cmd_name])])
+        return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list of commands without importing them."""

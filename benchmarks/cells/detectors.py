@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import obstaclewatch
+from benchmarks.cells.spec import did_you_mean
 from obstaclewatch import BeepDesign, Errata, PaperSettings, PhoneGeometry
 from obstaclewatch.paper.settings import READINGS
 
@@ -65,6 +66,15 @@ def parse_detector(text: str) -> DetectorName:
     return DetectorName(text.strip(), match["module"] or "", match["cls"], arguments)
 
 
+def own_detectors() -> list[str]:
+    """Names of the project's detectors.
+
+    >>> own_detectors()[0]
+    'DistanceOnlyDetector'
+    """
+    return sorted(name for name in obstaclewatch.__all__ if name.endswith("Detector") and name != "Detector")
+
+
 def detector_label(text: str) -> str:
     """How figures and results call a detector: without the module."""
     return parse_detector(text).label
@@ -82,8 +92,9 @@ def detector_class(name: DetectorName) -> type:
         found = getattr(_imported(name.module), name.cls, None)
     if not inspect.isclass(found):
         where = name.module or "obstaclewatch"
+        near = did_you_mean(name.cls, own_detectors()) if not name.module else ""
         raise ValueError(f"detectors must be classes of obstaclewatch or package.module:Class, "
-                         f"got '{name.text}': {where} has no class '{name.cls}'")  # fmt: skip
+                         f"got '{name.text}': {where} has no class '{name.cls}'{near}")  # fmt: skip
     if not callable(getattr(found, "stream", None)):
         raise ValueError(f"a detector must have a method stream(recording), which '{name.text}' has not")
     return found

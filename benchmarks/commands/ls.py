@@ -39,9 +39,9 @@ def _phones() -> list[str]:
 
 
 def _detectors() -> list[str]:
-    import obstaclewatch
+    from benchmarks.cells.detectors import own_detectors
 
-    return [name for name in obstaclewatch.__all__ if name.endswith("Detector") and name != "Detector"]
+    return own_detectors()
 
 
 def _materials() -> list[str]:

@@ -17,13 +17,19 @@ if TYPE_CHECKING:
 @click.argument("config")
 @click.option("--allow-code", is_flag=True, help=ALLOW_CODE)
 def validate(config: str, allow_code: bool) -> None:
-    """Check CONFIG, a suite or a gates file (a name or a YAML file), and say what it holds."""
-    from benchmarks.gates.config import gates_path, load_gates
+    """Check CONFIG, a suite or a gates file (a name or a YAML file), and say what it holds.
+
+    Scene files are for `scene check`.
+    """
+    from benchmarks.gates.config import gates_path, list_gates, load_gates
     from benchmarks.plan.cells import plan_cells
     from benchmarks.plan.suite import load_suite
     from benchmarks.plan.trust import check_trust
 
-    if _holds_gates(config):
+    sections = _sections(config)
+    if "obstacles" in sections:
+        raise click.UsageError(f"{config} is a scene file: obstaclewatch scene check {config}")
+    if config in list_gates() or sections & {"claims", "regression", "physics"}:
         gates = load_gates(gates_path(config))
         click.echo(f"{gates.title}: {_counted(gates)}")
         return
@@ -33,16 +39,13 @@ def validate(config: str, allow_code: bool) -> None:
         click.echo(f"{tier}: {len(plan_cells(chosen, tier))} cells")
 
 
-def _holds_gates(config: str) -> bool:
-    """Whether the name is that of a gates file, or the file has one of its sections."""
-    from benchmarks.gates.config import list_gates
+def _sections(config: str) -> set[str]:
+    """The sections of a file; none of a name."""
     from scenes.files.bounded_yaml import parsed, read_text
 
     path = Path(config)
-    if not path.is_file():
-        return config in list_gates()
-    data = parsed(read_text(path, "file"), path.name, "file")[0]
-    return isinstance(data, dict) and bool({"claims", "regression", "physics"} & data.keys())
+    data = parsed(read_text(path, "file"), path.name, "file")[0] if path.is_file() else {}
+    return set(data) if isinstance(data, dict) else set()
 
 
 def _counted(gates: Gates) -> str:

@@ -110,6 +110,11 @@ def test_a_user_s_class_is_found_in_the_working_directory(module):
         detector_class(parse_detector("mine_for_a_test.detectors:None_"))
 
 
+def test_a_name_that_is_nearly_right_is_suggested():
+    with pytest.raises(ValueError, match="has no class 'TrackngDetector', did you mean 'TrackingDetector'"):
+        detector_class(parse_detector("TrackngDetector"))
+
+
 def test_its_source_names_the_cells(module):
     suite = load_suite("paper", ["detectors=[PaperDetector, 'mine_for_a_test.detectors:Mine']"])
     first = plan_cells(suite, "smoke")[0]
