@@ -25,9 +25,10 @@ class Flag(IntFlag):
     BODY_DEDUCTED = 2
     """Microphone 1 received the obstacle's echo via the walker's body; the detour was deducted."""
     NO_SECOND_MIC = 4
-    """Microphone 1 received nothing of the candidate: no bearing."""
+    """Microphone 1 received nothing of the candidate, or is deaf: no bearing."""
     IDENTICAL_CHANNELS = 8
-    """Both channels are equal (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by range only."""
+    """One channel is a multiple of the other (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by
+    range only."""
     UNCONFIRMED = 16
     """Too few earlier beeps to distinguish a static peak from a moving one; the candidate has no vote."""
     MERGED_CREST = 32

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_floats, as_reals, check_numbers
 from obstaclewatch.support.arrays import Floats, Singles
 
 
@@ -74,9 +74,7 @@ class Recording:
     sample_rate_hz: float
 
     def __post_init__(self) -> None:
-        if np.iscomplexobj(self.samples):
-            raise ValueError(f"samples must be real numbers, got {np.asarray(self.samples).dtype}")
-        samples = np.ascontiguousarray(self.samples, dtype=np.float32)
+        samples = np.ascontiguousarray(as_reals("samples", self.samples), dtype=np.float32)
         if samples.ndim != 2 or samples.shape[0] != 2:
             raise ValueError(f"samples must have shape (2, N), one row per microphone, got {samples.shape}")
         if samples.shape[1] == 0:
@@ -99,7 +97,7 @@ class Recording:
 
 
 def _checked(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
-    array = np.array(value, dtype=np.float64)
+    array = as_floats(name, value)
     if array.shape != shape:
         raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from obstaclewatch.support.argument_types import check_numbers
+
 DRY_AIR_J_KG_K = 287.05
 KELVIN = 273.15
 
@@ -19,7 +21,7 @@ def assumed_sound_speed(temperature_c: float, relative_humidity: float = 0.5, pr
     Args:
         temperature_c: of the air, -80 to 70 degrees Celsius.
         relative_humidity: fraction, 0 to 1.
-        pressure_pa: of the air.
+        pressure_pa: of the air, 10 to 200 kPa.
 
     Raises:
         ValueError: a value out of range.
@@ -27,12 +29,13 @@ def assumed_sound_speed(temperature_c: float, relative_humidity: float = 0.5, pr
     >>> print(f"{assumed_sound_speed(20.0):.1f} m/s at 20 C, {assumed_sound_speed(0.0):.1f} m/s at 0 C")
     343.9 m/s at 20 C, 331.5 m/s at 0 C
     """
+    check_numbers(temperature_c=temperature_c, relative_humidity=relative_humidity, pressure_pa=pressure_pa)
     if not -80.0 <= temperature_c <= 70.0:
         raise ValueError(f"temperature_c must lie within -80..70, got {temperature_c}")
     if not 0.0 <= relative_humidity <= 1.0:
         raise ValueError(f"relative_humidity must lie within 0..1, got {relative_humidity}")
-    if not 0.0 < pressure_pa < math.inf:
-        raise ValueError(f"pressure_pa must be positive, got {pressure_pa}")
+    if not 1e4 <= pressure_pa <= 2e5:
+        raise ValueError(f"pressure_pa must lie within 10000..200000 Pa, got {pressure_pa}")
     vapour_pa = relative_humidity * 611.2 * math.exp(17.62 * temperature_c / (243.12 + temperature_c))
     moist = 1.0 + 0.32 * vapour_pa / pressure_pa
     return math.sqrt(1.4 * DRY_AIR_J_KG_K * (temperature_c + KELVIN) * moist)

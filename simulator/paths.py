@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from obstaclewatch.support.argument_types import as_finite, check_types
 from obstaclewatch.support.arrays import Complexes, Floats, Ints, Strings
 from simulator.phone.phone import Phone
 from simulator.waves import band
@@ -133,8 +134,9 @@ class Paths:
         """These paths, then the others.
 
         Raises:
-            ValueError: of another phone object, number of poses, `band_points` or width of `sequence`.
+            ValueError: no paths, or of another phone object, number of poses, `band_points` or width of `sequence`.
         """
+        check_types(other=(other, Paths))
         if other.phone is not self.phone:
             raise ValueError(f"paths to be added must be of one phone object, got {self.phone} and {other.phone}")
         sizes = [(each.poses, each.band_gain.shape[1], each.sequence.shape[1]) for each in (self, other)]
@@ -167,7 +169,7 @@ class Paths:
 
     def gain_at(self, frequency_hz: ArrayLike) -> Complexes:
         """(P, F) gains at any frequency; held at their end values outside 15-25 kHz."""
-        return band.evaluate(band.coefficients(self.band_gain), np.atleast_1d(np.asarray(frequency_hz, np.float64)))
+        return band.evaluate(band.coefficients(self.band_gain), _frequencies(frequency_hz))
 
     def transfer_function(self, frequency_hz: ArrayLike) -> Complexes:
         """Pressure at each microphone, responses included, over the free-field pressure 1 m in front of the speaker.
@@ -178,7 +180,7 @@ class Paths:
         Returns:
             (2, F) for a single pose, (N, 2, F) for N poses.
         """
-        frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
+        frequency = _frequencies(frequency_hz)
         terms = self.gain_at(frequency) * np.exp(-2j * np.pi * frequency * self.delay_s[:, None])
         total = np.zeros((self.poses, 2, len(frequency)), dtype=np.complex128)
         np.add.at(total, (self.pose, self.mic), terms)
@@ -197,6 +199,14 @@ class Paths:
         lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)
+
+
+def _frequencies(frequency_hz: ArrayLike) -> Floats:
+    """(F,)."""
+    frequency = np.atleast_1d(as_finite("frequency_hz", frequency_hz))
+    if frequency.ndim != 1:
+        raise ValueError(f"frequency_hz must have shape () or (F,), got {frequency.shape}")
+    return frequency
 
 
 def as_rows(chosen: ArrayLike | slice) -> Any:

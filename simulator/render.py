@@ -13,9 +13,9 @@ import numpy as np
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
-from obstaclewatch.support.argument_types import check_seed, check_types
+from obstaclewatch.support.argument_types import check_numbers, check_seed, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Singles
-from simulator.field.motion import Motion, fastest_closing_m_s, motion_within
+from simulator.field.motion import Motion, check_smooth, fastest_closing_m_s, motion_within
 from simulator.paths import Paths
 from simulator.phone.noise import noise_samples
 from simulator.phone.phone import Phone
@@ -26,7 +26,7 @@ from simulator.rendering.sample_rate import envelope_rate, lead_samples, ringing
 from simulator.rendering.sample_rate import to_rate as to_rate
 from simulator.rendering.superposition import Sounds, add_sounds
 from simulator.scene.fidelity import Fidelity
-from simulator.scene.pose import Walk
+from simulator.scene.pose import Walk, check_walk
 from simulator.scene.scene import Scene
 from simulator.trace import traced
 from simulator.waves import band
@@ -36,6 +36,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
+SOONEST_S = 1e-12  # after emission: levels are inverse to the delay
 BLOCK_BEEPS = 64  # traced and rendered at a time
 
 
@@ -66,8 +67,8 @@ def render_walk(
     Raises:
         ValueError: an argument of another type, a name that no obstacle has, a walk shorter than one beep period, a
             band that passes 15-25 kHz, in which gains are kept, a beep of less than about 1 ms, phone and obstacle that
-            may close in at a tenth of the speed of sound or more or pass through each other, or poses or a
-            walker's body that `trace_paths` refuses.
+            may close in at a tenth of the speed of sound or more or pass through each other, a phone that moves too
+            abruptly within a beep to be followed, or poses or a walker's body that `trace_paths` refuses.
 
     Example:
         >>> import trimesh
@@ -115,6 +116,8 @@ def render_pieces(
     scene = as_prepared(scene)
     check_types(phone=(phone, Phone), walk=(walk, Walk), beep=(beep, BeepDesign), fidelity=(fidelity, Fidelity))
     _check_band(beep)
+    if seen is not None and not callable(seen):
+        raise ValueError(f"seen must be a function of paths and a beep's number, got {seen!r}")
     count, gated = beep_count(walk, beep), _known(gated, scene)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     early = int(np.ceil(SKIRT_S * beep.sample_rate_hz))
@@ -143,8 +146,11 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     """Whole beep periods within a walk.
 
     Raises:
-        ValueError: there is none.
+        ValueError: there is none, or the duration is no finite number.
     """
+    check_numbers(duration_s=walk.duration_s)
+    if not np.isfinite(walk.duration_s):
+        raise ValueError(f"duration_s of the walk must be finite, got {walk.duration_s}")
     count = beep.beeps_in(walk.duration_s)
     if count < 1:
         raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
@@ -182,7 +188,10 @@ def _traced_beeps(
     """Paths at the middle of some beeps, counted from the first of them, and how they move within them."""
     start = np.arange(beeps.start, beeps.stop, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
+    points = phone.geometry.speaker_m, phone.geometry.mics_m
+    check_walk(walk, middle)
     _check_speeds(scene, walk, start, beep.duration_s)
+    check_smooth(walk, points, start, beep.duration_s, fidelity.motion_degree)
 
     def carrier(_pose: Ints, time_s: Floats) -> tuple[Floats, Floats]:
         there = walk.pose(time_s)
@@ -192,7 +201,6 @@ def _traced_beeps(
     before = start[:1] - beep.period_s + beep.duration_s if beeps.start else start[:0]
     _check_passage(tracing, phone, walk, np.sort(np.concatenate([before, start, start + beep.duration_s])))
     paths, found = traced(Search(tracing, phone, scene.air, fidelity))
-    points = phone.geometry.speaker_m, phone.geometry.mics_m
     return paths, motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )
@@ -244,7 +252,7 @@ def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int, fi
 def _structure_borne(sound: StructureBorne, start_s: Floats, duration_s: float, terms: int) -> Sounds:
     """Direct sound through the case: the same in every beep."""
     start, mic = np.repeat(start_s, 2), np.tile([0, 1], len(start_s))
-    delay = sound.delay_s[mic]
+    delay = np.maximum(sound.delay_s[mic], SOONEST_S)
     weight = np.zeros((len(mic), terms), dtype=np.complex128)
     weight[:, 0] = sound.gain[mic]
     still = Motion(start + delay + 0.5 * duration_s, duration_s, delay[:, None].copy(), np.ones((len(mic), 1)))

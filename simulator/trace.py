@@ -25,7 +25,7 @@ from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
 from simulator.scene.fidelity import MECHANISMS, Fidelity
 from simulator.scene.pose import Pose
-from simulator.scene.scene import Scene
+from simulator.scene.scene import CASE, Scene
 from simulator.search import searched
 from simulator.waves.band import REFERENCE_HZ
 from simulator.world.candidates import FOCUS_GAIN, Candidates, direct
@@ -44,6 +44,7 @@ NOT_MODELLED = (
     "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
     "or of the shadow of a second edge",
     "a diffraction and a curve in one path",
+    "mirrors of an obstacle before and after its own curved surfaces: a ground and what stands on it in one mesh",
     "outer edges that two obstacles make together, as mitred walls do",
     "how faint strips of less than half a wavelength (9 mm) are",
     "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else",
@@ -291,4 +292,4 @@ def through_case(search: Search, sound: StructureBorne, width: int) -> Paths:
     """One path a pose and microphone, in the form of airborne ones of at most so many reflections, named "case"."""
     found = direct(search.tracing, width)
     gain = np.repeat(sound.gain[found.mic, None].astype(np.complex128), len(search.band_hz), axis=1)
-    return replace(_paths(search, found, gain), delay_s=sound.delay_s[found.mic], obstacle=np.full(len(found), "case"))
+    return replace(_paths(search, found, gain), delay_s=sound.delay_s[found.mic], obstacle=np.full(len(found), CASE))

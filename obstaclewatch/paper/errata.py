@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from obstaclewatch.support.argument_types import check_types
+
 
 @dataclass(frozen=True)
 class Errata:
@@ -55,6 +57,9 @@ class Errata:
     walker_width: bool = True
     separated_peaks: bool = True
     local_threshold: bool = True
+
+    def __post_init__(self) -> None:
+        check_types(**{name: (value, bool) for name, value in vars(self).items()})
 
     @classmethod
     def as_printed(cls) -> Errata:

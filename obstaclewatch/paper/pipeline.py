@@ -17,6 +17,7 @@ from obstaclewatch.paper.measurement import Measurement, nothing_measured
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest, size_from_radius
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.recordings.sample_faults import one_is_the_other
 from obstaclewatch.recordings.streaming import check_arguments, reach_s
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.echoes import (
@@ -107,7 +108,7 @@ class EchoPipeline:
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)
         start_s = self._start_s(direct)
-        identical = np.array_equal(block[0], block[1])
+        identical = one_is_the_other(block)
         beep_flags = Flag.IDENTICAL_CHANNELS if identical else Flag.NONE
         echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
         motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))

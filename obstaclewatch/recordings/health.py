@@ -21,7 +21,7 @@ from obstaclewatch.recordings.sample_faults import (
     one_is_the_other,
 )
 from obstaclewatch.signal.matched_filter import MatchedFilter
-from obstaclewatch.support.arrays import Singles
+from obstaclewatch.support.arrays import Floats, Singles
 
 CLIPPED_SHARE = 2e-3
 """Share of the beep's samples at its extremes; clipping by 0.3 dB leaves 10e-3, a clean beep at most 0.1e-3."""
@@ -252,9 +252,8 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
     drift = (calibration.drift_s - trend_s[:, None]) * rate
     if _is_deaf(calibration):
         drift = drift[:, [0, 0]]
-    steps, others = (drift[np.minimum(np.arange(len(drift)) + SETTLED_BEEPS, len(drift) - 1)] - drift).T
-    alike = np.abs(steps - others) < np.maximum(ALIKE_SAMPLES, ALIKE_SHARE * np.abs(steps))
-    jumps = np.flatnonzero((np.abs(steps) > STEP_SAMPLES) & alike)
+    steps = _steps_that_stay(drift)
+    jumps = np.flatnonzero(steps)
     if len(jumps):
         first = int(jumps[0])
         return Finding(
@@ -271,6 +270,24 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
                 f"microphone {mic} holds {length} zeros in a row at {(begin + start) / rate:.2f} s",
             )
     return _missing(calibration, beep)
+
+
+def _steps_that_stay(drift: Floats) -> Floats:
+    """(K,) by how many samples the beeps have left their place `SETTLED_BEEPS` after each, at both microphones (K, 2).
+
+    0 where they do not stay there for as many beeps more: an echo that runs into the direct sound comes and goes.
+    """
+    last = len(drift) - 2 * SETTLED_BEEPS + 1
+    found = np.zeros(len(drift))
+    if last < 1:
+        return found
+    later = np.stack([drift[k : k + last] for k in range(SETTLED_BEEPS, 2 * SETTLED_BEEPS)], axis=1)
+    step = later - drift[:last, None]
+    mean = step.mean(axis=1)
+    stays = (np.sign(mean[:, None, :1]) * step > STEP_SAMPLES).all(axis=(1, 2))
+    alike = np.abs(mean[:, 0] - mean[:, 1]) < np.maximum(ALIKE_SAMPLES, ALIKE_SHARE * np.abs(mean[:, 0]))
+    found[:last] = np.where(stays & alike, mean[:, 0], 0.0)
+    return found
 
 
 def _missing(calibration: Calibration, beep: BeepDesign) -> Finding | None:

@@ -49,9 +49,9 @@ def quantisation_step(row: Singles) -> float:
     return least if integer else 0.0
 
 
-def one_is_the_other(samples: Singles) -> bool:
+def one_is_the_other(samples: NDArray[np.floating]) -> bool:
     """Whether one channel is a multiple of the other: a mono recording in two channels."""
-    one, two = samples.astype(np.float64)
+    one, two = np.asarray(samples, dtype=np.float64)
     energy = one @ one, two @ two
     if min(energy) == 0.0:
         return False

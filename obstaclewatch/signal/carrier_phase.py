@@ -14,6 +14,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
+from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 from obstaclewatch.support.compiled import compiled, inlined
 
@@ -46,7 +47,10 @@ def check_mic_phase(mic_phase_rad: float | None) -> None:
     Raises:
         ValueError: neither a finite number nor None, which stands for not known.
     """
-    if mic_phase_rad is not None and not np.isfinite(mic_phase_rad):
+    if mic_phase_rad is None:
+        return
+    check_numbers(mic_phase_rad=mic_phase_rad)
+    if not np.isfinite(mic_phase_rad):
         raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
 
 

@@ -31,7 +31,28 @@ def as_floats(name: str, value: Any) -> Floats:
         ValueError: a text, None, a truth value, complex numbers, rows of unequal length; the message gives name and
             value.
     """
-    return _as_array(name, value, "iuf").astype(np.float64)
+    return as_reals(name, value).astype(np.float64)
+
+
+def as_reals(name: str, value: Any) -> NDArray[Any]:
+    """The same as they are, not copied."""
+    return _as_array(name, value, "iuf")
+
+
+def as_finite(name: str, value: Any) -> Floats:
+    """The same of numbers that must be finite."""
+    array = as_floats(name, value)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {reprlib.repr(array.tolist())}")
+    return array
+
+
+def as_points(name: str, value: Any) -> Floats:
+    """The same of points or vectors, (..., 3)."""
+    array = as_finite(name, value)
+    if array.shape[-1:] != (3,):
+        raise ValueError(f"{name} must have shape (..., 3), got {array.shape}")
+    return array
 
 
 def as_complexes(name: str, value: Any) -> Complexes:

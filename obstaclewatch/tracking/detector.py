@@ -22,6 +22,7 @@ from obstaclewatch.recordings.streaming import StreamingDetector, check_argument
 from obstaclewatch.signal.carrier_phase import check_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
+from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.tracking.approach_picture import NO_PICTURE, Carrier, approach_picture
 from obstaclewatch.tracking.approach_sums import ApproachMemory
@@ -56,9 +57,9 @@ class TrackingDetector(StreamingDetector):
     """Follows obstacles over beeps and alerts by the probability of a collision.
 
     Detections hold the confirmed tracks whose range is known: without range-Doppler bias, fitted to the last beeps;
-    bearings and their deviations are learned from simulated walks. range2_m and bearing_rad are NaN for
-    identical channels. An alert may be due to an echo that is too weak to be followed: it has no candidate then. For a
-    phone held still there is `StandingDetector`.
+    bearings and their deviations are learned from simulated walks. range2_m and bearing_rad are NaN where microphone 1
+    is deaf or its channel a multiple of the other. An alert may be due to an echo that is too weak to be followed: it
+    has no candidate then. For a phone held still there is `StandingDetector`.
 
     Args:
         beep: the emitted signal.
@@ -113,6 +114,7 @@ class TrackingDetector(StreamingDetector):
     ) -> None:
         check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         check_mic_phase(mic_phase_rad)
+        check_numbers(false_alert_cost=false_alert_cost)
         if not 0.0 < false_alert_cost < np.inf:
             raise ValueError(f"false_alert_cost must be positive and finite, got {false_alert_cost}")
         self.settings = TrackingSettings.of(settings)
@@ -163,8 +165,7 @@ class TrackingDetector(StreamingDetector):
         self._oscillation = self._steps.oscillation(self._finder.ground_m)
         trajectories = [self._judged(track, hit_s) for track in tracks]
         self._look(hit_s, peaks, tracks)
-        flag = Flag.IDENTICAL_CHANNELS if peaks.identical else Flag.NONE
-        return self._report(index, emitted_s, tracks, trajectories, flag)
+        return self._report(index, emitted_s, tracks, trajectories, peaks.flag)
 
     def _take_pitch(self) -> None:
         """Judge by the pitch that is known from now on, if that is another than so far."""
@@ -199,7 +200,7 @@ class TrackingDetector(StreamingDetector):
         speed_m_s, _ = walking_speed(self._oscillation.step_rad_s / (2.0 * np.pi))
         carrier = Carrier(speed_m_s, ground_m, self._separation_m, self._pitch_rad, self._oscillation.step_rad_s)
         self.evidence = evidence_of(tracks, sums, carrier, self.evidence)
-        phases = self._finder.wavelength_m, None if peaks.identical else self._mic_phase_rad
+        phases = self._finder.wavelength_m, None if peaks.flag else self._mic_phase_rad
         recent = self._memory.recent(*place)
         self.picture = approach_picture(recent, hit_s, ahead_s, carrier, self._oscillation, *phases)
 
@@ -216,7 +217,7 @@ class TrackingDetector(StreamingDetector):
         bearings = zip(*self._bearings.bearings(self.bearing_evidence), strict=True)
         rows = [self._row(tracks[k], trajectories[k], found[k], *own) for k, own in zip(known, bearings, strict=True)]
         columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in COLUMNS}
-        if flag is Flag.IDENTICAL_CHANNELS:
+        if flag in (Flag.IDENTICAL_CHANNELS, Flag.NO_SECOND_MIC):
             columns |= dict.fromkeys(OF_TWO_MICS, np.full(len(known), np.nan))
         return Detection(
             **columns,

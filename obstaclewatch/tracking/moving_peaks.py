@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.detection import Flag
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.recordings.sample_faults import one_is_the_other
 from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
-from obstaclewatch.signal.direct_sound import direct_sound, expected_direct_delay_s
+from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.signal.two_mics import distance_of
@@ -41,6 +43,8 @@ GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
 PITCH_STEP_RAD = np.deg2rad(1.5)
 """By how much the pitch that is estimated must depart from the one in use to replace it."""
+DEAF = 1e-3
+"""Of the direct sound at microphone 0: a microphone 1 that receives less of it is deaf; phones have -8 to -35 dB."""
 USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
 generously. Walls alongside and what comes via ground and body stand at their distances as well, often louder."""
@@ -54,11 +58,11 @@ class MovingPeaks:
         readings: (5, n) of each peak its power, height squared over the local noise power, of which 1 is noise, and
             which is half of 2E/N0; its range from microphone 0, and the range's deviation from noise alone; its level
             relative to the direct sound, dB, and 2E/N0, dB, at microphone 0.
-        second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if both channels are the same.
+        second: (n, W) microphone 1 around each peak, see `carrier_phase`; NaN if it says nothing.
         log_ratio: (M,) of an echo against noise in cells of two samples, see `track_before_detect`.
         moved: (2, 2M or 2M + 1) envelopes of what moved, two samples a cell.
         first_m, cell_m: range of the first cell, and their spacing.
-        identical: both channels are the same.
+        flag: why microphone 1 says nothing, NO_SECOND_MIC or IDENTICAL_CHANNELS; NONE if it does.
     """
 
     readings: Floats
@@ -67,7 +71,7 @@ class MovingPeaks:
     moved: Complexes
     first_m: float
     cell_m: float
-    identical: bool
+    flag: Flag
 
     def __len__(self) -> int:
         return self.readings.shape[1]
@@ -186,7 +190,7 @@ class PeakFinder:
         clutter = self._clutter.level(received)
         self._sound_the_ground(first_s)
         self.ground = self._ground_now(profile, start_s)
-        identical = _are_same(profile.envelope)
+        flag = _second_channel(block, direct)
         found = peak_readings(
             moved,
             magnitude,
@@ -198,11 +202,11 @@ class PeakFinder:
             height,
             height * self._floor,
             MOST_PEAKS if self._received > SETTLING_BEEPS else 0,
-            identical,
+            flag is not Flag.NONE,
         )
         first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
         moved = moved[:, first : first + self._span]
-        return start_s, MovingPeaks(*found, moved, first_m, self.cell_m, identical)
+        return start_s, MovingPeaks(*found, moved, first_m, self.cell_m, flag)
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""
@@ -254,10 +258,8 @@ def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sou
     return 0.5 * (first + last)
 
 
-@compiled
-def _are_same(envelope: Complexes) -> bool:
-    """Whether both rows (2, M) are equal; they mostly differ in the first sample."""
-    sample = 0
-    while sample < envelope.shape[1] and envelope[0, sample] == envelope[1, sample]:
-        sample += 1
-    return sample == envelope.shape[1]
+def _second_channel(block: NDArray[np.floating], direct: DirectSound) -> Flag:
+    """Why microphone 1 says nothing, by a beep (2, n) and its direct sound."""
+    if direct.amplitude[1] < DEAF * direct.amplitude[0]:
+        return Flag.NO_SECOND_MIC
+    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE

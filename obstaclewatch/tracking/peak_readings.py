@@ -70,7 +70,7 @@ def peak_readings(
     direct: float,
     floor: float,
     most_peaks: int,
-    identical: bool,
+    alone: bool,
 ) -> tuple[Floats, SingleComplexes, Singles]:
     """What n peaks read (5, n) and microphone 1 around them (n, W), see `MovingPeaks`, and the log ratios of all cells.
 
@@ -84,7 +84,7 @@ def peak_readings(
         direct: height of the direct sound.
         floor: least height of an echo.
         most_peaks: how many are looked for.
-        identical: both channels are the same, and microphone 1 says nothing.
+        alone: microphone 1 says nothing.
     """
     known = Reception(*reception)
     received = magnitude[0, first : first + len(clutter)]
@@ -95,7 +95,7 @@ def peak_readings(
     path_m = known.sound_speed_m_s * (delay_s - start_s)
     readings = readings_of(path_m, amplitude, sample, received, height, known.baseline_m, known.one_m, direct)
     second = np.full((len(sample), len(offset)), np.complex64(np.nan))
-    if len(sample) > 0 and not identical:
+    if len(sample) > 0 and not alone:
         noise = max(noise_amplitude(magnitude[1, first:]), TINY)
         second = second_channel(moved, (delay_s - known.start_s) * known.rate_hz, offset, noise)
     return readings, second, log_ratio(height * height)

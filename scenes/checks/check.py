@@ -21,6 +21,7 @@ from scenes.truth.truth import NOT_IN_THE_WAY, contact
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene, with_area
+from simulator.world.prepared_scene import parts_of
 
 SMALLEST_M, LARGEST_M = 0.03, 60.0
 """Outside these an obstacle's greatest extent is not that of a thing in a street: its unit is probably another."""
@@ -32,6 +33,9 @@ AFLOAT_M = 0.02
 """Something this far above the ground hangs in the air: soles and tyres are meshed within this."""
 
 BESIDE_GROUND_M = 0.02
+GROUND_M2 = 10.0
+"""A plane of more is ground or wall to what stands by it."""
+
 WALK_STEP_S = 0.02
 MEETING_STEP_S = 0.25
 
@@ -78,6 +82,7 @@ def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
     yield from _triangle_findings(name, joined)
     if obstacle.category not in NOT_IN_THE_WAY:
         yield from _shell_findings(name, joined)
+    yield from _merged_findings(obstacle)
 
 
 def _scale_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
@@ -114,6 +119,20 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
         if inverted:
             message = f"has normals inwards on {inverted} of its closed bodies, which return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
+
+
+def _merged_findings(obstacle: Obstacle) -> Iterator[Finding]:
+    reading = parts_of(obstacle, np.zeros(3)).reading
+    area = np.asarray(reading.mesh.area_faces)
+    planes = np.bincount(reading.patch[reading.patch >= 0], area[reading.patch >= 0], minlength=reading.planes)
+    large = (reading.patch >= 0) & (planes[reading.patch] > GROUND_M2 if reading.planes else False)
+    bodies = np.setdiff1d(reading.piece[reading.curved], reading.piece[large])
+    if large.any() and len(bodies):
+        message = (
+            f"holds planes of up to {planes.max():.3g} m2 and {len(bodies)} rounded bodies in one mesh: echoes over "
+            "both are left out; the ground, and walls, should be obstacles of their own"
+        )
+        yield Finding("warning", obstacle.name, "merged", message)
 
 
 def _inverted(bodies: list[trimesh.Trimesh]) -> int:

@@ -16,6 +16,7 @@ import shapely
 import trimesh
 from scipy.optimize import brentq
 
+from obstaclewatch.support.argument_types import check_numbers
 from obstaclewatch.support.arrays import Floats
 
 STRIDE = 16
@@ -40,10 +41,11 @@ class Body:
     height_m: float = 1.8
 
     def __post_init__(self) -> None:
+        check_numbers(**vars(self))
         for name in ("half_width_m", "front_m", "back_m"):
-            if not getattr(self, name) >= 0.0:
+            if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        if not self.height_m > 0.0:
+        if not 0.0 < self.height_m < np.inf:
             raise ValueError(f"height_m must be positive, got {self.height_m}")
 
     def core(self, phone_m: Floats, heading_rad: Floats) -> Floats:

@@ -16,6 +16,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from obstaclewatch.support.argument_types import as_finite, check_types
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 from scenes.truth.ground_corner import corner_points
 from scenes.truth.nearest import facing, nearest_points
@@ -152,7 +153,8 @@ def ground_truth(
         body: all its measures, instead of the half width and the usual rest.
 
     Raises:
-        ValueError: an unknown target, or no obstacle to ask about.
+        ValueError: an argument of another type, an unknown target, no obstacle to ask about, or one that moves up or
+            down.
 
     Example:
         >>> import trimesh
@@ -165,7 +167,10 @@ def ground_truth(
         >>> truth.contact_obstacle, round(truth.contact_time_s, 2)
         ('wall', 3.0)
     """
-    times = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+    check_types(scene=(scene, Scene), walk=(walk, Walk), phone=(phone, Phone), body=(body, Body | None))
+    times = np.atleast_1d(as_finite("time_s", time_s))
+    if times.ndim != 1 or len(times) == 0:
+        raise ValueError(f"time_s must have shape () or (T,), T > 0, got {np.shape(time_s)}")
     asked = _asked(scene, target)
     pose = walk.pose(times)
     candidates = [_nearest(obstacle, pose, phone, times) for obstacle in asked]
@@ -263,6 +268,17 @@ def _at_index(index: float, time_s: Floats) -> float:
 
 
 def _asked(scene: Scene, target: str | None) -> Sequence[Obstacle]:
+    asked = _named(scene, target)
+    for obstacle in asked:
+        if obstacle.velocity_m_s[2] != 0.0:
+            velocity = obstacle.velocity_m_s.tolist()
+            raise ValueError(
+                f"velocity_m_s of '{obstacle.name}' must be level: contact is judged in plan, got {velocity}"
+            )
+    return asked
+
+
+def _named(scene: Scene, target: str | None) -> Sequence[Obstacle]:
     if target is None:
         asked = [obstacle for obstacle in scene.obstacles if obstacle.category not in NOT_IN_THE_WAY]
         if not asked:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from obstaclewatch.support.argument_types import check_angles
+from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers, check_types
 from obstaclewatch.support.arrays import Floats
 from scenes.walks.gait_walk import Gait, Holding, check_holding, grip
 from simulator.scene.pose import Pose
@@ -68,7 +68,8 @@ class Route:
     rounding_m: float = 0.8
 
     def __post_init__(self) -> None:
-        points = np.array(self.waypoints_m, dtype=np.float64)
+        points = as_floats("waypoints_m", self.waypoints_m)
+        check_numbers(rounding_m=self.rounding_m)
         if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
             raise ValueError(f"waypoints_m must be at least two finite points (x, y), got {self.waypoints_m}")
         points.setflags(write=False)
@@ -174,8 +175,10 @@ class Pace:
     ramp_s: float | None = None
 
     def __post_init__(self) -> None:
+        check_numbers(speed_m_s=self.speed_m_s)
         if not 0.0 < self.speed_m_s < np.inf:
             raise ValueError(f"speed_m_s of a pace must be positive, got {self.speed_m_s}")
+        check_numbers(ramp_s=self.window_s)
         if not 0.0 < self.window_s < np.inf:
             raise ValueError(f"ramp_s must be positive, got {self.ramp_s}")
         object.__setattr__(self, "stops", tuple(Stop(*map(float, stop)) for stop in self.stops))
@@ -253,7 +256,9 @@ class RouteWalk:
     holding: Holding = "vertical"
 
     def __post_init__(self) -> None:
+        check_types(route=(self.route, Route), pace=(self.pace, Pace), gait=(self.gait, Gait | None))
         check_holding(self.holding)
+        check_numbers(duration_s=self.duration_s, height_m=self.height_m)
         if not 0.0 < self.duration_s < np.inf:
             raise ValueError(f"duration_s must be positive, got {self.duration_s}")
         if not np.isfinite(self.height_m):

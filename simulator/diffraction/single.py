@@ -243,7 +243,7 @@ def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
     pairs = pairs[np.flatnonzero(least <= search.limit_m)]
     pairs = pairs[_by_large_patches(search, pairs)]
     view = pairs.view(wedges)
-    return pairs[np.flatnonzero(np.logical_or(*_within(view)) & _this_side(view, wedges.sheet_m[pairs.wedge]))]
+    return pairs[np.flatnonzero(np.logical_or(*within(view)) & _this_side(view, wedges.sheet_m[pairs.wedge]))]
 
 
 def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
@@ -289,10 +289,10 @@ def left_by_mirrors(tracing: Tracing, found: Candidates, view: EdgeView, wavenum
 
 def outside(view: EdgeView, sheet_m: Floats) -> Flags:
     """(R,) whether source and receiver see the edge: in its open angle, and on this side of a plate so thick."""
-    return np.asarray(np.logical_and(*_within(view)) & _this_side(view, sheet_m))
+    return np.asarray(np.logical_and(*within(view)) & _this_side(view, sheet_m))
 
 
-def _within(view: EdgeView) -> tuple[Flags, Flags]:
+def within(view: EdgeView) -> tuple[Flags, Flags]:
     """(R,) whether the source and the receiver are in the open angle of the edge."""
     angles = view.source_angle_rad, view.receiver_angle_rad
     return tuple((angle >= 0.0) & (angle <= view.open_angle_rad) for angle in angles)  # type: ignore[return-value]

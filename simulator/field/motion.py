@@ -32,6 +32,9 @@ from simulator.world.world import Tracing
 SETTLED_S = 7e-13  # of delay may be left: 1e-7 rad of 20 kHz
 BENT_S = 3e-10  # 1e-7 m of path
 LEAST_M_S = 0.1  # phone and obstacle together, however still they stand
+PARTS = 10  # of a beep in which the phone's speed is taken
+FOLLOWED_M = 3e-4  # 0.2 rad of phase there and back; gait departs by 1e-6 m in 50 ms, by 2e-4 m in 200 ms
+LEAST_DEGREE = 3  # asked of every walk, whatever degree a level of fidelity goes without
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ def motion_within(
     start = beep_start_s[found.pose]
     middle = start + found.length_m / speed_m_s + 0.5 * beep_s
     half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
-    node = -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    node = _nodes(degree)
     reception = middle[:, None] + half * node
     count = _retardations(tracing, walk, beep_start_s, beep_s, speed_m_s)
     delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
@@ -111,10 +114,46 @@ def motion_within(
 
 
 def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floats, beep_s: float) -> float:
-    """Most at which phone and an obstacle may close in: the phone's fastest beep, and the fastest obstacle."""
-    way = walk.pose(start_s + beep_s).position_m - walk.pose(start_s).position_m
+    """Most at which phone and an obstacle may close in: the phone in any part of a beep, and the fastest obstacle."""
+    instants = start_s[:, None] + np.linspace(0.0, beep_s, PARTS + 1)
+    place = walk.pose(instants.ravel()).position_m.reshape(*instants.shape, 3)
     fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
-    return float(norm(way).max()) / beep_s + fastest
+    return float(norm(np.diff(place, axis=1)).max()) * PARTS / beep_s + fastest
+
+
+def check_smooth(walk: Walk, phone_points: tuple[Floats, Floats], start_s: Floats, beep_s: float, degree: int) -> None:
+    """Refuse motion within a beep that polynomials do not follow.
+
+    Args:
+        phone_points: (3,) speaker and (2, 3) microphones in the phone frame.
+        start_s: (N,) emission of each beep.
+        degree: of the polynomials.
+
+    Raises:
+        ValueError: a transducer departs from them by more than `FOLLOWED_M`.
+    """
+    degree = max(degree, LEAST_DEGREE)
+    node, between = _nodes(degree), np.linspace(-1.0, 1.0, 4 * degree + 5)
+    points = np.vstack([phone_points[0], phone_points[1]])
+
+    def places(x: Floats) -> Floats:
+        """(N, M, 3, 3)."""
+        pose = walk.pose((start_s[:, None] + 0.5 * beep_s * (1.0 + x)).ravel())
+        return np.stack([pose.to_world(point) for point in points], axis=1).reshape(len(start_s), len(x), 3, 3)
+
+    onto = chebyshev.chebvander(between, degree) @ np.linalg.inv(chebyshev.chebvander(node, degree))
+    missed = norm(np.einsum("mn,bnpx->bmpx", onto, places(node)) - places(between)).max(axis=(1, 2))
+    worst = int(missed.argmax())
+    if missed[worst] > FOLLOWED_M:
+        raise ValueError(
+            f"a polynomial of degree {degree} must follow the phone within each beep to {1e3 * FOLLOWED_M:g} mm, got "
+            f"{1e3 * missed[worst]:.2g} mm in the beep at {start_s[worst]:.3f} s"
+        )
+
+
+def _nodes(degree: int) -> Floats:
+    """(D + 1,) Chebyshev nodes of a beep, -1 to 1."""
+    return -np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
 
 
 def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, speed_m_s: float) -> int:

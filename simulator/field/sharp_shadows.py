@@ -29,7 +29,7 @@ from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.faces_in_mirrors import SQUARE
 from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge, own_detours_m, shadow_share
-from simulator.diffraction.single import clear_of_faces, point_slot, views_of
+from simulator.diffraction.single import clear_of_faces, point_slot, views_of, within
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
 from simulator.world.candidates import Candidates
@@ -51,20 +51,26 @@ class Passage:
         hidden: (R, 2) whether something hides the straight way.
         passes: (R,) whether what hides a way is the second edge alone, and the way over that is free.
         own_m: (R, 3) detours over the first edge beyond the paths that end at it (`own_detours_m`).
+        inside: (R,) whether a transducer lies inside the first edge, so that a face of that is in the way.
     """
 
     detour_m: Floats
     hidden: Flags
     passes: Flags
     own_m: Floats
+    inside: Flags
 
     def share(self, wavenumber: Floats) -> Complexes:
-        """(R, 3, K) what is left of the waves of each path that passes."""
+        """(R, 3, K) what is left of the waves of each path that passes.
+
+        Where a way to what lies inside the edge is free it goes by beside the end of the face, and nothing runs along.
+        """
         left = np.ones((*self.own_m.shape, len(wavenumber)), dtype=np.complex128)
         for side in range(2):
             rows = np.flatnonzero(np.isfinite(self.detour_m[:, side]))
             shadow = shadow_share(self.detour_m[rows, side], self.own_m[rows], wavenumber)
             left[rows] *= np.where(self.hidden[rows, side, None, None], shadow, 1.0 - shadow)
+        left[self.inside & ~self.hidden.any(axis=1)] = 0.0
         return left
 
 
@@ -100,8 +106,9 @@ def _passages(search: Search, found: Candidates) -> tuple[Ints, Passage]:
     after = np.arange(free.shape[1]) > point_slot(some)[:, None]
     sides = [_past_side(search.tracing, some, near, free, here) for here in (~after, after)]
     least, hidden, passes = (np.stack(column, axis=1) for column in zip(*sides, strict=True))
-    own = own_detours_m(views_of(search.tracing, some)[1], some.part)
-    return rows, Passage(least, hidden, np.logical_and.reduce(passes, axis=1), own)
+    view = views_of(search.tracing, some)[1]
+    inside = ~np.logical_and(*within(view))
+    return rows, Passage(least, hidden, np.logical_and.reduce(passes, axis=1), own_detours_m(view, some.part), inside)
 
 
 def _past_side(

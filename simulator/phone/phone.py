@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.support.argument_types import check_numbers, check_types
 from simulator.phone.presets import preset
-from simulator.phone.transducers import StructureBorne, Transducer
+from simulator.phone.transducers import MOST_DB, StructureBorne, Transducer
 from simulator.scene.scene import Obstacle
 
 
@@ -31,8 +31,8 @@ class Phone:
             phone, x along the heading, y to the left, z up. None has no body.
 
     Raises:
-        ValueError: a level that is not a number, or infinite but for a silent noise; a part of another type; not two
-            microphones.
+        ValueError: a level that is not a number, or beyond 300 dB but for a silent noise; a part of another type; not
+            two microphones.
 
     Example:
         >>> from simulator import Phone
@@ -74,13 +74,14 @@ class Phone:
         for name in ("level_spl_db", "noise_spl_db", "full_scale_spl_db"):
             level = getattr(self, name)
             check_numbers(**{name: level})
-            if not (np.isfinite(level) or (name == "noise_spl_db" and level == -np.inf)):
-                raise ValueError(f"{name} must be finite{' or -inf' * (name == 'noise_spl_db')}, got {level}")
+            if not (abs(level) <= MOST_DB or (name == "noise_spl_db" and level == -np.inf)):
+                silent = " or -inf" * (name == "noise_spl_db")
+                raise ValueError(f"{name} must be finite, within +-{MOST_DB:g} dB{silent}, got {level}")
 
     @classmethod
     def ideal(cls, speaker_m: ArrayLike, mics_m: ArrayLike) -> Phone:
         """Omnidirectional, flat, noiseless, without case, body or structure-borne sound."""
-        geometry = PhoneGeometry("ideal", np.asarray(speaker_m), np.asarray(mics_m))
+        geometry = PhoneGeometry("ideal", speaker_m, mics_m)  # type: ignore[arg-type]
         return cls(geometry, Transducer(), (Transducer(), Transducer()), noise_spl_db=-np.inf)
 
     @classmethod

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import as_floats, check_numbers
+from obstaclewatch.support.argument_types import as_finite, as_points, check_numbers
 from obstaclewatch.support.arrays import Floats
 
 UNIT = 1e-6  # of the length of an axis
+MOST_DB = 300.0  # either way: no instrument comes near, and numbers of 64 bits hold it
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class Transducer:
 
     def __post_init__(self) -> None:
         for name in ("response_hz", "response_db", "axis"):
-            object.__setattr__(self, name, _finite(name, getattr(self, name)))
+            object.__setattr__(self, name, as_finite(name, getattr(self, name)))
         hz, db = self.response_hz, self.response_db
         if hz.ndim != 1 or hz.size == 0 or (np.diff(hz) <= 0.0).any():
             raise ValueError(f"response_hz must be one or more frequencies that increase, got {hz.tolist()}")
@@ -52,9 +53,11 @@ class Transducer:
             raise ValueError(f"response_db must have one level per frequency, got shape {db.shape} for {hz.shape}")
         if self.axis.shape != (3,) or abs(np.linalg.norm(self.axis) - 1.0) > UNIT:
             raise ValueError(f"axis must be a unit vector, got {self.axis.tolist()}")
+        if np.abs(db).max() > MOST_DB:
+            raise ValueError(f"response_db must be within +-{MOST_DB:g} dB, got {db.tolist()}")
         check_numbers(rear_loss_db=self.rear_loss_db)
-        if not 0.0 <= self.rear_loss_db < np.inf:
-            raise ValueError(f"rear_loss_db must be finite and not negative, got {self.rear_loss_db}")
+        if not 0.0 <= self.rear_loss_db <= MOST_DB:
+            raise ValueError(f"rear_loss_db must be 0 to {MOST_DB:g} dB, got {self.rear_loss_db}")
 
     def response(self, frequency_hz: ArrayLike) -> Floats:
         """Amplitude response on the axis at any frequencies (linear in dB between table points, held outside).
@@ -62,7 +65,7 @@ class Transducer:
         It has no phase, as the tables have none: it delays nothing, and the corners of a table ring alike before and
         after a sound. Of a galaxy-s5's that is 1e-3 of a 50 ms beep close by it, 1e-4 at 40 ms.
         """
-        level_db = np.interp(np.asarray(frequency_hz, dtype=np.float64), self.response_hz, self.response_db)
+        level_db = np.interp(as_finite("frequency_hz", frequency_hz), self.response_hz, self.response_db)
         return 10.0 ** (level_db / 20.0)
 
     @property
@@ -70,9 +73,9 @@ class Transducer:
         """(3,) vector v along the axis such that the directivity is exp(v . direction - |v|)."""
         return self.rear_loss_db * np.log(10.0) / 40.0 * self.axis
 
-    def directivity(self, direction: Floats) -> Floats:
+    def directivity(self, direction: ArrayLike) -> Floats:
         """(...,) amplitude factor for (..., 3) unit vectors of the phone frame that point away from the phone."""
-        cosine = np.clip(np.asarray(direction) @ self.axis, -1.0, 1.0)
+        cosine = np.clip(as_points("direction", direction) @ self.axis, -1.0, 1.0)
         return 10.0 ** (-self.rear_loss_db * (1.0 - cosine) / 40.0)
 
 
@@ -81,11 +84,11 @@ class StructureBorne:
     """Direct sound through the case, one arrival per microphone.
 
     Attributes:
-        delay_s: (2,) after emission.
+        delay_s: (2,) after emission, not negative.
         gain: (2,) amplitude relative to the free-field pressure 1 m in front of the speaker.
 
     Raises:
-        ValueError: not two finite numbers each.
+        ValueError: not two finite numbers each, or a negative delay.
 
     Example:
         >>> from simulator import StructureBorne
@@ -98,14 +101,9 @@ class StructureBorne:
 
     def __post_init__(self) -> None:
         for name in ("delay_s", "gain"):
-            value = _finite(name, getattr(self, name))
+            value = as_finite(name, getattr(self, name))
             if value.shape != (2,):
                 raise ValueError(f"{name} must be one number per microphone, got {value.tolist()}")
             object.__setattr__(self, name, value)
-
-
-def _finite(name: str, value: ArrayLike) -> Floats:
-    array = as_floats(name, value)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, got {array.tolist()}")
-    return array
+        if (self.delay_s < 0.0).any():
+            raise ValueError(f"delay_s must not be negative, got {self.delay_s.tolist()}")

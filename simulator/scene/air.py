@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_numbers, check_types
+from obstaclewatch.support.argument_types import as_floats, check_numbers, check_types
 from obstaclewatch.support.arrays import Floats
 
 KELVIN = 273.15
@@ -116,7 +116,7 @@ class Air:
             ValueError: a frequency outside 4e-4 to 10 Hz per pascal (41 Hz to 1.01 MHz at sea level), where the
                 standard does not hold. Air that absorbs nothing takes any frequency.
         """
-        frequency = np.asarray(frequency_hz, dtype=np.float64)
+        frequency = as_floats("frequency_hz", frequency_hz)
         if not self.absorbs:
             return np.zeros_like(frequency)
         _check_frequency(frequency, self.pressure_pa)

@@ -9,10 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers
+from obstaclewatch.support.argument_types import (
+    as_finite,
+    as_floats,
+    as_points,
+    check_angles,
+    check_numbers,
+    check_types,
+)
 from obstaclewatch.support.arrays import Floats
 
 UPRIGHT = 1e-6  # horizontal part of a long edge: its direction is then rounding
+FARTHEST_M = 1e9  # from the origin: farther out nothing is known to a micrometre
 MOST_TURNS = 4.0  # of a heading, as walks round a block wind it up; 30 degrees taken for radians are more
 
 
@@ -46,6 +54,8 @@ class Pose:
             raise ValueError(f"position_m must be finite with shape (3,) or (N, 3), N > 0, got {self.position_m}")
         if not isinstance(self.rotation, Rotation):
             raise ValueError(f"rotation must be a scipy Rotation, got {type(self.rotation).__name__}")
+        if np.abs(position).max() > FARTHEST_M:
+            raise ValueError(f"position_m must be within {FARTHEST_M:g} m of the origin, got {self.position_m}")
         object.__setattr__(self, "position_m", position)
         count = 1 if position.ndim == 1 else len(position)
         if not self.rotation.single and len(self.rotation) != count:
@@ -70,7 +80,7 @@ class Pose:
 
     def to_world(self, point_m: ArrayLike) -> Floats:
         """(N, ..., 3) world positions of (..., 3) points of the phone frame."""
-        points = np.asarray(point_m, dtype=np.float64)
+        points = as_points("point_m", point_m)
         matrices = np.broadcast_to(self.rotation.as_matrix().reshape(-1, 3, 3), (len(self), 3, 3))
         rotated = np.einsum("nij,...j->n...i", matrices, points)
         origins = self.position_m.reshape((-1,) + (1,) * (points.ndim - 1) + (3,))
@@ -112,11 +122,28 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     """
     check_angles(MOST_TURNS, heading_rad=heading_rad)
     check_angles(pitch_rad=pitch_rad, roll_rad=roll_rad)
+    shapes = [np.shape(angle) for angle in (heading_rad, pitch_rad, roll_rad)]
+    try:
+        np.broadcast_shapes(*shapes)
+    except ValueError:
+        raise ValueError(f"heading_rad, pitch_rad and roll_rad must broadcast, got shapes {shapes}") from None
     angles = np.broadcast_arrays(np.asarray(heading_rad, float) - np.pi / 2, pitch_rad, roll_rad)
     (cz, cx, cy), (sz, sx, sy) = (np.stack([f(0.5 * a) for a in angles]) for f in (np.cos, np.sin))
     # the product of the quaternions about z, x and y, sixty times faster than Rotation.from_euler("ZXY", ...)
     vector = cz * sx * cy - sz * cx * sy, cz * cx * sy + sz * sx * cy, sz * cx * cy + cz * sx * sy
     return Rotation.from_quat(np.stack([*vector, cz * cx * cy - sz * sx * sy], axis=-1))
+
+
+def check_walk(walk: Walk, time_s: Floats) -> None:
+    """Refuse a walk that does not answer times (N,) with N poses.
+
+    Raises:
+        ValueError: it answers with something else, or with another number of poses.
+    """
+    there = walk.pose(time_s)
+    check_types(pose=(there, Pose))
+    if len(there) != len(time_s):
+        raise ValueError(f"pose of the walk must give one pose for each of {len(time_s)} times, got {len(there)}")
 
 
 @runtime_checkable
@@ -186,7 +213,9 @@ class StraightWalk:
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses."""
-        time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        time = np.atleast_1d(as_finite("time_s", time_s))
+        if time.ndim != 1:
+            raise ValueError(f"time_s must have shape () or (N,), got {time.shape}")
         direction = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad), 0.0])
         position = self.start_m + self.speed_m_s * time[:, None] * direction
         heading = np.full(len(time), self.heading_rad)

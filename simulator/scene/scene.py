@@ -13,8 +13,10 @@ from obstaclewatch.support.argument_types import as_floats, check_types
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.scene.air import Air
 from simulator.scene.materials import Material
+from simulator.scene.pose import FARTHEST_M
 
 Surface = Literal["auto", "flat", "smooth"]
+CASE = "case"  # in place of an obstacle: what paths through the phone's case have
 LEAST_AREA = 1e-9
 """Of a triangle, over the square of its longest side."""
 
@@ -58,8 +60,11 @@ class Obstacle:
         return f"Obstacle({self.name!r}, {len(self.mesh.faces)} triangles of {self.material.name})"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name):
+        if not (isinstance(self.name, str) and self.name.strip()):
             raise ValueError(f"name of an obstacle must be a word or more, got {self.name!r}")
+        if self.name == CASE:
+            raise ValueError(f"name of an obstacle must not be '{CASE}', which paths through the phone's case have")
+        check_types(category=(self.category, str))
         if " > " in f" {self.name} ":
             raise ValueError(f"name of an obstacle must not hold ' > ', which joins names, got {self.name!r}")
         if not isinstance(self.mesh, trimesh.Trimesh):
@@ -109,7 +114,7 @@ class Scene:
         return f"Scene({self.name!r}, {', '.join(map(repr, self.obstacles))}, {self.air.temperature_c:g} C)"
 
     def __post_init__(self) -> None:
-        check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air))
+        check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air), name=(self.name, str))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
         for obstacle in self.obstacles:
             check_types(obstacle=(obstacle, Obstacle))
@@ -140,6 +145,9 @@ def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
         raise ValueError(
             f"mesh of '{name}' must have finite vertices, got {bad} of {len(vertices)} with NaN or infinity"
         )
+    if np.abs(vertices).max() > FARTHEST_M:
+        far = f"{np.abs(vertices).max():g}"
+        raise ValueError(f"mesh of '{name}' must lie within {FARTHEST_M:g} m of the origin, got a vertex at {far} m")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")
     if not with_area(mesh).any():

@@ -19,6 +19,7 @@ from simulator.surfaces.vertex_fits import fit_quadrics, rings
 
 AHEAD = 0.7  # cosine to an edge of those that lead on from it
 DIAGONAL = 0.96  # of the longest edge: diagonals of facets LONG times longer than wide are 3 % longer than these
+IN_LINE = 0.9998  # cosine: edges that lead on in opposite directions within a degree are one line
 LONG = 4.0  # an edge so many times longer than its vertex's shortest runs along a straight line of the surface
 
 
@@ -128,13 +129,19 @@ class _Edges:
 
         Where a ball runs into a long fillet no quadric fits, and a small tilt would belly the fillet's long facets;
         meshes have long edges where the surface is straight along them. Of edges about as long as the longest it is the
-        shortest: the others are diagonals, which a chord bends.
+        shortest: the others are diagonals, which a chord bends. Where one half as long leads back, as round a ring of
+        few segments, the surface is straight only if they are in line.
         """
         owner = np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
         longest = self.length_m[self.start[1:] - 1]
         about = np.bincount(owner[self.length_m > DIAGONAL * longest[owner]], minlength=len(longest))
         chosen = self.start[1:] - about
-        return longest > LONG * self.length_m[self.start[:-1]], self.away_m[chosen] / self.length_m[chosen, None]
+        along = self.away_m[chosen] / self.length_m[chosen, None]
+        ahead = dot(along[owner], self.away_m) / self.length_m
+        opposite, rows = np.zeros(len(longest)), np.flatnonzero(self.length_m > 0.5 * longest[owner])
+        np.minimum.at(opposite, owner[rows], ahead[rows])
+        bent = (opposite < -AHEAD) & (opposite > -IN_LINE)
+        return (longest > LONG * self.length_m[self.start[:-1]]) & ~bent, along
 
 
 def _mean_curvature(point_m: Floats, facet: Ints, normal: Floats) -> Floats:

@@ -6,6 +6,7 @@ content. What a scene makes of its meshes together is kept by its `PreparedScene
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from hashlib import blake2b
@@ -30,6 +31,7 @@ from simulator.surfaces.reflectors import (
     reflectors_in,
 )
 from simulator.surfaces.wedges import Wedges, merge_wedges, no_wedges, wedges_of
+from simulator.waves.band import HIGH_HZ, LOW_HZ
 from simulator.world.clearance import check_poses
 from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
@@ -186,6 +188,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     """Find the reflectors of a scene and build its visibility, about `origin_m`."""
     _check_body(phone.body, scene)
     obstacles = tuple(scene.obstacles) + (() if phone.body is None else (phone.body,))
+    _check_materials(obstacles)
     carried = np.array([o is phone.body for o in obstacles], dtype=bool)
     moves = carried | np.array([o.moves for o in obstacles], dtype=bool)
     shifts = [np.zeros(3) if own else origin_m for own in carried]
@@ -217,6 +220,17 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         tuple(surfaces if "curved" in mechanisms else []), wedges,
         tuple((part.reading, part.surface) for part in parts), blockers, rounded, sharp,
     )  # fmt: skip
+
+
+def _check_materials(obstacles: Sequence[Obstacle]) -> None:
+    """Refuse tables that leave out a part of the band over which gains are kept."""
+    for obstacle in obstacles:
+        table_hz = obstacle.material.frequency_hz
+        if table_hz[0] > LOW_HZ or table_hz[-1] < HIGH_HZ:
+            raise ValueError(
+                f"frequency_hz of '{obstacle.material.name}' must span {LOW_HZ:g} to {HIGH_HZ:g}, over which gains are "
+                f"kept, got {table_hz[0]:g} to {table_hz[-1]:g}"
+            )
 
 
 def _check_body(body: Obstacle | None, scene: Scene) -> None:

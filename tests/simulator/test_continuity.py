@@ -153,6 +153,13 @@ def test_a_second_edge_fades_what_the_first_one_sends_on(level):
 
 
 @pytest.mark.parametrize("level", ["standard", "auto"])
+def test_no_wave_runs_along_a_handle_beside_its_end(level):
+    """Cause: the end of a dumpster's handle sent on to the bin's side what should have run along its face (-24 dB)."""
+    step = step_before("dustbin", 1549, -1.83332, (0.95254, 0.16256, 1.38066), 1, level)
+    assert step < 10.0 ** (-32.0 / 20.0)
+
+
+@pytest.mark.parametrize("level", ["standard", "auto"])
 def test_waves_run_along_the_side_of_a_pillar(level):
     """Cause: behind its own face an edge sent nothing on, though its image in the wall bends the wave (-12 dB)."""
     for axis in (0, 2):

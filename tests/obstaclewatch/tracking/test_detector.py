@@ -123,6 +123,30 @@ def test_identical_channels_leave_the_ranges():
     assert all(np.isfinite(d.range_m).all() and np.isnan(d.bearing_rad).all() for d in received)
 
 
+@pytest.mark.parametrize(
+    ("gain", "flag"), [(0.7, Flag.IDENTICAL_CHANNELS), (1e-5, Flag.NO_SECOND_MIC), (0.0, Flag.NO_SECOND_MIC)]
+)
+def test_a_channel_that_says_nothing_gives_no_bearing(gain, flag):
+    """Cause: equal channels were found bit by bit, deaf ones not at all: bearings of both were stated."""
+    one = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)[0]
+    other = gain * (one if flag is Flag.IDENTICAL_CHANNELS else np.random.default_rng(1).standard_normal(len(one)))
+    found = list(TrackingDetector(BEEP, PHONE).stream(Recording(np.stack([one, other]), BEEP.sample_rate_hz)))
+    received = [d for d in found if len(d)]
+    assert len(received) >= 10
+    assert all(flag in d.beep_flags and flag in Flag(int(d.flags[0])) for d in received)
+    assert all(np.isnan([d.bearing_rad, d.bearing_std_rad, d.range2_m]).all() for d in received)
+    same = list(TrackingDetector(BEEP, PHONE).stream(Recording(np.stack([one, one]), BEEP.sample_rate_hz)))
+    assert [d.decision.alert for d in found] == [d.decision.alert for d in same]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("mic_phase_rad", [1.0]), ("mic_phase_rad", "a"), ("false_alert_cost", None)]
+)
+def test_what_is_no_number_is_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} must be a number, got "):
+        TrackingDetector(BEEP, PHONE, **{name: value})
+
+
 def test_no_beep_and_wrong_blocks():
     detector = TrackingDetector(BEEP, PHONE)
     silent = detector.process(np.zeros((2, BEEP.period_samples)))

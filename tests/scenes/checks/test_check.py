@@ -53,6 +53,12 @@ def test_good_things_have_no_findings() -> None:
     assert found(cube, touching) == []
 
 
+def test_a_ground_with_what_stands_on_it_in_one_mesh_is_found() -> None:
+    """The simulator leaves out the echo over both, of a bin -20 dB re 1 m."""
+    both = trimesh.util.concatenate([box([6.0, 6.0, 0.05]), shifted(cylinder(0.25, 0.9), np.array([0.0, 0.0, 0.05]))])
+    assert found(thing(both, at=(8.0, 0.0))) == [("warning", "thing", "merged")]
+
+
 @pytest.mark.parametrize(
     ("mesh", "rule"),
     [

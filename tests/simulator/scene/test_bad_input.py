@@ -44,8 +44,14 @@ def _rendered(walk=None, **rest):
         (lambda: Obstacle(BOX, RIGID, ""), "name of an obstacle must be a word or more, got ''"),
         (lambda: Obstacle(BOX, RIGID, "a > b"), "name of an obstacle must not hold ' > ', .*, got 'a > b'"),
         (lambda: Obstacle(BOX, RIGID, "> b"), "name of an obstacle must not hold ' > ', .*, got '> b'"),
-        (lambda: replace(Phone.named("ideal"), noise_spl_db=np.nan), "noise_spl_db must be finite or -inf, got nan"),
-        (lambda: replace(Phone.named("ideal"), level_spl_db=-np.inf), "level_spl_db must be finite, got -inf"),
+        (
+            lambda: replace(Phone.named("ideal"), noise_spl_db=np.nan),
+            "noise_spl_db must be finite, within .* or -inf, got nan",
+        ),
+        (
+            lambda: replace(Phone.named("ideal"), level_spl_db=-np.inf),
+            "level_spl_db must be finite, within .* dB, got -inf",
+        ),
         (lambda: Pose(np.zeros((0, 3)), NOWHERE), r"shape \(3,\) or \(N, 3\), N > 0"),
         (lambda: Pose([0.0, 0.0, 0.0], np.eye(3)), "rotation must be a scipy Rotation, got ndarray"),
         (lambda: Pose([0.0, 0.0, 0.0], Rotation.from_rotvec([np.nan, 0.0, 0.0])), "rotation must be finite, got .nan"),
