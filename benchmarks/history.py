@@ -40,7 +40,7 @@ def history(results: Path) -> tuple[pd.DataFrame, list[Path]]:
     for folder in folders:
         try:
             rows += list(_rows(folder))
-        except (FileNotFoundError, KeyError, ValueError):
+        except (OSError, KeyError, TypeError, ValueError):  # pyarrow's words for damage are the system's
             silent.append(folder)
     frame = pd.DataFrame(rows)
     return frame if frame.empty else frame.sort_values("started", kind="stable", ignore_index=True), silent

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from time import perf_counter, process_time
 from typing import Any, Literal
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +48,9 @@ PROBES = {
     "motion": motion_result,
     "speed": speed_result,
 }
+
+BEFORE_S = 1.0
+"""Before the recording's start, from which on an alert is none of its own."""
 
 PROGRESS_STEP_S = 0.02
 """Spacing at which a walk is followed for the distance walked: a turn of 1 rad/s departs by 0.02 mm a step."""
@@ -134,7 +138,11 @@ def _judged(
     """One detector on the recording: its first alert, what it decided by, and its estimates of every target."""
     detector = detector_for(cell, name, setting, beep)
     begin, begin_cpu = perf_counter(), process_time()
+    before = crc32(recording.samples.data)
     detections, no_beep = detections_of(detector, recording)
+    if crc32(recording.samples.data) != before:
+        _simulated.cache_clear()
+        raise ValueError(f"a detector must leave the recording as it is: others receive it too; '{name}' wrote into it")
     cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     alert, contact_s = first_alert(detections), truths[0].contact_time_s
     entry = {**alert, **cost, "no_beep": no_beep, "decisions": _decisions(detections, setting.walk, contact_s)}
@@ -157,8 +165,10 @@ def first_alert(detections: Sequence[Any]) -> dict[str, Any]:
     """Whether, when and at which range a detector first raised an alert."""
     for detection in detections:
         if detection.decision.alert:
-            decision = detection.decision
-            return {"alert": True, "alert_time_s": decision.time_s, "alert_range_m": decision.range_m}
+            time_s, range_m = float(detection.decision.time_s), float(detection.decision.range_m)
+            if not 0.0 <= time_s + BEFORE_S < math.inf:
+                raise ValueError(f"time_s of a decision must be finite and within the recording, got {time_s}")
+            return {"alert": True, "alert_time_s": time_s, "alert_range_m": range_m}
     return {"alert": False, "alert_time_s": math.nan, "alert_range_m": math.nan}
 
 
@@ -173,7 +183,11 @@ def _decisions(detections: Sequence[Any], walk: Walk, contact_s: float) -> dict[
     """By beep, the probability of a collision that the detector states, and the distance left; none without any."""
     stated = [d.decision for d in detections if math.isfinite(getattr(d.decision, "collision_probability", math.nan))]
     left_m = distance_left_m(walk, [decision.time_s for decision in stated], contact_s)
-    return {"left_m": left_m.tolist(), "probability": [float(each.collision_probability) for each in stated]}
+    probability = [float(each.collision_probability) for each in stated]
+    odd = [p for p in probability if not 0.0 <= p <= 1.0]
+    if odd:
+        raise ValueError(f"collision_probability of a decision must be 0 to 1, got {odd[0]}")
+    return {"left_m": left_m.tolist(), "probability": probability}
 
 
 def distance_left_m(walk: Walk, time_s: ArrayLike, contact_s: float) -> Floats:

@@ -224,8 +224,8 @@ def _imported(module: str) -> Any:
         sys.path.append(here)
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        raise ValueError(f"detector module '{module}' cannot be imported: {error}") from error
+    except (Exception, SystemExit) as error:  # a user's module may do anything
+        raise ValueError(f"detector module '{module}' cannot be imported: {type(error).__name__}: {error}") from error
     finally:
         if missing:
             sys.path.remove(here)

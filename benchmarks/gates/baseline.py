@@ -106,7 +106,7 @@ class Baseline:
 
 def run_key(run: RunData) -> str:
     """Which runs measure the same walks: "suite/tier/split/seed", and what cuts them: " --limit 5"."""
-    cut = options_in(run.manifest["argv"], "--only", "-k", "--limit")
+    cut = [word for name in ("--only", "-k", "--limit") for word in options_in(run.manifest["argv"], name)]
     return " ".join(["/".join(str(run.manifest[name]) for name in ("suite", "tier", "split", "seed")), *cut])
 
 

@@ -17,7 +17,7 @@ from scenes.files.bounded_yaml import parsed, read_text
 
 FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
-Count = Annotated[int, Field(ge=0)]
+Count = Annotated[int, Field(ge=0, le=10**9)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -52,10 +52,10 @@ class Standing(BaseModel, extra="forbid", frozen=True):
 
     phones: Annotated[tuple[str, ...], Field(min_length=1)]
     counts: dict[str, Count]
-    range_m: tuple[Annotated[float, Field(gt=0.0)], ...] = (1.5, 3.0, 5.0)
+    range_m: tuple[Annotated[float, Field(gt=0.0, allow_inf_nan=False)], ...] = (1.5, 3.0, 5.0)
     bearing_rad: Annotated[tuple[Annotated[float, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
     detectors: tuple[str, ...] = ("PaperDetector",)
-    gate_m: Annotated[float, Field(gt=0.0)] = 0.2
+    gate_m: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] = 0.2
 
 
 class Probe(BaseModel, extra="forbid", frozen=True):
@@ -119,7 +119,7 @@ class Suite(Conditions, frozen=True):
     probes: tuple[Probe, ...] = ()
     sweep: Sweep | None = None
     unknowns: Literal["assumed", "drawn"] = "assumed"
-    tiers: dict[str, Tier]
+    tiers: dict[FolderName, Tier]
     detectors: Annotated[tuple[str, ...], Field(min_length=1)]
     figures: Annotated[tuple[str, ...], AfterValidator(known_figures)] = ()
 

@@ -46,13 +46,16 @@ def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]
 
 
 def options_in(argv: Sequence[str], *names: str) -> list[str]:
-    """The words of a command line that are options of these names, with their values; "--name=value" stays one word."""
+    """The options of these names on a command line, each with its value: "--name=value" and "-nvalue" as two words."""
     kept: list[str] = []
-    for word, following in zip(argv, [*argv, ""][1:], strict=True):
-        if word in names:
-            kept += [word, following]
-        elif word.startswith(tuple(f"{name}=" for name in names)):
-            kept.append(word)
+    words = iter(argv)
+    for word in words:
+        for name in names:
+            long = name.startswith("--")
+            if word == name:
+                kept += [name, next(words, "")]
+            elif word.startswith(f"{name}=" if long else name):
+                kept += [name, word[len(name) + long :]]
     return kept
 
 

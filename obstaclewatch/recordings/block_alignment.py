@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.support.argument_types import check_numbers
 
 
 class BlockAlignment:
@@ -42,6 +43,8 @@ class BlockAlignment:
             raise ValueError(f"a block must have two channels, (2, {self._beep.period_samples}), got {samples.shape}")
         if samples.dtype.kind not in "fiu":
             raise ValueError(f"a block must hold real numbers, got {samples.dtype}")
+        if time_s is not None:
+            check_numbers(time_s=time_s)
         count, given_s = self._given
         begin_s = given_s + (self._count - count) * self._beep.period_s if time_s is None else float(time_s)
         if not isfinite(begin_s):

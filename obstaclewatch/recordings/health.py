@@ -21,6 +21,7 @@ from obstaclewatch.recordings.sample_faults import (
     one_is_the_other,
 )
 from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Floats, Singles
 
 CLIPPED_SHARE = 2e-3
@@ -29,6 +30,8 @@ LIMITER_DB = 1.5
 LIMITER_DEVIATIONS = 6.0
 STEP_SAMPLES = 0.6
 """Jump of the direct sound from beep to beep that says samples are missing; clean recordings move by 0.01."""
+LONE_STEP_SAMPLES = 1.5
+"""The same where one microphone alone shows it: a wall that is walked into moves it by one."""
 SETTLED_BEEPS = 3
 """Beeps later the jump is read in full: a beep that is damaged itself reads anything."""
 ALIKE_SAMPLES, ALIKE_SHARE = 0.3, 0.1
@@ -107,7 +110,7 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
         phone: speaker and microphones.
 
     Raises:
-        ValueError: the recording's rate is not the beep's.
+        ValueError: an argument of another type, or the recording's rate is not the beep's.
 
     >>> import numpy as np
     >>> from obstaclewatch import BeepDesign, inspect_recording, PhoneGeometry, Recording
@@ -118,6 +121,7 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     >>> inspect_recording(Recording(samples, beep.sample_rate_hz), beep, phone).usable
     True
     """
+    check_types(recording=(recording, Recording), beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
     absurd = absurd_level(recording)
     if absurd is not None:
         return RecordingHealth((absurd,), None, None)
@@ -250,9 +254,8 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
     rate = recording.sample_rate_hz
     trend_s = _clock_ratio(calibration, beep) * (calibration.emission_s - calibration.emission_s[0])
     drift = (calibration.drift_s - trend_s[:, None]) * rate
-    if _is_deaf(calibration):
-        drift = drift[:, [0, 0]]
-    steps = _steps_that_stay(drift)
+    alone = _is_deaf(calibration) or one_is_the_other(recording.samples)
+    steps = _steps_that_stay(drift[:, [0, 0]], LONE_STEP_SAMPLES) if alone else _steps_that_stay(drift, STEP_SAMPLES)
     jumps = np.flatnonzero(steps)
     if len(jumps):
         first = int(jumps[0])
@@ -272,21 +275,19 @@ def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -
     return _missing(calibration, beep)
 
 
-def _steps_that_stay(drift: Floats) -> Floats:
+def _steps_that_stay(drift: Floats, least: float) -> Floats:
     """(K,) by how many samples the beeps have left their place `SETTLED_BEEPS` after each, at both microphones (K, 2).
 
-    0 where they do not stay there for as many beeps more: an echo that runs into the direct sound comes and goes.
+    0 where they do not stay there for as many beeps more, or for the last ones, two or more: an echo that runs into the
+    direct sound comes and goes.
     """
-    last = len(drift) - 2 * SETTLED_BEEPS + 1
     found = np.zeros(len(drift))
-    if last < 1:
-        return found
-    later = np.stack([drift[k : k + last] for k in range(SETTLED_BEEPS, 2 * SETTLED_BEEPS)], axis=1)
-    step = later - drift[:last, None]
-    mean = step.mean(axis=1)
-    stays = (np.sign(mean[:, None, :1]) * step > STEP_SAMPLES).all(axis=(1, 2))
-    alike = np.abs(mean[:, 0] - mean[:, 1]) < np.maximum(ALIKE_SAMPLES, ALIKE_SHARE * np.abs(mean[:, 0]))
-    found[:last] = np.where(stays & alike, mean[:, 0], 0.0)
+    for beep in range(len(drift) - SETTLED_BEEPS - 1):
+        steps = drift[beep + SETTLED_BEEPS : beep + 2 * SETTLED_BEEPS] - drift[beep]
+        one, other = steps.mean(axis=0)
+        stays = (np.sign(one) * steps > least).all()
+        if stays and abs(one - other) < max(ALIKE_SAMPLES, ALIKE_SHARE * abs(one)):
+            found[beep] = one
     return found
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Singles
 
 
@@ -20,10 +21,11 @@ class SampleFeed:
         sample_rate_hz: the rate they must have.
 
     Raises:
-        ValueError: while reading, a piece of another rate.
+        ValueError: pieces that are none; while reading, something else than a recording, or one of another rate.
     """
 
     def __init__(self, pieces: Iterable[Recording], sample_rate_hz: float) -> None:
+        check_types(pieces=(pieces, Iterable))
         self._pieces: Iterator[Recording] = iter(pieces)
         self._rate = sample_rate_hz
         self._held: Singles = np.empty((2, 0), dtype=np.float32)
@@ -51,6 +53,7 @@ class SampleFeed:
         piece = next(self._pieces, None)
         if piece is None:
             return False
+        check_types(piece=(piece, Recording))
         if piece.sample_rate_hz != self._rate:
             raise ValueError(
                 f"the recording's sample rate must be the beep's, {self._rate} Hz, got {piece.sample_rate_hz} Hz"

@@ -18,6 +18,8 @@ from obstaclewatch.support.argument_types import check_numbers, check_types
 
 TAIL_S = 2e-3
 """How much of the envelope is kept beyond the farthest echo."""
+LONGEST_PHONE_M = 1.5
+"""From speaker to microphone, or between these; what is farther apart is given in another unit."""
 
 
 class StreamingDetector(ABC):
@@ -106,9 +108,13 @@ def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: flo
     """Refuse what no detector can run on.
 
     Raises:
-        ValueError: another type, a speed of sound that is not positive, or a pitch of 90 degrees or more.
+        ValueError: another type, transducers too far apart, a speed of sound that is not positive, or a pitch of 90
+            degrees or more.
     """
     check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
+    apart_m = max(phone.mic_separation_m, *phone.speaker_to_mic_m.tolist())
+    if apart_m > LONGEST_PHONE_M:
+        raise ValueError(f"speaker and microphones must be within {LONGEST_PHONE_M:g} m, got {apart_m:g} m: in mm?")
     check_numbers(sound_speed_m_s=sound_speed_m_s)
     if pitch_rad is not None:
         check_numbers(pitch_rad=pitch_rad)

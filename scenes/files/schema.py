@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import inspect
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_type_hints
 
 import numpy as np
 import trimesh
@@ -103,6 +103,14 @@ class ObstacleSpec(Strict):
     category: str | None = None
     surface: Literal["auto", "flat", "smooth"] = "auto"
 
+    def _check_numbers(self, kind: str) -> None:
+        """Refuse a text, a truth value or a list where the kind takes a number."""
+        hints = get_type_hints(KINDS[kind].mesh)
+        for name, value in self.parameters.items():
+            if hints.get(name) in (int, float) and (isinstance(value, bool) or not isinstance(value, int | float)):
+                hint = "; YAML reads 1.0e-3 as a number, 1e-3 as a text" if isinstance(value, str) else ""
+                raise ValueError(f"{name} of kind '{kind}' must be a number, got {value!r}{hint}")
+
     @field_validator("kind")
     @classmethod
     def _known(cls, kind: str | None) -> str | None:
@@ -120,6 +128,11 @@ class ObstacleSpec(Strict):
             if self.units is None:
                 raise ValueError(f"obstacle '{self.name}' with a mesh must have units, one of {list(UNITS_M)}")
         if self.kind is not None:
+            if left := sorted({"units", "up"} & self.model_fields_set):
+                raise ValueError(
+                    f"obstacle '{self.name}' of a kind must have no {' or '.join(left)}: these are of meshes"
+                )
+            self._check_numbers(self.kind)
             known = inspect.signature(KINDS[self.kind].mesh).parameters
             unknown = sorted(set(self.parameters) - set(known))
             if unknown:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import traceback
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import Any
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.runs.store import to_json
+from benchmarks.runs.stored import StoredCell, check_stored
 
 Work = Callable[[Cell], dict[str, Any]]
 """From a cell to its numbers; `benchmarks.cells.compute.compute` outside of tests."""
@@ -55,9 +57,10 @@ def done_by(cell: Cell, version: str, work: Work) -> Done:
     record: dict[str, Any] = {"digest": digest, "label": cell.label, "cell": cell.model_dump(mode="json")}
     try:
         result = work(cell)
-    except Exception:  # whatever went wrong belongs in the record, and the other cells go on
+        cost = result.pop("cost") | {"peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
+        text = to_json(record | {"status": "ok", "result": result, "error": None})
+        check_stored(json.loads(text), StoredCell, "a detector's result must be such as a run stores")
+    except (Exception, SystemExit):  # whatever went wrong belongs in the record, and the other cells go on
         record |= {"status": "failed", "result": None, "error": traceback.format_exc()}
         return Done(digest, False, to_json(record), None)
-    cost = result.pop("cost") | {"peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
-    record |= {"status": "ok", "result": result, "error": None}
-    return Done(digest, True, to_json(record), to_json(cost))
+    return Done(digest, True, text, to_json(cost))

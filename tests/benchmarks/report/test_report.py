@@ -167,7 +167,7 @@ def test_the_command_repeats_the_same_walk(tmp_path):
 def test_a_suite_file_is_named_in_the_command(tmp_path):
     run = made_up_run(tmp_path, argv=["run", "my suite.yaml", "--split=dev", "-j", "2"])
     assert rerun_command(run, "a/b/1") == (
-        "obstaclewatch run 'my suite.yaml' --tier smoke --only a/b/1 --seed 2018 --split=dev"
+        "obstaclewatch run 'my suite.yaml' --tier smoke --only a/b/1 --seed 2018 --split dev"
     )
 
 

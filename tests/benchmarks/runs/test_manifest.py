@@ -44,8 +44,9 @@ def test_other_figures_of_the_same_walks_are_those_asked_for_last(tmp_path: Path
         (["run", "paper", "--limit", "5", "-j", "2"], ["--limit", "5"]),
         (
             ["run", "paper", "--set=a=1", "--set", "b=2", "-k", "a and b"],
-            ["--set=a=1", "--set", "b=2", "-k", "a and b"],
+            ["--set", "a=1", "--set", "b=2", "-k", "a and b"],
         ),
+        (["run", "paper", "-ka and b", "--limit=5"], ["-k", "a and b", "--limit", "5"]),
         (["run", "paper"], []),
     ],
 )

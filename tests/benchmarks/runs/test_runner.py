@@ -108,7 +108,7 @@ def dies_once(flag: str):
         if cell.index == 3 and not os.path.exists(flag):
             open(flag, "w").close()
             os.kill(os.getpid(), signal.SIGKILL)
-        return {"truth": {}, "numbers": [cell.seed], "cost": {}}
+        return {"truth": {}, "detectors": {}, "numbers": [cell.seed], "cost": {}}
 
     return work
 
