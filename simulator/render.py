@@ -26,7 +26,7 @@ from simulator.rendering.sample_rate import envelope_rate, lead_samples, ringing
 from simulator.rendering.sample_rate import to_rate as to_rate
 from simulator.rendering.superposition import Sounds, add_sounds
 from simulator.scene.fidelity import Fidelity
-from simulator.scene.pose import Walk, check_walk
+from simulator.scene.pose import Walk, poses_of
 from simulator.scene.scene import Scene
 from simulator.trace import traced
 from simulator.waves import band
@@ -189,7 +189,7 @@ def _traced_beeps(
     start = np.arange(beeps.start, beeps.stop, dtype=np.float64) * beep.period_s
     middle = start + 0.5 * beep.duration_s
     points = phone.geometry.speaker_m, phone.geometry.mics_m
-    check_walk(walk, middle)
+    pose = poses_of(walk, middle)
     _check_speeds(scene, walk, start, beep.duration_s)
     check_smooth(walk, points, start, beep.duration_s, fidelity.motion_degree)
 
@@ -197,7 +197,7 @@ def _traced_beeps(
         there = walk.pose(time_s)
         return there.position_m, there.body_heading_rad()
 
-    tracing = scene.tracing(phone, walk.pose(middle), middle, fidelity.mechanisms, carrier)
+    tracing = scene.tracing(phone, pose, middle, fidelity.mechanisms, carrier)
     before = start[:1] - beep.period_s + beep.duration_s if beeps.start else start[:0]
     _check_passage(tracing, phone, walk, np.sort(np.concatenate([before, start, start + beep.duration_s])))
     paths, found = traced(Search(tracing, phone, scene.air, fidelity))

@@ -137,13 +137,13 @@ def _judged(
 ) -> dict[str, Any]:
     """One detector on the recording: its first alert, what it decided by, and its estimates of every target."""
     detector = detector_for(cell, name, setting, beep)
-    begin, begin_cpu = perf_counter(), process_time()
     before = crc32(recording.samples.data)
+    begin, begin_cpu = perf_counter(), process_time()
     detections, no_beep = detections_of(detector, recording)
+    cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     if crc32(recording.samples.data) != before:
         _simulated.cache_clear()
         raise ValueError(f"a detector must leave the recording as it is: others receive it too; '{name}' wrote into it")
-    cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     alert, contact_s = first_alert(detections), truths[0].contact_time_s
     entry = {**alert, **cost, "no_beep": no_beep, "decisions": _decisions(detections, setting.walk, contact_s)}
     entry["alert_distance_m"] = float(distance_left_m(setting.walk, alert["alert_time_s"], contact_s))

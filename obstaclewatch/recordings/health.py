@@ -133,11 +133,12 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     other = _other_beep(detected, calibration, beep)
     if other is not None:
         return RecordingHealth((other,), detected, calibration)
+    same = one_is_the_other(recording.samples)
     findings = [
-        *_channels(recording, calibration, phone),
+        *_channels(recording, calibration, phone, same),
         _clipped(recording, beep),
         _limited(recording, calibration, beep),
-        _dropped(recording, calibration, beep),
+        _dropped(recording, calibration, beep, same),
         _clock_drift(calibration, beep),
         _mid_beep_start(recording, calibration, beep),
         constant_offset(recording),
@@ -176,8 +177,8 @@ def _other_beep(detected: DetectedBeep | None, calibration: Calibration, beep: B
     return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, received {detected}")
 
 
-def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeometry) -> list[Finding | None]:
-    if one_is_the_other(recording.samples):
+def _channels(recording: Recording, calibration: Calibration, phone: PhoneGeometry, same: bool) -> list[Finding | None]:
+    if same:
         return [Finding(Fault.IDENTICAL_CHANNELS, "one is a multiple of the other: no bearing, range only")]
     if not recording.samples[1].any():
         return [Finding(Fault.DEAF_MICROPHONE, "microphone 1 recorded zeros: no bearing, range only")]
@@ -250,11 +251,11 @@ def _limited(recording: Recording, calibration: Calibration, beep: BeepDesign) -
     return None
 
 
-def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign) -> Finding | None:
+def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign, same: bool) -> Finding | None:
     rate = recording.sample_rate_hz
     trend_s = _clock_ratio(calibration, beep) * (calibration.emission_s - calibration.emission_s[0])
     drift = (calibration.drift_s - trend_s[:, None]) * rate
-    alone = _is_deaf(calibration) or one_is_the_other(recording.samples)
+    alone = same or _is_deaf(calibration)
     steps = _steps_that_stay(drift[:, [0, 0]], LONE_STEP_SAMPLES) if alone else _steps_that_stay(drift, STEP_SAMPLES)
     jumps = np.flatnonzero(steps)
     if len(jumps):

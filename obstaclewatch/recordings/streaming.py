@@ -18,7 +18,7 @@ from obstaclewatch.support.argument_types import check_numbers, check_types
 
 TAIL_S = 2e-3
 """How much of the envelope is kept beyond the farthest echo."""
-LONGEST_PHONE_M = 1.5
+MOST_APART_M = 1.5
 """From speaker to microphone, or between these; what is farther apart is given in another unit."""
 
 
@@ -113,8 +113,8 @@ def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: flo
     """
     check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
     apart_m = max(phone.mic_separation_m, *phone.speaker_to_mic_m.tolist())
-    if apart_m > LONGEST_PHONE_M:
-        raise ValueError(f"speaker and microphones must be within {LONGEST_PHONE_M:g} m, got {apart_m:g} m: in mm?")
+    if apart_m > MOST_APART_M:
+        raise ValueError(f"speaker and microphones must be within {MOST_APART_M:g} m, got {apart_m:g} m: in mm?")
     check_numbers(sound_speed_m_s=sound_speed_m_s)
     if pitch_rad is not None:
         check_numbers(pitch_rad=pitch_rad)

@@ -70,6 +70,20 @@ def _as_array(name: str, value: Any, kinds: str) -> NDArray[Any]:
     return array
 
 
+def check_broadcast(**values: ArrayLike) -> None:
+    """Refuse arrays whose shapes do not broadcast together.
+
+    Raises:
+        ValueError: the message gives names and shapes.
+    """
+    shapes = [np.shape(value) for value in values.values()]
+    try:
+        np.broadcast_shapes(*shapes)
+    except ValueError:
+        *names, last = values
+        raise ValueError(f"{', '.join(names)} and {last} must broadcast, got shapes {shapes}") from None
+
+
 TURN_RAD = 2.0 * np.pi
 
 

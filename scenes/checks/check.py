@@ -123,13 +123,13 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
 
 def _merged_findings(obstacle: Obstacle) -> Iterator[Finding]:
     reading = parts_of(obstacle, np.zeros(3)).reading
-    area = np.asarray(reading.mesh.area_faces)
-    planes = np.bincount(reading.patch[reading.patch >= 0], area[reading.patch >= 0], minlength=reading.planes)
-    large = (reading.patch >= 0) & (planes[reading.patch] > GROUND_M2 if reading.planes else False)
+    plane_m2 = np.bincount(reading.patch + 1, np.asarray(reading.mesh.area_faces))  # 0 for what is no plane
+    plane_m2[0] = 0.0
+    large = plane_m2[reading.patch + 1] > GROUND_M2
     bodies = np.setdiff1d(reading.piece[reading.curved], reading.piece[large])
     if large.any() and len(bodies):
         message = (
-            f"holds planes of up to {planes.max():.3g} m2 and {len(bodies)} rounded bodies in one mesh: echoes over "
+            f"holds planes of up to {plane_m2.max():.3g} m2 and {len(bodies)} rounded bodies in one mesh: echoes over "
             "both are left out; the ground, and walls, should be obstacles of their own"
         )
         yield Finding("warning", obstacle.name, "merged", message)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import wofz
 
-from obstaclewatch.support.argument_types import as_complexes, as_floats, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_complexes, as_floats, check_broadcast, check_numbers, check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_HZ = (15_000.0, 25_000.0)
@@ -122,11 +122,7 @@ class Material:
         return _of_sphere(normal, cosine, path) * rough
 
     def _check(self, frequency_hz: Floats, cosine: Floats, path_rad: Floats) -> None:
-        shapes = [each.shape for each in (frequency_hz, cosine, path_rad)]
-        try:
-            np.broadcast_shapes(*shapes)
-        except ValueError:
-            raise ValueError(f"frequency_hz, cos_incidence and path_rad must broadcast, got shapes {shapes}") from None
+        check_broadcast(frequency_hz=frequency_hz, cos_incidence=cosine, path_rad=path_rad)
         low, high = self.frequency_hz[0], self.frequency_hz[-1]
         outside = ~((frequency_hz >= low) & (frequency_hz <= high))
         if outside.any():

@@ -14,6 +14,7 @@ from obstaclewatch.support.argument_types import (
     as_floats,
     as_points,
     check_angles,
+    check_broadcast,
     check_numbers,
     check_types,
 )
@@ -122,11 +123,7 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     """
     check_angles(MOST_TURNS, heading_rad=heading_rad)
     check_angles(pitch_rad=pitch_rad, roll_rad=roll_rad)
-    shapes = [np.shape(angle) for angle in (heading_rad, pitch_rad, roll_rad)]
-    try:
-        np.broadcast_shapes(*shapes)
-    except ValueError:
-        raise ValueError(f"heading_rad, pitch_rad and roll_rad must broadcast, got shapes {shapes}") from None
+    check_broadcast(heading_rad=heading_rad, pitch_rad=pitch_rad, roll_rad=roll_rad)
     angles = np.broadcast_arrays(np.asarray(heading_rad, float) - np.pi / 2, pitch_rad, roll_rad)
     (cz, cx, cy), (sz, sx, sy) = (np.stack([f(0.5 * a) for a in angles]) for f in (np.cos, np.sin))
     # the product of the quaternions about z, x and y, sixty times faster than Rotation.from_euler("ZXY", ...)
@@ -134,8 +131,8 @@ def held_rotation(heading_rad: ArrayLike, pitch_rad: ArrayLike = 0.0, roll_rad: 
     return Rotation.from_quat(np.stack([*vector, cz * cx * cy - sz * sx * sy], axis=-1))
 
 
-def check_walk(walk: Walk, time_s: Floats) -> None:
-    """Refuse a walk that does not answer times (N,) with N poses.
+def poses_of(walk: Walk, time_s: Floats) -> Pose:
+    """Where a walk is at times (N,).
 
     Raises:
         ValueError: it answers with something else, or with another number of poses.
@@ -144,6 +141,7 @@ def check_walk(walk: Walk, time_s: Floats) -> None:
     check_types(pose=(there, Pose))
     if len(there) != len(time_s):
         raise ValueError(f"pose of the walk must give one pose for each of {len(time_s)} times, got {len(there)}")
+    return there
 
 
 @runtime_checkable
