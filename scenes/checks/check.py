@@ -130,7 +130,7 @@ def _merged_findings(obstacle: Obstacle) -> Iterator[Finding]:
     if large.any() and len(bodies):
         message = (
             f"holds planes of up to {plane_m2.max():.3g} m2 and {len(bodies)} rounded bodies in one mesh: echoes over "
-            "both are left out; the ground, and walls, should be obstacles of their own"
+            "both are left out; `Obstacle.split()`, or `split: true` in a scene file, makes an obstacle of each part"
         )
         yield Finding("warning", obstacle.name, "merged", message)
 

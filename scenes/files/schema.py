@@ -87,6 +87,7 @@ class ObstacleSpec(Strict):
     Attributes:
         up: the axis of the mesh file that points up; glTF files have "y".
         lift_m: how far the obstacle is raised from where its mesh stands.
+        split: each part of the mesh that is not connected to the others becomes an obstacle: name-1, name-2 ...
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -102,6 +103,7 @@ class ObstacleSpec(Strict):
     material: MaterialName | None = None
     category: str | None = None
     surface: Literal["auto", "flat", "smooth"] = "auto"
+    split: bool = False
 
     def _check_numbers(self, kind: str) -> None:
         """Refuse a text, a truth value or a list where the kind takes a number."""
@@ -128,7 +130,7 @@ class ObstacleSpec(Strict):
             if self.units is None:
                 raise ValueError(f"obstacle '{self.name}' with a mesh must have units, one of {list(UNITS_M)}")
         if self.kind is not None:
-            if left := sorted({"units", "up"} & self.model_fields_set):
+            if left := sorted({"units", "up", "split"} & self.model_fields_set):
                 raise ValueError(
                     f"obstacle '{self.name}' of a kind must have no {' or '.join(left)}: these are of meshes"
                 )
@@ -171,10 +173,11 @@ def read_scene(path: str | Path) -> Scene:
 
 def scene_of(spec: SceneSpec, source: YamlFile) -> Scene:
     """The scene that a specification describes, with the file it was read from."""
-    obstacles = []
+    obstacles: list[Obstacle] = []
     for number, one in enumerate(spec.obstacles):
         with source.at("obstacles", number):
-            obstacles.append(_obstacle(one, source.path.parent))
+            obstacle = _obstacle(one, source.path.parent)
+            obstacles += obstacle.split() if one.split else [obstacle]
     if spec.ground is not None:
         floor = ground(spec.ground.size_m)
         material = Material.named(spec.ground.material)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, cast
 
 import numpy as np
 import trimesh
@@ -17,6 +17,7 @@ from simulator.scene.pose import FARTHEST_M
 
 Surface = Literal["auto", "flat", "smooth"]
 CASE = "case"  # in place of an obstacle: what paths through the phone's case have
+MOST_PARTS = 1000  # into which a mesh is split
 LEAST_AREA = 1e-9
 """Of a triangle, over the square of its longest side."""
 
@@ -87,6 +88,39 @@ class Obstacle:
     def moves(self) -> bool:
         """Whether the obstacle has a velocity."""
         return bool(np.any(self.velocity_m_s != 0.0))
+
+    def split(self) -> tuple[Obstacle, ...]:
+        """The parts of the mesh that share no point, each an obstacle of its own, the largest surface first.
+
+        A whole street in one mesh echoes as it should only in parts: the curved surfaces of an obstacle are not seen in
+        its own planes as mirrors, so that a bin would lack its echo over the ground. Parts are called "street-1",
+        "street-2" and so on; an obstacle in one piece is returned as it is.
+
+        Raises:
+            ValueError: more than `MOST_PARTS` parts, as of triangles that share no corners.
+
+        Example:
+            >>> import trimesh
+            >>> from simulator import Material, Obstacle
+            >>> ground = trimesh.creation.box(bounds=[[-9.0, -9.0, -0.1], [9.0, 9.0, 0.0]])
+            >>> bin_ = trimesh.creation.cylinder(0.3, 0.9).apply_translation([2.0, 0.0, 0.45])
+            >>> yard = Obstacle(ground + bin_, Material.named("concrete"), "yard")
+            >>> [(part.name, len(part.mesh.faces)) for part in yard.split()]
+            [('yard-1', 12), ('yard-2', 128)]
+        """
+        welded = trimesh.Trimesh(self.mesh.vertices, self.mesh.faces, process=False)
+        welded.merge_vertices(merge_tex=True, merge_norm=True)  # in many files each triangle has points of its own
+        point = trimesh.graph.connected_component_labels(welded.edges, len(welded.vertices))
+        _, part = np.unique(point[welded.faces[:, 0]], return_inverse=True)
+        area_m2 = np.bincount(part, self.mesh.area_faces)
+        if len(area_m2) == 1:
+            return (self,)
+        if len(area_m2) > MOST_PARTS:
+            raise ValueError(f"'{self.name}' must have at most {MOST_PARTS} parts to be split, got {len(area_m2)}")
+        largest_first = np.argsort(-area_m2, kind="stable")
+        rows = [np.flatnonzero(part == each) for each in largest_first]
+        meshes = cast(list[trimesh.Trimesh], self.mesh.submesh(rows))
+        return tuple(replace(self, mesh=mesh, name=f"{self.name}-{n}") for n, mesh in enumerate(meshes, 1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

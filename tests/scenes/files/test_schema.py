@@ -51,6 +51,15 @@ def test_a_scene_from_yaml(tmp_path: Path) -> None:
     assert scene.obstacles[0].category == "ground"
 
 
+def test_a_street_in_one_mesh_is_split(tmp_path: Path) -> None:
+    cube = box([1.0, 1.0, 1.0])
+    trimesh.util.concatenate([box([9.0, 9.0, 0.1]), cube.apply_translation([0.0, 0.0, 2.0])]).export(tmp_path / "a.stl")
+    line = "{mesh: a.stl, units: m, name: a, at_m: [3, 1], material: concrete, split: true}"
+    scene = load_scene(written(tmp_path, f"name: t\nobstacles:\n  - {line}\n"))
+    assert [obstacle.name for obstacle in scene.obstacles] == ["ground", "a-1", "a-2"]
+    np.testing.assert_allclose(scene.obstacle("a-2").mesh.extents, 1.0)
+
+
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "glb"])
 @pytest.mark.parametrize(("units", "scale"), [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)])
 def test_meshes_of_every_format_and_unit(tmp_path: Path, suffix: str, units: str, scale: float) -> None:
