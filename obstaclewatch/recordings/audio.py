@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.recording import Recording
 from obstaclewatch.recordings.wav_header import check_wav_header
+from obstaclewatch.support.argument_types import check_counts, check_types
 from obstaclewatch.support.arrays import Singles
 from obstaclewatch.support.whole_file import whole_file
 
@@ -37,8 +38,9 @@ def write_recording(recording: Recording | Iterable[Recording], path: str | os.P
 
     Raises:
         FileNotFoundError: the folder does not exist.
-        ValueError: an unknown suffix, samples beyond full scale (they would clip), a rate that is not a whole number of
-            hertz or more than the format has, more samples than a WAV holds, no pieces, or pieces of different rates.
+        ValueError: no Recording or no path, an unknown suffix, samples beyond full scale (they would clip), a rate that
+            is not a whole number of hertz or more than the format has, more samples than a WAV holds, no pieces, or
+            pieces of different rates.
 
     >>> import tempfile
     >>> from obstaclewatch import Recording, read_recording, write_recording
@@ -47,7 +49,7 @@ def write_recording(recording: Recording | Iterable[Recording], path: str | os.P
     ...     read_recording(f"{folder}/two.wav").samples.tolist()
     [[0.0, 0.5], [0.0, 0.25]]
     """
-    target = Path(path)
+    target = _as_path(path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder '{target.parent}' to write '{target.name}' to")
     file_format = _format_of(target)
@@ -63,8 +65,8 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
 
     Raises:
         FileNotFoundError: there is no such file.
-        ValueError: not audio, cut short, empty, not two channels, more than 2^30 samples of each, or samples that are
-            not finite.
+        ValueError: no path, not audio, cut short, empty, not two channels, more than 2^30 samples of each, or samples
+            that are not finite.
 
     >>> import tempfile
     >>> from obstaclewatch import Recording, read_recording, write_recording
@@ -73,10 +75,11 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     ...     read_recording(f"{folder}/two.wav").samples.tolist()
     [[0.0, 0.5], [0.0, 0.25]]
     """
-    with _opened(Path(path)) as sound:
+    source = _as_path(path)
+    with _opened(source) as sound:
         if sound.frames > _MOST_SAMPLES:
             raise ValueError(f"'{path}' says {sound.frames} samples, more than {_MOST_SAMPLES}: use read_blocks")
-        samples = _read(sound, sound.frames, Path(path))
+        samples = _read(sound, sound.frames, source)
         return Recording(samples, float(sound.samplerate))
 
 
@@ -86,17 +89,24 @@ def read_blocks(path: str | os.PathLike[str], block_samples: int) -> Iterator[Re
     Raises:
         FileNotFoundError, ValueError: as `read_recording`; a block of no samples.
     """
-    if block_samples < 1:
-        raise ValueError(f"block_samples must be positive, got {block_samples}")
-    with _opened(Path(path)) as sound:
+    check_counts(1, block_samples=block_samples)
+    source = _as_path(path)
+    with _opened(source) as sound:
         for start in range(0, sound.frames, block_samples):
-            samples = _read(sound, min(block_samples, sound.frames - start), Path(path))
+            samples = _read(sound, min(block_samples, sound.frames - start), source)
             yield Recording(samples, float(sound.samplerate))
+
+
+def _as_path(path: str | os.PathLike[str]) -> Path:
+    check_types(path=(path, str | os.PathLike))
+    return Path(path)
 
 
 def _pieces(recording: Recording | Iterable[Recording]) -> Iterator[Recording]:
     """The recording in pieces that cost little while they are written."""
+    check_types(recording=(recording, Recording | Iterable))
     for piece in [recording] if isinstance(recording, Recording) else recording:
+        check_types(recording=(piece, Recording))
         for start in range(0, piece.samples.shape[1], _PIECE):
             yield Recording(piece.samples[:, start : start + _PIECE], piece.sample_rate_hz)
 

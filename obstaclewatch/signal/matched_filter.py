@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.band_spectrum import BandSpectrum
+from obstaclewatch.support.argument_types import as_reals, check_counts, check_numbers, check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 from obstaclewatch.support.compiled import compiled
 
@@ -78,8 +80,8 @@ class MatchedFilter:
         reverse: correlate with the time-reversed beep, Eq. 1 as printed.
 
     Raises:
-        ValueError: a delay that is negative or not finite, a rate that is not positive and finite, or a block shorter
-            than the beep.
+        ValueError: no BeepDesign, a delay that is negative or not finite, a rate that is not positive and finite, or a
+            block that is shorter than the beep or no whole number of samples.
 
     >>> import numpy as np
     >>> from obstaclewatch import BeepDesign
@@ -99,6 +101,7 @@ class MatchedFilter:
         rate_hz: float = 24_000.0,
         reverse: bool = False,
     ) -> None:
+        check_types(beep=(beep, BeepDesign))
         self.beep = beep
         self.block_samples = beep.period_samples if block_samples is None else block_samples
         self._check_arguments(reach_s, lead_s, rate_hz)
@@ -117,13 +120,13 @@ class MatchedFilter:
         self._kept = min(self._lead + int(np.ceil(reach_s * self.rate_hz)) + 1, self._count)
         self._replica = self._conjugate_replica(reverse)
 
-    def compress(self, block: NDArray[np.floating]) -> EchoProfile:
+    def compress(self, block: ArrayLike) -> EchoProfile:
         """Correlate a (C, block_samples) block with the beep.
 
         Raises:
-            ValueError: a block of another shape, or samples that are not finite.
+            ValueError: a block of another shape, or samples that are not finite real numbers.
         """
-        self._check(block)
+        block = self._checked(block)
         return EchoProfile(
             np.ascontiguousarray(self._envelope(block, self._replica)[:, : self._kept]),
             self.start_s,
@@ -131,9 +134,9 @@ class MatchedFilter:
             self.reference_hz,
         )
 
-    def band_signal(self, block: NDArray[np.floating]) -> Complexes:
+    def band_signal(self, block: ArrayLike) -> Complexes:
         """(C, M) complex baseband of the block in the beep's band, at `rate_hz`, from the block's first sample on."""
-        self._check(block)
+        block = self._checked(block)
         return self._envelope(block, np.full(len(self._slots), 2.0 / self._length, dtype=np.complex128))
 
     def _envelope(self, block: NDArray[np.floating], weight: Complexes) -> Complexes:
@@ -152,18 +155,20 @@ class MatchedFilter:
         return bins.conj() * np.exp(shift) / np.sum(bins.conj() * emitted).real
 
     def _check_arguments(self, reach_s: float, lead_s: float, rate_hz: float) -> None:
+        check_numbers(reach_s=reach_s, lead_s=lead_s, rate_hz=rate_hz)
         for name, delay_s in (("reach_s", reach_s), ("lead_s", lead_s)):
             if not 0.0 <= delay_s < np.inf:
                 raise ValueError(f"{name} must be finite and not negative, got {delay_s}")
         if not 0.0 < rate_hz < np.inf:
             raise ValueError(f"rate_hz must be positive and finite, got {rate_hz}")
-        least = round(self.beep.duration_s * self.beep.sample_rate_hz)
-        if self.block_samples < least:
-            raise ValueError(f"block_samples must be the beep's {least} or more, got {self.block_samples}")
+        # the beep's own length: a shorter block does not hold it
+        check_counts(round(self.beep.duration_s * self.beep.sample_rate_hz), block_samples=self.block_samples)
 
-    def _check(self, block: NDArray[np.floating]) -> None:
-        if block.ndim != 2 or block.shape[1] != self.block_samples:
-            raise ValueError(f"a block must have shape (channels, {self.block_samples}), got {block.shape}")
+    def _checked(self, block: ArrayLike) -> NDArray[Any]:
+        samples = as_reals("a block", block)
+        if samples.ndim != 2 or len(samples) == 0 or samples.shape[1] != self.block_samples:
+            raise ValueError(f"a block must have shape (channels, {self.block_samples}), got {samples.shape}")
+        return samples
 
 
 @compiled

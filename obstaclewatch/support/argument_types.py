@@ -132,5 +132,6 @@ def check_types(**values: tuple[Any, type | UnionType]) -> None:
     """
     for name, (value, kind) in values.items():
         if not isinstance(value, kind):
-            word = getattr(kind, "__name__", kind)
-            raise ValueError(f"{name} must be of type {word}, got {reprlib.repr(value)}")
+            kinds = kind.__args__ if isinstance(kind, UnionType) else (kind,)
+            words = " or ".join(each.__name__ for each in kinds)
+            raise ValueError(f"{name} must be of type {words}, got {reprlib.repr(value)}")

@@ -139,7 +139,7 @@ def test_blocks_are_the_whole(tmp_path, recording):
     blocks = list(read_blocks(path, 1728))
     assert [block.samples.shape[1] for block in blocks] == [1728, 1728, 1544]
     np.testing.assert_array_equal(np.hstack([b.samples for b in blocks]), read_recording(path).samples)
-    with pytest.raises(ValueError, match="block_samples must be positive, got 0"):
+    with pytest.raises(ValueError, match="block_samples must be a whole number, 1 or more, got 0"):
         next(read_blocks(path, 0))
 
 

@@ -143,6 +143,10 @@ def test_other_beeps_and_rates(beep):
 def test_bad_blocks_are_refused():
     with pytest.raises(ValueError, match=r"17280.*got \(2, 100\)"):
         FILTER.compress(np.zeros((2, 100)))
+    with pytest.raises(ValueError, match=r"17280.*got \(0, 17280\)"):
+        FILTER.compress(np.zeros((0, BEEP.period_samples)))
+    with pytest.raises(ValueError, match="a block must be numbers, got None"):
+        FILTER.compress(None)
     block = np.zeros((2, BEEP.period_samples))
     block[1, 7] = np.nan
     with pytest.raises(ValueError, match="1 NaN"):
@@ -155,11 +159,14 @@ def test_bad_blocks_are_refused():
         ({"reach_s": -1.0}, "reach_s must be finite and not negative, got -1.0"),
         ({"reach_s": np.nan}, "reach_s must be finite and not negative, got nan"),
         ({"lead_s": -2e-3}, "lead_s must be finite and not negative, got -0.002"),
-        ({"block_samples": 9_000}, "block_samples must be the beep's 9600 or more, got 9000"),
+        ({"block_samples": 9_000}, "block_samples must be a whole number, 9600 or more, got 9000"),
+        ({"block_samples": 1e5}, "block_samples must be a whole number, 9600 or more, got 100000.0"),
         ({"rate_hz": 0.0}, "rate_hz must be positive and finite, got 0.0"),
+        ({"rate_hz": "24k"}, "rate_hz must be a number, got '24k'"),
+        ({"beep": None}, "beep must be of type BeepDesign, got None"),
     ],
 )
 def test_arguments_out_of_range(wrong, rule):
     """A negative reach cut the profile from behind, a short block wrapped the beep round: both without a word."""
     with pytest.raises(ValueError, match=rule):
-        MatchedFilter(BEEP, **({"reach_s": 0.04} | wrong))
+        MatchedFilter(**({"beep": BEEP, "reach_s": 0.04} | wrong))
