@@ -94,7 +94,7 @@ class Obstacle:
 
         A whole street in one mesh echoes as it should only in parts: the curved surfaces of an obstacle are not seen in
         its own planes as mirrors, so that a bin would lack its echo over the ground. Parts are called "street-1",
-        "street-2" and so on; an obstacle in one piece is returned as it is.
+        "street-2" and so on, without the triangles that have no area; an obstacle in one piece is returned as it is.
 
         Raises:
             ValueError: more than `MOST_PARTS` parts, as of triangles that share no corners.
@@ -108,17 +108,17 @@ class Obstacle:
             >>> [(part.name, len(part.mesh.faces)) for part in yard.split()]
             [('yard-1', 12), ('yard-2', 128)]
         """
-        welded = trimesh.Trimesh(self.mesh.vertices, self.mesh.faces, process=False)
+        kept = np.flatnonzero(with_area(self.mesh))
+        welded = trimesh.Trimesh(self.mesh.vertices, self.mesh.faces[kept], process=False)
         welded.merge_vertices(merge_tex=True, merge_norm=True)  # in many files each triangle has points of its own
         point = trimesh.graph.connected_component_labels(welded.edges, len(welded.vertices))
         _, part = np.unique(point[welded.faces[:, 0]], return_inverse=True)
-        area_m2 = np.bincount(part, self.mesh.area_faces)
+        area_m2 = np.bincount(part, welded.area_faces)
         if len(area_m2) == 1:
             return (self,)
         if len(area_m2) > MOST_PARTS:
             raise ValueError(f"'{self.name}' must have at most {MOST_PARTS} parts to be split, got {len(area_m2)}")
-        largest_first = np.argsort(-area_m2, kind="stable")
-        rows = [np.flatnonzero(part == each) for each in largest_first]
+        rows = [kept[part == each] for each in np.argsort(-area_m2, kind="stable")]
         meshes = cast(list[trimesh.Trimesh], self.mesh.submesh(rows))
         return tuple(replace(self, mesh=mesh, name=f"{self.name}-{n}") for n, mesh in enumerate(meshes, 1))
 

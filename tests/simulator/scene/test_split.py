@@ -53,6 +53,13 @@ def test_what_shares_a_point_stays_together():
         assert whole.split() == (whole,)
 
 
+def test_a_triangle_without_area_is_no_part():
+    both = BIN + GROUND
+    point = len(both.vertices)
+    mesh = trimesh.Trimesh([*both.vertices, [4.0, 0.0, 1.0], [4.0, 0.0, 2.0]], [*both.faces, [point, point, point + 1]])
+    assert [len(part.mesh.faces) for part in Obstacle(mesh, CONCRETE, "yard").split()] == [12, len(BIN.faces)]
+
+
 def test_a_heap_of_triangles_is_not_split():
     corner = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
     heap = np.arange(1001)[:, None, None] * np.array([0.0, 0.0, 0.2]) + corner
