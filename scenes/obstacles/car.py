@@ -14,6 +14,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
+from scenes.obstacles.measures import measured
 from scenes.obstacles.solids import box, ellipsoid, loft, merged, raised, rounded_rectangle, shifted, wheel
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
@@ -82,6 +83,7 @@ SHAPES: dict[Style, CarShape] = {
 }
 
 
+@measured
 def car(style: Style = "sedan", scale: float = 1.0) -> trimesh.Trimesh:
     """A car on its wheels, its length along x, the front to -x.
 
@@ -90,12 +92,12 @@ def car(style: Style = "sedan", scale: float = 1.0) -> trimesh.Trimesh:
         scale: factor on all measures.
 
     Raises:
-        ValueError: an unknown style, or a scale that is not positive.
+        ValueError: an unknown style, or a scale outside 0.01-100.
     """
-    if style not in SHAPES:
+    if style not in list(SHAPES):  # of a dict, a value without a hash would raise a TypeError
         raise ValueError(f"style must be one of {sorted(SHAPES)}, got {style!r}")
-    if not scale > 0.0:
-        raise ValueError(f"scale must be positive, got {scale}")
+    if not 0.01 <= scale <= 100.0:
+        raise ValueError(f"scale must lie within 0.01 to 100, got {scale}")
     shape = SHAPES[style]
     mesh = merged([_body(shape), _cabin(shape), *_wheels(shape), *_mirrors(shape), *_plates(shape)])
     mesh.apply_scale(scale)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
+from scenes.obstacles.measures import measured, require_least
 from scenes.obstacles.solids import (
     box,
     ellipse_rings,
@@ -12,7 +13,6 @@ from scenes.obstacles.solids import (
     merged,
     prism,
     raised,
-    require_positive,
     rounded_rectangle,
     shifted,
     wheel,
@@ -21,6 +21,7 @@ from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 
 
+@measured
 def litter_bin(
     radius_m: float = 0.25, height_m: float = 0.9, taper: float = 0.0, dome_m: float = 0.0
 ) -> trimesh.Trimesh:
@@ -35,12 +36,8 @@ def litter_bin(
     Raises:
         ValueError: a measure that is not positive, a taper outside [0, 1), a negative dome.
     """
-    require_positive("radius_m", radius_m)
-    require_positive("height_m", height_m)
     if not 0.0 <= taper < 1.0:
         raise ValueError(f"taper must be at least 0 and below 1, got {taper}")
-    if dome_m < 0.0:
-        raise ValueError(f"dome_m must not be negative, got {dome_m}")
     step = np.linspace(0.0, 1.0, 7)
     z, radius = step * height_m, radius_m * (1.0 - taper * (1.0 - step))
     if dome_m == 0.0:
@@ -51,13 +48,16 @@ def litter_bin(
     return loft(ellipse_rings(z, radius, segments=48), top_m=[0.0, 0.0, height_m + dome_m])
 
 
+@measured
 def wheeled_bin(width_m: float = 0.58, depth_m: float = 0.70, height_m: float = 1.05) -> trimesh.Trimesh:
     """A two-wheeled household bin: tapered body with rounded corners, a sloping lid and two wheels; front to -x.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive, or a bin too small for its corners or wheels.
     """
-    require_positive("height_m", height_m)
+    require_least("width_m", width_m, 0.2, "for rounded corners")
+    require_least("depth_m", depth_m, 0.2, "for rounded corners")
+    require_least("height_m", height_m, 0.25, "for its wheels")
     scale = np.array([0.78, 0.89, 1.0])
     z = np.array([0.04, 0.5 * height_m, 0.93 * height_m])
     outline = [rounded_rectangle([depth_m * s, width_m * s], 0.06 * s) for s in scale]
@@ -69,14 +69,14 @@ def wheeled_bin(width_m: float = 0.58, depth_m: float = 0.70, height_m: float = 
     return merged([body, lid, *wheels])
 
 
+@measured
 def dumpster(length_m: float = 1.8, depth_m: float = 1.2, height_m: float = 1.3) -> trimesh.Trimesh:
     """A steel container on short feet, its front to -x and higher at the back, with a sloping lid; length along y.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive, or a height that its feet take up.
     """
-    for label, value in (("length_m", length_m), ("depth_m", depth_m), ("height_m", height_m)):
-        require_positive(label, value)
+    require_least("height_m", height_m, 0.25, "for its feet")
     foot, front, half = 0.12, 0.82 * height_m, depth_m / 2
     profile = np.array([[-0.92 * half, foot], [half, foot], [half, height_m], [-half, front]])
     body = prism(profile, length_m)
@@ -87,8 +87,13 @@ def dumpster(length_m: float = 1.8, depth_m: float = 1.2, height_m: float = 1.3)
     return merged([body, *feet, *sleeves])
 
 
+@measured
 def donation_box(width_m: float = 1.1, depth_m: float = 1.0, height_m: float = 1.9) -> trimesh.Trimesh:
-    """A clothes-donation box of sheet steel with a chute hood on its front (-x)."""
+    """A clothes-donation box of sheet steel with a chute hood on its front (-x).
+
+    Raises:
+        ValueError: a measure that is not positive.
+    """
     body = box([depth_m, width_m, height_m])
     hood_profile = np.array([[-0.16, 0.0], [0.0, 0.0], [0.0, 0.38], [-0.05, 0.38]])
     hood = shifted(prism(hood_profile, 0.7 * width_m), [-depth_m / 2, 0.0, 0.68 * height_m])

@@ -7,14 +7,15 @@ from collections.abc import Callable
 import numpy as np
 import trimesh
 
+from scenes.obstacles.measures import measured, require_least, require_length
 from scenes.obstacles.solids import (
     box,
     cylinder,
     ellipse_rings,
     loft,
     merged,
+    places_along,
     raised,
-    require_positive,
     shifted,
     tilted,
     wheel,
@@ -29,18 +30,19 @@ def ground(size_m: tuple[float, float] = (60.0, 60.0)) -> trimesh.Trimesh:
     Raises:
         ValueError: a side that is not positive.
     """
-    x, y = (require_positive("side of the ground", side) / 2 for side in size_m)
+    x, y = (require_length("side of the ground", side) / 2 for side in size_m)
     corners = [[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]]
     return trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
 
 
+@measured
 def bollard(radius_m: float = 0.08, height_m: float = 0.9) -> trimesh.Trimesh:
     """A post with a domed top.
 
     Raises:
         ValueError: a measure that is not positive, or a post no taller than its radius.
     """
-    if not height_m > require_positive("radius_m", radius_m):
+    if not height_m > radius_m:
         raise ValueError(f"height_m must be above the radius {radius_m} m, got {height_m}")
     shoulder = height_m - radius_m
     latitude = np.linspace(0.0, np.pi / 2, 7)[1:-1]
@@ -49,6 +51,7 @@ def bollard(radius_m: float = 0.08, height_m: float = 0.9) -> trimesh.Trimesh:
     return loft(ellipse_rings(z, radius, segments=32), top_m=[0.0, 0.0, height_m])
 
 
+@measured
 def lamp_post(radius_m: float = 0.08, height_m: float = 4.0) -> trimesh.Trimesh:
     """A slightly tapered mast with a lantern.
 
@@ -60,34 +63,36 @@ def lamp_post(radius_m: float = 0.08, height_m: float = 4.0) -> trimesh.Trimesh:
     return merged([mast, lantern])
 
 
+@measured
 def tree(trunk_radius_m: float = 0.14, fork_m: float = 2.2, height_m: float = 4.5) -> trimesh.Trimesh:
     """A leafless street tree: a tapered trunk with a root flare, and four boughs from the fork.
 
     Raises:
-        ValueError: a measure that is not positive, or a fork above the top.
+        ValueError: a measure that is not positive, or a fork above the top or below 0.5 m.
     """
-    require_positive("trunk_radius_m", trunk_radius_m)
     if not 0.0 < fork_m < height_m:
         raise ValueError(f"fork_m must lie between 0 and the height {height_m} m, got {fork_m}")
+    require_least("fork_m", fork_m, 0.5, "for its root flare")
     z = np.concatenate([np.linspace(0.0, 0.4, 5), np.linspace(0.4, fork_m, 7)[1:]])
     radius = trunk_radius_m * (1.0 - 0.2 * z / fork_m + 0.35 * np.exp(-z / 0.15))
     trunk = loft(ellipse_rings(z, radius, segments=32))
     return merged([trunk, *(_bough(trunk_radius_m, fork_m, height_m, k) for k in range(4))])
 
 
+@measured
 def bench(length_m: float = 1.6) -> trimesh.Trimesh:
     """A bench along y with a seat, a back on its +x side, and two side supports.
 
     Raises:
         ValueError: a length that is not positive.
     """
-    require_positive("length_m", length_m)
     seat = box([0.42, length_m, 0.05], [0.0, 0.0, 0.43])
     back = shifted(tilted(box([0.04, length_m, 0.40]), np.deg2rad(12.0)), [0.23, 0.0, 0.47])
     legs = [box([0.40, 0.06, 0.405], [0.0, side * 0.4 * length_m, 0.2025]) for side in (-1.0, 1.0)]
     return merged([seat, back, *legs])
 
 
+@measured
 def hydrant(radius_m: float = 0.13, height_m: float = 0.75) -> trimesh.Trimesh:
     """A pillar hydrant: a domed barrel on a base plate, with an outlet on either side.
 
@@ -100,18 +105,19 @@ def hydrant(radius_m: float = 0.13, height_m: float = 0.75) -> trimesh.Trimesh:
     return merged([barrel, base, outlets])
 
 
+@measured
 def tub(size_m: float = 0.8, height_m: float = 0.55) -> trimesh.Trimesh:
     """A square planting tub, a fifth narrower at its foot.
 
     Raises:
         ValueError: a measure that is not positive.
     """
-    half = require_positive("size_m", size_m) / 2
-    require_positive("height_m", height_m)
+    half = size_m / 2
     square = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return loft(raised(np.stack([0.8 * square, square]), np.array([0.0, height_m])))
 
 
+@measured
 def kerb(length_m: float = 20.0, height_m: float = 0.12, width_m: float = 0.15) -> trimesh.Trimesh:
     """A row of kerb stones along y.
 
@@ -121,16 +127,16 @@ def kerb(length_m: float = 20.0, height_m: float = 0.12, width_m: float = 0.15) 
     return box([width_m, length_m, height_m])
 
 
+@measured
 def fence(length_m: float = 12.0, height_m: float = 1.1, spacing_m: float = 2.5) -> trimesh.Trimesh:
     """Two rails 9 cm high on posts, along y, as round a running track.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive, a fence lower than its rails, or a length or spacing below 0.1 m.
     """
-    for label, value in (("length_m", length_m), ("height_m", height_m), ("spacing_m", spacing_m)):
-        require_positive(label, value)
+    require_least("height_m", height_m, 0.2, "for its two rails")
     rails = [box([0.035, length_m, 0.09], [-0.055, 0.0, part * height_m - 0.045]) for part in (0.55, 1.0)]
-    places = np.linspace(-0.5, 0.5, int(np.ceil(length_m / spacing_m)) + 1) * (length_m - 0.1)
+    places = places_along(length_m, "spacing_m", spacing_m, 0.1)
     return merged([*rails, *(shifted(box([0.07, 0.07, height_m]), [0.0, y, 0.0]) for y in places)])
 
 

@@ -7,13 +7,15 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from obstaclewatch.support.arrays import Floats
-from scenes.obstacles.solids import require_positive
+from scenes.obstacles.measures import measured, require_least
 
 LEAF_M = 0.08  # side of a leaf, with the area of a leaf of cherry laurel
 LEAVES_M2 = 15.0  # one in five or so of the leaves that a wave meets first: paths between mirrors grow as their square
 DEPTH_M = 0.10  # how deep those leaves lie
+MOST_LEAVES = 100_000
 
 
+@measured
 def hedge(length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5) -> trimesh.Trimesh:
     """Square leaves within 10 cm of the front, back, ends and top of a box along y, at random angles about its normals.
 
@@ -24,10 +26,14 @@ def hedge(length_m: float = 1.2, height_m: float = 1.0, depth_m: float = 0.5) ->
         An open mesh, two triangles a leaf, both sides of which reflect.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive or below the side of a leaf, or more than 100,000 leaves.
     """
     for label, value in (("length_m", length_m), ("height_m", height_m), ("depth_m", depth_m)):
-        require_positive(label, value)
+        require_least(label, value, LEAF_M, "the side of a leaf")
+    area = 2.0 * height_m * (length_m + depth_m) + length_m * depth_m
+    if LEAVES_M2 * area > MOST_LEAVES:
+        given = f"{length_m:g} x {height_m:g} x {depth_m:g} m"
+        raise ValueError(f"a hedge must have at most {MOST_LEAVES} leaves, {LEAVES_M2:g} a m2, got {given}")
     rng, size = np.random.default_rng(0), np.array([depth_m, length_m, height_m])
     sides = [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0)]
     middle, normal = (np.concatenate(part) for part in zip(*(_leaves(rng, size, k, s) for k, s in sides), strict=True))

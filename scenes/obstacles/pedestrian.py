@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
+from scenes.obstacles.measures import measured
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 
@@ -42,6 +43,7 @@ BUILD_SHARES = (0.3, 0.5, 0.2)
 CLOTHES = {"clothed-person": 0.5, "light-clothing": 0.25, "coat": 0.25}
 
 
+@measured
 def pedestrian(
     stature_m: float = 1.75, sex: Sex = "male", build: Build = "average", pose: Pose = "stand", mirrored: bool = False
 ) -> trimesh.Trimesh:

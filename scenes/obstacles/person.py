@@ -14,6 +14,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from obstaclewatch.support.arrays import Floats
+from scenes.obstacles.measures import measured
 from scenes.obstacles.solids import ellipse_rings, ellipsoid, loft, merged, shifted, tilted
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
@@ -34,6 +35,7 @@ LEG = PchipInterpolator([0.035, 0.10, 0.20, 0.285, 0.40, 0.50], [0.026, 0.027, 0
 ARM = PchipInterpolator([0.45, 0.52, 0.60, 0.72, 0.79], [0.018, 0.020, 0.025, 0.028, 0.030])
 
 
+@measured
 def person(stature_m: float = 1.75, stride_rad: float = 0.28, girth: float = 1.0, arms: bool = True) -> trimesh.Trimesh:
     """A clothed adult facing -x, on the ground: torso, head, arms, legs and feet as overlapping smooth closed parts.
 
@@ -59,6 +61,7 @@ def person(stature_m: float = 1.75, stride_rad: float = 0.28, girth: float = 1.0
     return shifted(body, [0.0, 0.0, -body.bounds[0, 2]])
 
 
+@measured
 def walker_body(
     phone_distance_m: float = 0.35, phone_height_m: float = 1.3, stature_m: float = 1.75, girth: float = 1.0
 ) -> Obstacle:
@@ -82,10 +85,8 @@ def walker_body(
         >>> phone.body.mesh.bounds[:, 2].round(2)  # from the legs to the crown, the phone at 0
         array([-1.27,  0.5 ])
     """
-    for label, value in (("phone_distance_m", phone_distance_m), ("phone_height_m", phone_height_m)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{label} must be positive, got {value}")
     _require_within("stature_m", stature_m, 1.0, 2.3)
+    _require_within("girth", girth, 0.5, 2.0)
     legs = [_limb(LEG, 0.055 * side, 0.0, 0.50, girth, first_z=0.08 / stature_m) for side in (-1.0, 1.0)]
     body = merged([_torso(girth), _head(), *legs])
     body.apply_scale(stature_m)

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from scenes.obstacles.solids import box, cylinder, disc, merged, require_positive, shifted, tilted
+from scenes.obstacles.measures import measured
+from scenes.obstacles.solids import box, cylinder, disc, merged, shifted, tilted
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 
@@ -17,6 +18,7 @@ OUTLINES: tuple[Outline, ...] = ("round", "square", "octagon", "triangle")
 CORNERS = {"round": 48, "octagon": 8, "triangle": 3}
 
 
+@measured
 def pole_sign(
     board_m: float = 0.6,
     center_height_m: float = 1.3,
@@ -36,7 +38,6 @@ def pole_sign(
     Raises:
         ValueError: a measure that is not positive, a sheet that reaches into the ground, or an unknown shape.
     """
-    require_positive("board_m", board_m)
     if center_height_m <= board_m / 2:
         raise ValueError(f"center_height_m must be above half the board {board_m / 2} m, got {center_height_m}")
     if shape not in ("square", *CORNERS):
@@ -50,6 +51,7 @@ def pole_sign(
     return merged([pole, shifted(sheet, [-clearance, 0.0, center_height_m])])
 
 
+@measured
 def a_frame(
     width_m: float = 0.6, height_m: float = 0.9, opening_m: float = 0.5, thickness_m: float = 0.004
 ) -> trimesh.Trimesh:
@@ -64,8 +66,6 @@ def a_frame(
     Raises:
         ValueError: a measure that is not positive.
     """
-    for label, value in (("width_m", width_m), ("height_m", height_m), ("opening_m", opening_m)):
-        require_positive(label, value)
     gap = 0.012
     lean = float(np.arctan2(opening_m / 2 - gap, height_m))
     sheet = box([thickness_m, width_m, height_m / np.cos(lean)])
@@ -75,6 +75,7 @@ def a_frame(
     return shifted(both, [0.0, 0.0, -both.bounds[0, 2]])
 
 
+@measured
 def board_on_posts(
     width_m: float = 1.2, height_m: float = 0.8, center_height_m: float = 1.3, thickness_m: float = 0.004
 ) -> trimesh.Trimesh:
@@ -83,8 +84,6 @@ def board_on_posts(
     Raises:
         ValueError: a measure that is not positive, or a board that reaches into the ground.
     """
-    for label, value in (("width_m", width_m), ("height_m", height_m), ("thickness_m", thickness_m)):
-        require_positive(label, value)
     if center_height_m <= height_m / 2:
         raise ValueError(f"center_height_m must be above half the board {height_m / 2} m, got {center_height_m}")
     board = box([thickness_m, width_m, height_m], [0.0, 0.0, center_height_m])

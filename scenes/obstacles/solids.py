@@ -13,24 +13,27 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
+from obstaclewatch.support.argument_types import as_finite, check_counts
 from obstaclewatch.support.arrays import Floats, Ints
+from scenes.obstacles.measures import measured, require_least, require_length
 
 
 def box(size_m: ArrayLike, center_m: ArrayLike | None = None) -> trimesh.Trimesh:
     """Box with sides along the axes; without a centre it stands on z = 0 over the origin.
 
     Raises:
-        ValueError: a side that is not positive.
+        ValueError: a side that is not positive, or anything but three numbers.
     """
-    size = np.array(size_m, dtype=np.float64)
+    size = _three("size_m", size_m)
     for side in size:
-        require_positive("side of a box", side)
-    center = np.array([0.0, 0.0, size[2] / 2]) if center_m is None else np.asarray(center_m, dtype=np.float64)
+        require_length("side of a box", side)
+    center = np.array([0.0, 0.0, size[2] / 2]) if center_m is None else _three("center_m", center_m)
     mesh: trimesh.Trimesh = trimesh.creation.box(extents=size)
     mesh.apply_translation(center)
     return mesh
 
 
+@measured
 def cylinder(
     radius_m: float, height_m: float, segments: int = 48, rows: int = 4, top_radius_m: float | None = None
 ) -> trimesh.Trimesh:
@@ -44,11 +47,10 @@ def cylinder(
         top_radius_m: radius at the top; None is that of the bottom.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive, fewer than 3 segments, no row, more than 1000 of either.
     """
-    require_positive("radius_m", radius_m)
-    require_positive("height_m", height_m)
-    top = radius_m if top_radius_m is None else require_positive("top_radius_m", top_radius_m)
+    check_counts(3, segments=segments)
+    top = radius_m if top_radius_m is None else top_radius_m
     step = np.linspace(0.0, 1.0, rows + 1)
     return loft(ellipse_rings(step * height_m, radius_m + step * (top - radius_m), segments=segments))
 
@@ -169,6 +171,31 @@ def _strips(count: int) -> Ints:
     return np.concatenate([near[:-1], far[1:]])
 
 
+def places_along(length_m: float, name: str, spacing_m: float, post_m: float) -> Floats:
+    """(N,) middles of posts along a length, centred, one at either end, at most that spacing apart.
+
+    Args:
+        length_m: from end to end.
+        name: of the argument that is the spacing, for the message.
+        spacing_m: greatest distance between neighbours; the posts grow in number as it shrinks, without an end.
+        post_m: width of a post, the least length and spacing.
+
+    Raises:
+        ValueError: a length or spacing below the width of a post.
+    """
+    for label, value in (("length_m", length_m), (name, spacing_m)):
+        require_least(label, value, post_m, "the width of one post")
+    places: Floats = np.linspace(-0.5, 0.5, int(np.ceil(length_m / spacing_m)) + 1) * (length_m - post_m)
+    return places
+
+
+def _three(name: str, value: ArrayLike) -> Floats:
+    numbers = as_finite(name, value)
+    if numbers.shape != (3,):
+        raise ValueError(f"{name} must be three numbers, got {np.asarray(value).tolist()}")
+    return numbers
+
+
 def merged(parts: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
     """One mesh of several closed parts, which may overlap; each part keeps its own vertices."""
     mesh: trimesh.Trimesh = trimesh.util.concatenate(parts)  # type: ignore[assignment]
@@ -185,14 +212,3 @@ def tilted(mesh: trimesh.Trimesh, angle_rad: float) -> trimesh.Trimesh:
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
     return trimesh.Trimesh(mesh.vertices @ turn.T, mesh.faces, process=False)
-
-
-def require_positive(name: str, value: float) -> float:
-    """The value, if it is positive and finite.
-
-    Raises:
-        ValueError: it is not.
-    """
-    if not (np.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive, got {value}")
-    return float(value)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from scenes.obstacles.solids import box, merged, require_positive
+from scenes.obstacles.measures import measured, require_least
+from scenes.obstacles.solids import box, merged, places_along
 from simulator.scene.materials import Material
 from simulator.scene.scene import Obstacle
 
@@ -13,6 +14,7 @@ FINISHES = ("brick", "painted-brick", "concrete", "glass")
 KINDS = {"plain": 0.7, "piers": 0.18, "front": 0.12}
 
 
+@measured
 def wall(length_m: float = 8.0, height_m: float = 3.0, thickness_m: float = 0.25) -> trimesh.Trimesh:
     """A free-standing wall along y, its faces to +x and -x.
 
@@ -22,6 +24,7 @@ def wall(length_m: float = 8.0, height_m: float = 3.0, thickness_m: float = 0.25
     return box([thickness_m, length_m, height_m])
 
 
+@measured
 def wall_with_piers(
     length_m: float = 8.0,
     height_m: float = 3.0,
@@ -37,17 +40,15 @@ def wall_with_piers(
         depth_m: how far the piers stand out.
 
     Raises:
-        ValueError: a measure that is not positive.
+        ValueError: a measure that is not positive, or a length or spacing below the width of a pier.
     """
-    require_positive("spacing_m", spacing_m)
-    require_positive("depth_m", depth_m)
     body = wall(length_m, height_m, thickness_m)
-    count = int(np.ceil(length_m / spacing_m)) + 1
+    places = places_along(length_m, "spacing_m", spacing_m, 0.4)
     pier = [thickness_m + 2.0 * depth_m, 0.4, height_m + 0.05]
-    places = np.linspace(-0.5, 0.5, count) * (length_m - 0.4)
     return merged([body, *(box(pier, [0.0, y, 0.5 * pier[2]]) for y in places)])
 
 
+@measured
 def shop_front(
     length_m: float = 6.0, height_m: float = 2.8, pane_m: float = 2.4, setback_m: float = 0.06
 ) -> trimesh.Trimesh:
@@ -59,9 +60,10 @@ def shop_front(
         setback_m: how far the panes lie behind the frame, below 0.1.
 
     Raises:
-        ValueError: a measure that is not positive, a setback of half the front's thickness or more.
+        ValueError: a measure that is not positive, a front lower than plinth and lintel or shorter than a mullion is
+            wide, a setback of half the front's thickness or more.
     """
-    require_positive("pane_m", pane_m)
+    require_least("height_m", height_m, 0.7, "for plinth and lintel")
     if not 0.0 < setback_m < 0.1:
         raise ValueError(f"setback_m must lie between 0 and 0.1, got {setback_m}")
     plinth, lintel, front = 0.35, 0.3, -0.1 + 0.5 * setback_m
@@ -70,7 +72,7 @@ def shop_front(
         box([setback_m, length_m, plinth], [front, 0.0, 0.5 * plinth]),
         box([setback_m, length_m, lintel], [front, 0.0, height_m - 0.5 * lintel]),
     ]
-    places = np.linspace(-0.5, 0.5, int(np.ceil(length_m / pane_m)) + 1) * (length_m - 0.06)
+    places = places_along(length_m, "pane_m", pane_m, 0.06)
     rise = [setback_m, 0.06, height_m - plinth - lintel]
     return merged([panes, *rails, *(box(rise, [front, y, plinth + 0.5 * rise[2]]) for y in places)])
 

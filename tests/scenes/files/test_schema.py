@@ -63,7 +63,8 @@ def test_a_street_in_one_mesh_is_split(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "glb"])
 @pytest.mark.parametrize(("units", "scale"), [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)])
 def test_meshes_of_every_format_and_unit(tmp_path: Path, suffix: str, units: str, scale: float) -> None:
-    mesh = box(np.array([0.5, 0.7, 1.1]) / scale)
+    mesh = box([0.5, 0.7, 1.1])
+    mesh.apply_scale(1.0 / scale)
     up = "y" if suffix == "glb" else "z"
     if up == "y":
         mesh.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
@@ -111,11 +112,8 @@ MISTAKES = [
     ("{kind: wall, name: x}\nwalk: {speed_m_s: 1, vary: {speed_m_s: 1}}", 5, r"walk: vary must leave the speed 1 pos"),
     ("{kind: wall, name: x}\nwalk:\n  stops:\n  - {at_s: 1}", 7, r"walk.stops\[0\].for_s: is missing"),
     ("{kind: wall, name: x}\nphone: {preset: nokia}", 5, r"phone.preset: phone must be one of .*got 'nokia'"),
-    (
-        "{kind: box, name: x, parameters: {size_m: [1]}}",
-        4,
-        r"obstacles\[0\]: parameters of kind 'box' must fit it, got",
-    ),
+    ("{kind: box, name: x, parameters: {size_m: [1]}}", 4, r"obstacles\[0\]: size_m must be three numbers, got \[1\]"),
+    ("{kind: fence, name: x, parameters: {height_m: 0.1}}", 4, r"obstacles\[0\]: height_m must be at least 0.2 m, for"),
     ("{kind: wall, name: x, parameters: {length_m: 1.0e+9}}", 4, r"obstacles\[0\]: parameters .*at most 1000, got"),
     ("[unclosed", 5, r"a scene file must be YAML"),
 ]

@@ -1,9 +1,13 @@
 """Obstacle meshes: closed, outward, on the ground, smooth where the real thing is and sharp where it is not."""
 
+import re
+from typing import get_type_hints
+
 import numpy as np
 import pytest
 import trimesh
 
+from scenes.files.obstacle_kinds import KINDS
 from scenes.obstacles import (
     CATEGORIES,
     a_frame,
@@ -187,6 +191,33 @@ def test_random_obstacles_vary_repeat_and_carry_their_category(category: str) ->
     )
 
 
+def made_or_refused(make, given: dict):
+    try:
+        return make(**given), ""
+    except ValueError as error:
+        return None, str(error)
+
+
+@pytest.mark.parametrize("name", sorted(KINDS))
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e-300, 1e-9, 1e-3, 0.05, 0.11, 0.3, 30.0, 1e9, "a", None])
+def test_an_absurd_measure_is_refused_or_makes_a_sound_mesh(name: str, value) -> None:
+    """Sizes below those of fixed parts made solids inside out or below the ground, tiny spacings took all memory."""
+    make = KINDS[name].mesh
+    lengths = [key for key, kind in get_type_hints(make).items() if key.endswith("_m") and kind is float]
+    given = {"box": {"size_m": [1.0, 1.0, 1.0]}, "cylinder": {"radius_m": 0.2, "height_m": 1.0}}.get(name, {})
+    for key in lengths:
+        mesh, said = made_or_refused(make, {**given, key: value})
+        if mesh is None:
+            assert re.search("must .*, got ", said)
+            continue
+        assert np.isfinite(mesh.vertices).all()
+        assert mesh.area_faces.min() > 0.0
+        assert len(mesh.faces) < 200_000
+        if name != "hedge":  # leaves are open, and reach out of their box by half a diagonal
+            assert mesh.volume > 0.0
+            assert mesh.bounds[0, 2] > -1e-9
+
+
 def test_the_ground_is_a_flat_patch_facing_up() -> None:
     mesh = ground((20.0, 10.0))
     assert isinstance(mesh, trimesh.Trimesh)
@@ -205,6 +236,32 @@ def test_the_ground_is_a_flat_patch_facing_up() -> None:
         (lambda: person(stature_m=9.0), "stature_m must lie between 1.0 and 2.3, got 9.0"),
         (lambda: walker_body(phone_distance_m=-0.1), "phone_distance_m must be positive, got -0.1"),
         (lambda: random_obstacle("dragon", np.random.default_rng(0), "x"), "category must be one of"),
+        (lambda: dumpster(height_m=0.13), "height_m must be at least 0.25 m, for its feet, got 0.13"),
+        (lambda: wheeled_bin(height_m=0.01), "height_m must be at least 0.25 m, for its wheels, got 0.01"),
+        (lambda: wheeled_bin(width_m=0.1), "width_m must be at least 0.2 m, for rounded corners, got 0.1"),
+        (lambda: fence(height_m=0.11), "height_m must be at least 0.2 m, for its two rails, got 0.11"),
+        (lambda: fence(spacing_m=1e-3), "spacing_m must be at least 0.1 m, the width of one post, got 0.001"),
+        (lambda: fence(spacing_m=1e-9), "spacing_m must lie within 0.0001 to 1000 m, got 1e-09"),
+        (lambda: fence(length_m=1e6), r"length_m must lie within 0.0001 to 1000 m, got 1e\+06"),
+        (lambda: wall_with_piers(spacing_m=0.1), "spacing_m must be at least 0.4 m, the width of one post, got 0.1"),
+        (lambda: shop_front(pane_m=0.01), "pane_m must be at least 0.06 m, the width of one post, got 0.01"),
+        (lambda: shop_front(height_m=0.6), "height_m must be at least 0.7 m, for plinth and lintel, got 0.6"),
+        (lambda: hedge(height_m=0.05), "height_m must be at least 0.08 m, the side of a leaf, got 0.05"),
+        (lambda: hedge(1000.0, 1000.0), "at most 100000 leaves, 15 a m2, got 1000 x 1000 x 0.5 m"),
+        (lambda: tree(fork_m=0.05), "fork_m must be at least 0.5 m, for its root flare, got 0.05"),
+        (lambda: litter_bin(dome_m=np.nan), "dome_m must be positive, got nan"),
+        (lambda: car(scale=np.inf), "scale must lie within 0.01 to 100, got inf"),
+        (lambda: car(["van"]), r"style must be one of .*, got \['van'\]"),
+        (lambda: bollard(height_m=np.inf), "height_m must be positive, got inf"),
+        (lambda: lamp_post("thin"), "radius_m must be a number, got 'thin'"),
+        (lambda: person(arms="no"), "arms must be of type bool, got 'no'"),
+        (lambda: walker_body(girth=0.0), "girth must lie between 0.5 and 2.0, got 0.0"),
+        (lambda: box(1.0), "size_m must be three numbers, got 1.0"),
+        (lambda: box([1.0, 2.0]), r"size_m must be three numbers, got \[1.0, 2.0\]"),
+        (lambda: box([1.0, 1.0, 1.0], 2.0), "center_m must be three numbers, got 2.0"),
+        (lambda: cylinder(0.2, 1.0, segments=2), "segments must be a whole number, 3 or more, got 2"),
+        (lambda: cylinder(0.2, 1.0, rows=0), "rows must be a whole number, 1 or more, got 0"),
+        (lambda: cylinder(0.2, 1.0, segments=10**9), "segments must be at most 1000, got 1000000000"),
     ],
 )
 def test_bad_measures_are_refused_by_name(make, message: str) -> None:
