@@ -17,7 +17,11 @@ def _no_bool(value: Any) -> Any:
 Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_bool)]
 Positive = Annotated[Number, Field(gt=0.0)]
 NotNegative = Annotated[Number, Field(ge=0.0)]
-Plan = tuple[Number, Number]
+FARTHEST_M = 1e6
+"""A thousand kilometres from the origin: beyond, millimetres are lost to rounding, and lengths overflow."""
+Coordinate = Annotated[Number, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+Length = Annotated[Number, Field(gt=0.0, le=FARTHEST_M)]
+Plan = tuple[Coordinate, Coordinate]
 
 
 class Strict(BaseModel):

@@ -179,7 +179,8 @@ def scene_of(spec: SceneSpec, source: YamlFile) -> Scene:
             obstacle = _obstacle(one, source.path.parent)
             obstacles += obstacle.split() if one.split else [obstacle]
     if spec.ground is not None:
-        floor = ground(spec.ground.size_m)
+        with source.at("ground"):
+            floor = ground(spec.ground.size_m)
         material = Material.named(spec.ground.material)
         obstacles.insert(0, Obstacle(floor, material, "ground", surface="flat", category="ground"))
     with source.at("obstacles"):

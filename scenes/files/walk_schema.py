@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.support.arrays import Floats
-from scenes.files.field_types import NotNegative, Number, Plan, Positive, Strict
+from scenes.files.field_types import FARTHEST_M, Length, NotNegative, Number, Plan, Positive, Strict
 from scenes.obstacles import walker_body
 from scenes.walks.gait_walk import Gait, GaitWalk, Holding
 from scenes.walks.routes import Pace, Route, RouteWalk, Stop, time_to_walk
@@ -23,20 +23,27 @@ LONGEST_S = 4.0 * 3600.0
 """A walk is followed step by step, 100 a second."""
 STRAIGHT_S = 4.0
 """How long a straight walk lasts if the file does not say."""
+FASTEST_M_S = 100.0
+PHONE_M = 0.05, 1.0
+"""Least and greatest distance of a phone's microphones. From watches to tablets: 150 is in millimetres."""
+CLOSEST_M = 1e-3
+"""From the speaker to a microphone: the sound that passes between them grows without bound as they meet."""
+Time = Annotated[Number, Field(ge=-LONGEST_S, le=LONGEST_S)]
+Speed = Annotated[NotNegative, Field(le=FASTEST_M_S)]
 
 
 class ArcSpec(Strict):
     """A turn of so many degrees, positive to the left."""
 
-    radius_m: Positive
+    radius_m: Length
     turn_deg: Annotated[Number, Field(ge=-360.0, le=360.0)]
 
 
 class StopSpec(Strict):
     """A pause."""
 
-    at_s: Number
-    for_s: Positive
+    at_s: Time
+    for_s: Annotated[Positive, Field(le=LONGEST_S)]
 
 
 class WalkerSpec(Strict):
@@ -50,8 +57,8 @@ class WalkerSpec(Strict):
 class VarySpec(Strict):
     """Half ranges, drawn evenly by the seed of a run; the phase of the step is drawn with them."""
 
-    lateral_m: NotNegative = 0.0
-    heading_deg: NotNegative = 0.0
+    lateral_m: Annotated[NotNegative, Field(le=FARTHEST_M)] = 0.0
+    heading_deg: Annotated[NotNegative, Field(le=360.0)] = 0.0
     speed_m_s: NotNegative = 0.0
 
 
@@ -60,11 +67,11 @@ class WalkSpec(Strict):
 
     start_m: Plan | None = None
     heading_deg: Number | None = None
-    waypoints_m: Annotated[tuple[Plan, ...], Field(min_length=2)] | None = None
-    rounding_m: Positive = 0.8
+    waypoints_m: tuple[Plan, ...] | None = None
+    rounding_m: Length = 0.8
     arc: ArcSpec | None = None
     stops: tuple[StopSpec, ...] = ()
-    speed_m_s: NotNegative = 1.3
+    speed_m_s: Speed = 1.3
     duration_s: Positive | None = None
     height_m: Positive = 1.3
     pitch_deg: Annotated[Number, Field(ge=-90.0, le=90.0)] = 30.0
@@ -79,6 +86,9 @@ class WalkSpec(Strict):
         placed = self.start_m is not None or self.heading_deg is not None or self.arc is not None
         if self.waypoints_m is not None and placed:
             raise ValueError("a walk with waypoints_m must have no start_m, heading_deg or arc")
+        # Counted here: pydantic counts only the points that it accepted, and would name a second mistake.
+        if self.waypoints_m is not None and len(self.waypoints_m) < 2:
+            raise ValueError(f"waypoints_m must be at least two points, got {list(self.waypoints_m)}")
         if self.vary is not None and 0.0 < self.vary.speed_m_s >= self.speed_m_s:
             raise ValueError(f"vary must leave the speed {self.speed_m_s:g} positive, got {self.vary.speed_m_s:g}")
         return self
@@ -88,12 +98,13 @@ class PhoneSpec(Strict):
     """A preset, changed where the file says so.
 
     With `length_m` the microphones sit at the ends of the middle line and the speaker as far below the top one as in
-    the preset; `speaker_m` and `mics_m` place them in the phone frame.
+    the preset; `speaker_m` and `mics_m` place them in the phone frame. The microphones are 5 cm to 1 m apart, the
+    speaker 1 mm to 1 m from each.
     """
 
     preset: str = "galaxy-s5"
     name: str | None = None
-    length_m: Positive | None = None
+    length_m: Annotated[Number, Field(ge=PHONE_M[0], le=PHONE_M[1])] | None = None
     speaker_m: Point | None = None
     mics_m: tuple[Point, Point] | None = None
     level_spl_db: Number | None = None
@@ -111,7 +122,24 @@ class PhoneSpec(Strict):
             raise ValueError(f"speaker_m and mics_m must both be given; presets are {list_phones()}")
         if self.length_m is not None and self.mics_m is not None:
             raise ValueError("a phone must have either length_m or speaker_m and mics_m, got both")
+        if self.speaker_m is not None and self.mics_m is not None:
+            _check_phone(PhoneGeometry("", np.array(self.speaker_m), np.array(self.mics_m)))
         return self
+
+
+def _check_phone(geometry: PhoneGeometry) -> None:
+    """Refuse millimetres given for metres, and a speaker in a microphone.
+
+    Raises:
+        ValueError: the message gives field, rule and value.
+    """
+    apart, near, far = geometry.mic_separation_m, geometry.speaker_to_mic_m.min(), geometry.speaker_to_mic_m.max()
+    if not PHONE_M[0] <= apart <= PHONE_M[1]:
+        raise ValueError(f"mics_m must be {PHONE_M[0]:g} to {PHONE_M[1]:g} m apart, got {apart:g} m")
+    if not (near >= CLOSEST_M and far <= PHONE_M[1]):
+        raise ValueError(
+            f"speaker_m must be {CLOSEST_M:g} to {PHONE_M[1]:g} m from each microphone, got {near:g} and {far:g} m"
+        )
 
 
 class Drawn(NamedTuple):
