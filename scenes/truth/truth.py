@@ -48,6 +48,9 @@ UPRIGHT_RAD = float(np.deg2rad(8.0))
 PASSING_M = 0.05
 """Over the least distance of a walk, from which on the walker counts as passing."""
 
+ROUNDING_S = 1e-6
+"""By which an instant may lie outside of a walk: what sums of steps leave."""
+
 LINE_M = 1000.0
 """Length of the line along which a walk is extended for the miss distance."""
 
@@ -147,14 +150,15 @@ def ground_truth(
         scene: obstacles; those of category "ground" are never collided with.
         walk: poses of the phone.
         phone: for the places of its transducers.
-        time_s: (T,) instants within the walk; for one beep, the instant at which its centre meets the obstacle.
+        time_s: (T,) instants within the walk; for one beep, the instant at which its centre meets the obstacle, which
+            may lie beyond the end of the walk by the time that sound takes to there.
         target: name of the obstacle asked about; None asks about the nearest, and about contact with any.
         half_width_m: half the width of the walker's body.
         body: all its measures, instead of the half width and the usual rest.
 
     Raises:
-        ValueError: an argument of another type, an unknown target, no obstacle to ask about, or one that moves up or
-            down.
+        ValueError: an argument of another type, an instant outside of the walk, an unknown target, no obstacle to ask
+            about, or one that moves up or down.
 
     Example:
         >>> import trimesh
@@ -175,6 +179,7 @@ def ground_truth(
     pose = walk.pose(times)
     candidates = [_nearest(obstacle, pose, phone, times) for obstacle in asked]
     choice = np.argmin([distance for _, distance in candidates], axis=0)
+    _check_within(times, walk, np.min([distance for _, distance in candidates], axis=0) / scene.air.sound_speed_m_s)
     point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
     heading = pose.body_heading_rad()
     signed = _signed_bearing(point - _middle(pose, phone), heading)
@@ -206,6 +211,19 @@ def ground_truth(
         contact_time_s=np.nan if first is None else contacts[first].contact_time_s,
         contact_obstacle=None if first is None else asked[first].name,
     )
+
+
+def _check_within(time_s: Floats, walk: Walk, late_s: Floats) -> None:
+    """Refuse (T,) instants before a walk, or after its end by more than (T,) s.
+
+    Walks go on beyond their ends, so that a wrong instant would get an answer that looks right.
+    """
+    outside = (time_s < -ROUNDING_S) | (time_s > walk.duration_s + late_s + ROUNDING_S)
+    if outside.any():
+        raise ValueError(
+            f"time_s must lie within the walk, 0 to {walk.duration_s:g} s, or after it by no more than sound takes to "
+            f"the obstacle, got {time_s[outside][0]:g}"
+        )
 
 
 def target_range_m(scene: Scene, walk: Walk, phone: Phone, time_s: ArrayLike, target: str) -> Floats:

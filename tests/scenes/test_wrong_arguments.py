@@ -25,6 +25,8 @@ WRONG = {
     "velocity_m_s of 'crate' must be level": lambda: truth((0.0, 0.0, -2.0)),
     "time_s must be finite, got": lambda: truth(time_s=[np.nan]),
     r"time_s must have shape \(\) or \(T,\), T > 0, got \(0,\)": lambda: truth(time_s=[]),
+    "time_s must lie within the walk, 0 to 4 s, .*, got -0.1": lambda: truth(time_s=[0.0, -0.1]),
+    "time_s must lie within the walk, .*, got 4.1": lambda: truth(time_s=[4.1, 5.0]),
     "scene must be of type Scene, got None": lambda: truth(scene=None),
     "phone must be of type Phone": lambda: truth(phone=PHONE.geometry),
     "half_width_m must be a number, got 'a'": lambda: truth(half_width_m="a"),

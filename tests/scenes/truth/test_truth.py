@@ -14,6 +14,7 @@ from scenes.truth.swept import Body
 from scenes.truth.truth import PASSING_M, comes_within, contact, ground_truth, passing_time
 from scenes.walks.gait_walk import Gait, GaitWalk
 from simulator.phone.phone import Phone
+from simulator.scene.air import Air
 from simulator.scene.materials import Material
 from simulator.scene.pose import StraightWalk
 from simulator.scene.scene import Obstacle, Scene
@@ -173,3 +174,13 @@ def test_a_scene_of_ground_alone_has_nothing_to_ask_about() -> None:
 
 def _lifted(height: float) -> np.ndarray:
     return trimesh.transformations.translation_matrix([0.0, 0.0, height])
+
+
+def test_the_beep_at_the_end_of_a_walk_may_meet_its_obstacle_after_it() -> None:
+    """The benches ask for the instant at which a beep meets the target: sound to 34 m takes 0.1 s."""
+    scene = Scene([obstacle(trimesh.creation.box([1.0, 1.0, 2.0]), "far", (35.0, 0.0))], Air.lossless(340.0))
+    walk = walk_ahead(duration=2.0)
+    late = (35.0 - 2.0 * 1.3) / 340.0
+    assert ground_truth(scene, walk, PHONE, [2.0 + 0.9 * late], "far").range_m[0] > 30.0
+    with pytest.raises(ValueError, match="time_s must lie within the walk, 0 to 2 s"):
+        ground_truth(scene, walk, PHONE, [2.0 + 1.1 * late], "far")
