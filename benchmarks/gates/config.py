@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import first_error
 from benchmarks.gates.quantities import QUANTITIES
@@ -40,7 +40,7 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
     category: str | None = None
     phone: str | None = None
     clear_cut: bool = False
-    least_index_db: float | None = None
+    least_index_db: Annotated[float, Field(allow_inf_nan=False)] | None = None
     confidence: Share = 0.95
 
     @field_validator("left_m")
@@ -50,6 +50,13 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
             raise ValueError(f"left_m must be one of {LEFT_M}, got {left_m}")
         return left_m
 
+    @model_validator(mode="after")
+    def _of_its_rate(self) -> RateClaim:
+        asked = {name: value for name in ("left_m", "at_tnr") if (value := getattr(self, name))}
+        if self.rate == "TN" and asked:
+            raise ValueError(f"left_m and at_tnr must not be given for TN, both are of TP, got {asked}")
+        return self
+
 
 class MedianClaim(BaseModel, extra="forbid", frozen=True):
     """A quantity's median over walks whose exact one-sided upper bound must not exceed `at_most`.
@@ -57,7 +64,7 @@ class MedianClaim(BaseModel, extra="forbid", frozen=True):
     Attributes:
         detector: whose; the file's `claimed` by default.
         quantity: see `benchmarks.gates.quantities`.
-        standing_range_m: only standing measurements at that distance.
+        standing_range_m: only standing measurements at that distance; of kind "standing".
     """
 
     detector: str = ""
@@ -66,13 +73,42 @@ class MedianClaim(BaseModel, extra="forbid", frozen=True):
     kind: Literal["approach", "standing"] = "approach"
     scene: str | None = None
     category: str | None = None
-    standing_range_m: float | None = None
+    standing_range_m: Positive | None = None
     confidence: Share = 0.95
 
     @field_validator("quantity")
     @classmethod
     def _known(cls, name: str) -> str:
         return _quantity(name)
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> MedianClaim:
+        if self.kind == "approach" and self.standing_range_m is not None:
+            raise ValueError(
+                f"standing_range_m must be of kind 'standing', got {self.standing_range_m:g} of 'approach'"
+            )
+        return self
+
+
+CLAIMS: dict[str, type[BaseModel]] = {"RateClaim": RateClaim, "MedianClaim": MedianClaim}
+
+
+def _which(claim: Any) -> str | None:
+    """Which claim is meant: without this, a mistake in one kind is reported as a field of the other."""
+    if isinstance(claim, BaseModel):
+        return type(claim).__name__
+    if not isinstance(claim, dict):
+        return None
+    names = {"RateClaim": {"rate", "at_least"}, "MedianClaim": {"quantity", "at_most"}}
+    return next((kind for kind, fields in names.items() if fields & claim.keys()), None)
+
+
+Claim = Annotated[
+    Annotated[RateClaim, Tag("RateClaim")] | Annotated[MedianClaim, Tag("MedianClaim")],
+    Discriminator(
+        _which, custom_error_type="no_claim", custom_error_message="must be a mapping with a rate or a quantity"
+    ),
+]
 
 
 class Regression(BaseModel, extra="forbid", frozen=True):
@@ -98,6 +134,12 @@ class Regression(BaseModel, extra="forbid", frozen=True):
             _quantity(name)
         return tolerances
 
+    @model_validator(mode="after")
+    def _something(self) -> Regression:
+        if not (self.rates or self.approach or self.standing):
+            raise ValueError(f"a regression must watch rates or quantities, got none for {self.detector}")
+        return self
+
 
 class Gates(BaseModel, extra="forbid", frozen=True):
     """All gates of a file.
@@ -118,7 +160,7 @@ class Gates(BaseModel, extra="forbid", frozen=True):
     p_below: Share = 0.01
     loss_points: Positive = 1.5
     confidence: Share = 0.95
-    claims: tuple[RateClaim | MedianClaim, ...] = ()
+    claims: tuple[Claim, ...] = ()
     regression: tuple[Regression, ...] = ()
     physics: dict[str, Positive] = {}
 
@@ -174,7 +216,18 @@ def load_gates(path: Path) -> Gates:
     try:
         return Gates.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"gates file '{path}': {first_error(error, Gates)}") from error
+        raise ValueError(f"gates file '{path}': {_first(error)}") from error
+
+
+def _first(error: ValidationError) -> str:
+    """What `first_error` says, without the name of a class, and with the fields of the claim that is meant."""
+    from scenes.files.yaml_file import dotted, said  # slow to import, and needed by errors alone
+
+    first = error.errors()[0]
+    place = first["loc"]
+    if len(place) < 3 or place[2] not in CLAIMS:
+        return first_error(error, Gates)
+    return dotted(place[:2] + place[3:]) + said(first | {"loc": place[3:]}, CLAIMS[str(place[2])])
 
 
 def _quantity(name: str) -> str:

@@ -351,6 +351,9 @@ def test_outputs_say_the_same(tmp_path):
     assert text.count("\n| ") == 5 - 1
 
 
+MEDIAN = "title: x\nclaims: [{detector: D"
+
+
 @pytest.mark.parametrize("name", list_gates())
 def test_shipped_gates_are_valid(name):
     assert load_gates(gates_path(name)).title
@@ -365,6 +368,33 @@ def test_shipped_gates_are_valid(name):
         ("title: x\nclaims: [{detector: D, rate: TP, at_least: 94.6}]\n", "at_least"),
         ("title: x\nregression: [{detector: D, approach: {speed: 1}}]\n", "a quantity must be one of .*'speed'"),
         ("title: [x\n", "must be YAML"),
+        (
+            f"{MEDIAN}, quantity: range_eror, at_most: 1}}]",
+            r"claims\[0\].quantity: a quantity must be one of .*range_eror",
+        ),
+        (f"{MEDIAN}, quantity: snr, at_most: -1}}]", r"claims\[0\].at_most: must be greater than 0, got -1"),
+        (
+            f"{MEDIAN}, quantity: snr, at_most: 1, clear_cut: yes}}]",
+            r"clear_cut: is not a field here; there are \['at_mo",
+        ),
+        (f"{MEDIAN}, at_most: 1}}]", r"claims\[0\].quantity: is missing$"),
+        (f"{MEDIAN}}}]", r"claims\[0\]: must be a mapping with a rate or a quantity, got"),
+        ("title: x\nclaims: [5]", r"claims\[0\]: must be a mapping with a rate or a quantity, got 5"),
+        (
+            f"{MEDIAN}, quantity: snr, at_most: 1, standing_range_m: 3}}]",
+            "standing_range_m must be of kind 'standing', got 3",
+        ),
+        (f"{MEDIAN}, rate: TX, at_least: 0.9}}]", r"claims\[0\].rate: must be 'TP' or 'TN', got 'TX'"),
+        (f"{MEDIAN}, rate: TN, at_least: 0.9, left_m: 0.5}}]", r"must not be given for TN, .* got \{'left_m': 0.5\}"),
+        (f"{MEDIAN}, rate: TN, at_least: 0.9, at_tnr: 0.9}}]", r"must not be given for TN, .* got \{'at_tnr': 0.9\}"),
+        (
+            f"{MEDIAN}, rate: TP, at_least: 0.9, least_index_db: .nan}}]",
+            "least_index_db: must be a finite number, got nan",
+        ),
+        (
+            "title: x\nregression: [{detector: D, rates: []}]",
+            "a regression must watch rates or quantities, got none for D",
+        ),
     ],
 )
 def test_gates_files_that_cannot_be_are_refused(tmp_path, text, says):
