@@ -16,7 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
-from benchmarks.cells.walk_files import FOLDERS, file_of, walk_name, write_walk
+from benchmarks.cells.walk_files import FOLDERS, checksum, file_of, walk_name, write_walk
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import Suite, Tier
 from benchmarks.runs.executors import Executor
@@ -58,11 +58,16 @@ def write_data_set(
 ) -> Tally:
     """Write what is missing of a data set, each walk as soon as it is done, then its table, card, licence and loader.
 
+    A set grows, but does not shrink: fewer walks than are there are refused. Their files would lie in the folder
+    without a row in its table, and to remove them would throw away hours of simulation for a mistyped number.
+
     Raises:
-        ValueError: the folder holds a data set of another suite or source, or another process works on it.
+        ValueError: the folder holds a data set of another suite or source, or more walks than these, or files that
+            are missing or have changed since they were written; or another process works on it.
         OSError: a file cannot be written; what is done is kept.
     """
     _check_same(folder, suite)
+    _check_not_fewer(folder, walks)
     for part in FOLDERS:
         (folder / part).mkdir(parents=True, exist_ok=True)
     cells, books = [cell for _, cell in walks], folder / BOOKS
@@ -113,6 +118,16 @@ def _check_same(folder: Path, suite: Suite) -> None:
         raise ValueError(f"'{folder}' must be new or hold a data set of the same suite and source, but {there} differs")
 
 
+def _check_not_fewer(folder: Path, walks: Sequence[Split]) -> None:
+    asked = {walk_name(cell) for _, cell in walks}
+    there = {path.stem for part, ending in FOLDERS.items() for path in (folder / part).glob(f"*.{ending}")}
+    if left := sorted(there - asked):
+        raise ValueError(
+            f"walks must include all that '{folder}' holds, got {len(asked)} without {len(left)} of them, such as "
+            f"'{left[0]}'; ask for as many as there are, or export to a new folder"
+        )
+
+
 def _resolved(suite: Suite) -> str:
     data = suite.model_dump(mode="json", exclude={"detectors", "figures", "tiers"})
     return yaml.safe_dump(data | {"source_sha256": source_fingerprint()}, sort_keys=False)
@@ -127,9 +142,14 @@ def _rows(folder: Path, walks: Sequence[Split]) -> Iterator[dict[str, Any]]:
         if record is None or record["status"] != "ok":
             continue
         name = walk_name(cell)
-        missing = [str(path) for part in FOLDERS if not (path := file_of(folder, part, name)).is_file()]
-        if missing:
-            raise ValueError(f"{missing[0]} must be there; without {folder / BOOKS} it is made again")
+        for part, written in record["result"]["files"].items():
+            path = file_of(folder, part, name)
+            if not path.is_file() or checksum(path) != written:
+                found = "has changed" if path.is_file() else "is missing"
+                raise ValueError(
+                    f"'{path}' must be there as it was written, but {found}; without "
+                    f"'{cell_path(folder / BOOKS, digest)}' the same command makes it again"
+                )
         beep = {f"beep_{key}": value for key, value in cell.beep.model_dump().items()}
         row = {"walk": name, "split": split} | cell_row(record, swept) | beep | record["result"]["truth"]
         yield {key: value for key, value in row.items() if key not in ("status", "error")}

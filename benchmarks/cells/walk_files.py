@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -35,6 +36,8 @@ def file_of(folder: Path, kind: str, name: str) -> Path:
 def write_walk(cell: Cell, folder: Path) -> dict[str, Any]:
     """Simulate a cell and write its three files, each complete or not at all; what is true of the walk as a whole.
 
+    The result has the checksums of the files, by which a copy cut short or a changed one is found later.
+
     Raises:
         ValueError: as `benchmarks.cells.compute.compute`, or samples beyond full scale, which FLAC does not hold.
     """
@@ -54,7 +57,14 @@ def write_walk(cell: Cell, folder: Path) -> dict[str, Any]:
     }  # fmt: skip
     facts = truth_entry(cell, setting, beep, truths) | phone
     facts |= {"sound_speed_m_s": setting.scene.air.sound_speed_m_s, "beeps": len(truths[0].time_s)}
-    return {"truth": facts, "detectors": {}, "cost": {"total_s": perf_counter() - begin}}
+    sums = {kind: checksum(file_of(folder, kind, name)) for kind in FOLDERS}
+    return {"truth": facts, "detectors": {}, "files": sums, "cost": {"total_s": perf_counter() - begin}}
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _points(setting: Situation) -> Floats:

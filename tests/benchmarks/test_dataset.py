@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
@@ -68,8 +69,33 @@ def test_goes_on_where_it_stopped_and_refuses_another_suite(tmp_path: Path):
     with pytest.raises(ValueError, match="same suite and source"):
         write_data_set(tmp_path, load_suite("ranging", ONE_WALL, seed=5), split_walks(suite, 1), serial, ["export"])
     sound.unlink()
-    with pytest.raises(ValueError, match="must be there"):
+    with pytest.raises(ValueError, match="must be there as it was written, but is missing"):
         write_data_set(tmp_path, suite, split_walks(suite, 2), serial, ["export"])
+
+
+def test_a_recording_cut_short_is_found_and_made_again_alone(tmp_path: Path):
+    """Cause: only whether a file is there was looked at, so a copy cut short stayed in the set."""
+    suite = load_suite("ranging", ONE_WALL)
+    walks = split_walks(suite, 2)
+    write_data_set(tmp_path, suite, walks, serial, ["export"])
+    sound, other = sorted(tmp_path.glob("recordings/*.flac"))
+    whole, kept = sound.read_bytes(), other.stat().st_mtime_ns
+    sound.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(ValueError, match=rf"'{sound}' must be there as it was written, but has changed; wit") as error:
+        write_data_set(tmp_path, suite, walks, serial, ["export"])
+    Path(re.findall("'(.*?)'", str(error.value))[1]).unlink()
+    assert write_data_set(tmp_path, suite, walks, serial, ["export"]).complete
+    assert (sound.read_bytes(), other.stat().st_mtime_ns) == (whole, kept)
+
+
+def test_a_set_does_not_shrink(tmp_path: Path):
+    """Cause: fewer walks left files that no row of the table names."""
+    suite = load_suite("ranging", ONE_WALL)
+    write_data_set(tmp_path, suite, split_walks(suite, 2), serial, ["export"])
+    before = (tmp_path / "walks.parquet").read_bytes()
+    with pytest.raises(ValueError, match=r"got 1 without 1 of them, such as '[0-9a-f]{16}'; ask for as many"):
+        write_data_set(tmp_path, suite, split_walks(suite, 1), serial, ["export"])
+    assert (tmp_path / "walks.parquet").read_bytes() == before
 
 
 def test_the_card_says_where_the_licence_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
