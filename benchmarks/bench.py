@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import reprlib
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import yaml
 
 from benchmarks.cells.fingerprint import source_fingerprint
@@ -23,6 +25,7 @@ from benchmarks.runs.runner import run_cells
 from benchmarks.runs.store import point_to, to_json, write_atomically
 from benchmarks.runs.variants import variants
 from benchmarks.scoring.scores import summary
+from obstaclewatch.support.argument_types import check_types
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -74,7 +77,7 @@ def run(
     """
     from benchmarks.scoring.frames import results_frame
 
-    texts = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
+    texts = setting_texts({} if settings is None else settings)
     chosen = planned(suite, [*texts, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, labels=labels, limit=limit)
     options = {"--tier": tier, "--seed": seed, "--split": split, "-k": labels, "--limit": limit}
@@ -85,6 +88,23 @@ def run(
     frame = results_frame(tabulated(folder)[0])
     frame.attrs["folder"] = str(folder)
     return frame
+
+
+def setting_texts(settings: Mapping[str, Any]) -> list[str]:
+    """Settings as `--set` takes them, "beep.start_hz=16000.0".
+
+    Raises:
+        ValueError: no mapping, or a value that no suite file can hold.
+    """
+    check_types(settings=(settings, Mapping))
+    return [f"{key}={json.dumps(value, default=_plain)}" for key, value in settings.items()]
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as Python's own."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise ValueError(f"settings must hold numbers, texts, lists and mappings, got {reprlib.repr(value)}")
 
 
 def planned(suite: str, settings: Sequence[str], seed: int | None, allow_code: bool) -> Suite:
@@ -122,11 +142,14 @@ def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Se
     """The run's folder with manifest and resolved suite.
 
     An existing manifest of the same plan is kept, unless title or figures, which the plan does not hold, are others.
+
+    Raises:
+        ValueError: the existing manifest is damaged; the message says what to do.
     """
     digest = plan_digest(cells, source_fingerprint())
     folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
     shown = suite.title, list(suite.figures)
-    if not (folder / "manifest.json").is_file() or _shown_in(folder) != shown:
+    if not (folder / "manifest.json").exists() or _shown_in(folder) != shown:
         resolved = yaml.safe_dump(suite.model_dump(mode="json"), sort_keys=False)
         write_atomically(folder / "config.resolved.yaml", resolved)
         asked = sys.argv[1:] if argv is None else argv
@@ -137,7 +160,12 @@ def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Se
 
 def _shown_in(folder: Path) -> tuple[str, list[str]]:
     """Title and figures by an existing manifest."""
-    found = read_manifest(folder / "manifest.json")
+    try:
+        found = read_manifest(folder / "manifest.json")
+    except ValueError as error:
+        raise ValueError(
+            f"{error}; without that file the same command writes it anew and keeps the cells, or choose another --out"
+        ) from error
     return found.get("title", ""), found.get("figures", [])
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import yaml
 from pydantic import AfterValidator, BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.detectors import detector_label, parse_detector
@@ -17,6 +19,8 @@ from scenes.files.bounded_yaml import parsed, read_text
 
 FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
+EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|NaN|-?Infinity")
+"""Numbers as shells, Python and JSON write them, but YAML 1.1 reads as texts: 1e-5 for 1.0e-5."""
 Count = Annotated[int, Field(ge=0, le=10**9)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -173,7 +177,7 @@ def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None
 
     Args:
         name_or_path: one of `list_suites()`, or a path that ends in .yaml or .yml.
-        settings: "dotted.key=value" each; the value is read as YAML.
+        settings: "dotted.key=value" each; the value is read as YAML, 1e-5 without quotes as a number.
         seed: replaces the suite's seed.
 
     Raises:
@@ -223,4 +227,16 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         node = node.setdefault(parent, {})
         if not isinstance(node, dict):
             raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
-    node[last] = parsed(value, f"setting '{setting}'", "value")[0]
+    node[last] = _with_numbers(*parsed(value, f"setting '{setting}'", "value"))
+
+
+def _with_numbers(value: Any, node: yaml.Node | None) -> Any:
+    """The value of a node, with numbers in place of those texts without quotes that are numbers to all but YAML."""
+    if isinstance(value, str) and isinstance(node, yaml.ScalarNode):
+        return float(value) if node.style is None and EXPONENT.fullmatch(value) else value
+    if isinstance(value, list) and isinstance(node, yaml.SequenceNode):
+        return [_with_numbers(item, at) for item, at in zip(value, node.value, strict=True)]
+    if isinstance(value, dict) and isinstance(node, yaml.MappingNode):
+        nodes = {key.value: at for key, at in node.value}
+        return {key: _with_numbers(item, nodes.get(str(key))) for key, item in value.items()}
+    return value

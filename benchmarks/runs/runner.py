@@ -16,6 +16,7 @@ from benchmarks.cells.spec import Cell
 from benchmarks.runs.executors import Executor, Task, WorkersLost, serial
 from benchmarks.runs.executors.work import Done, Work, done_by
 from benchmarks.runs.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
+from benchmarks.runs.stored import check_file
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ def run_cells(
         work: what is done with a cell; `benchmarks.cells.compute.compute` by default.
 
     Raises:
-        ValueError: negative retries; another process works on the same run; a worker has another source.
+        ValueError: negative retries; another process works on the same run; a worker has another source; a folder lies
+            where a cell belongs.
         OSError: a file cannot be written; the cells done so far stay.
     """
     if retries < 0:
@@ -118,8 +120,10 @@ def _store(run: Path, done: Done) -> None:
 
 
 def _stored_status(run: Path, digest: str) -> str | None:
+    path = cell_path(run, digest)
+    check_file(path)  # before anything is computed that could not be stored
     try:
-        record = read_cell(cell_path(run, digest), digest)
+        record = read_cell(path, digest)
     except ValueError as error:
         tqdm.write(f"{error}; it is computed again", file=sys.stderr)
         return None

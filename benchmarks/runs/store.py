@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from benchmarks.runs.stored import StoredCell, StoredCost, check_stored, json_mapping, read_json
+from benchmarks.runs.stored import StoredCell, StoredCost, check_file, check_stored, json_mapping, read_json
 from obstaclewatch.support.whole_file import whole_file
 
 
@@ -89,7 +89,12 @@ def read_cell(path: Path, digest: str) -> dict[str, Any] | None:
 
 
 def read_sealed(path: Path, digest: str) -> dict[str, Any] | None:
-    """A record of `write_cell` of any shape, or None where there is none, or only a damaged one."""
+    """A record of `write_cell` of any shape, or None where there is none, or only a damaged one.
+
+    Raises:
+        ValueError: a folder.
+    """
+    check_file(path)
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, UnicodeDecodeError):

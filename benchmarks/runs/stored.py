@@ -213,13 +213,24 @@ def json_mapping(text: str, source: str) -> dict[str, Any]:
     return found
 
 
+def check_file(path: Path) -> None:
+    """Refuse a folder where a file belongs; a path without anything passes.
+
+    Raises:
+        ValueError: the message names the path.
+    """
+    if path.is_dir():
+        raise ValueError(f"'{path}' must be a file, got a folder")
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """The mapping in a JSON file.
 
     Raises:
-        ValueError: as `json_mapping`, or not UTF-8.
+        ValueError: as `json_mapping`, or not UTF-8, or a folder.
         FileNotFoundError: there is no such file.
     """
+    check_file(path)
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

@@ -132,6 +132,18 @@ def test_bad_settings_are_one_clear_error(settings_: list[str], message: str) ->
         load_suite("paper", settings_)
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-5", 1e-5), ("-2E3", -2e3), (".5e+1", 5.0), ("'1e-5'", "1e-5"), ('"1e-5"', "1e-5"), ("1e-5 m", "1e-5 m"),
+        ("[1e-5, {a: 1e1, b: one}]", [1e-5, {"a": 10.0, "b": "one"}]), ("-Infinity", -np.inf), ("1.0e-5", 1e-5),
+    ],
+)  # fmt: skip
+def test_a_number_with_an_exponent_is_a_number(text: str, value: object) -> None:
+    """YAML 1.1 reads 1e-5 as a text, so that numbers handed over in Python became texts as well."""
+    assert load_suite("paper", [f"settings.x={text}"]).settings == {"x": value}
+
+
 def test_unknown_names_and_broken_files_say_what_there_is(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"suite must be one of .*paper.*got 'papers'"):
         load_suite("papers")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks import run
-from benchmarks.bench import prepared
+from benchmarks.bench import prepared, setting_texts
 from benchmarks.commands.run import run as command
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
@@ -52,3 +54,33 @@ def test_other_figures_of_the_same_walks_are_those_asked_for_last(tmp_path: Path
 )
 def test_options_of_a_command_line(argv: list[str], found: list[str]) -> None:
     assert options_in(argv, "--limit", "-k", "--set") == found
+
+
+def test_numbers_given_in_python_stay_numbers() -> None:
+    """Cause: json writes 1e-05, which YAML 1.1 reads as a text; and numpy's numbers ended in a TypeError."""
+    settings = {"settings.a": 1e-5, "settings.b": np.int64(3), "settings.c": np.array([1e-7, 2.0])}
+    texts = setting_texts(settings)
+    assert load_suite("ranging", texts).settings == {"a": 1e-5, "b": 3, "c": [1e-7, 2.0]}
+    for wrong, said in [(object(), "settings must hold numbers, texts"), ({1, 2}, "got {1, 2}")]:
+        with pytest.raises(ValueError, match=said):
+            setting_texts({"settings.a": wrong})
+    with pytest.raises(ValueError, match=r"settings must be of type .*Mapping.*, got \['a=1'\]"):
+        setting_texts(["a=1"])
+
+
+def test_a_damaged_manifest_says_what_to_do(tmp_path: Path) -> None:
+    """Cause: a run could not go on, and nothing said that its manifest can be written anew without losing a cell."""
+    suite = load_suite("paper")
+    cells = plan_cells(suite, "smoke")[:2]
+    path = prepared(tmp_path, suite, "smoke", cells, ["run", "paper"]) / "manifest.json"
+    whole = path.read_text()
+    path.write_text(whole[:100])
+    with pytest.raises(ValueError, match=r"manifest.json' must be JSON: .*; without that file the same command writes"):
+        prepared(tmp_path, suite, "smoke", cells, ["run", "paper"])
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(ValueError, match=r"manifest.json' must be a file, got a folder; without"):
+        prepared(tmp_path, suite, "smoke", cells, ["run", "paper"])
+    path.rmdir()
+    prepared(tmp_path, suite, "smoke", cells, ["run", "paper"])
+    assert read_manifest(path)["plan"] == json.loads(whole)["plan"]

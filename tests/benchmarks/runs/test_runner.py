@@ -51,6 +51,17 @@ def test_one_job_has_one_thread():
         assert list(serial(threads, fake_plan(1))) == [{1}]
 
 
+def test_a_folder_in_place_of_a_cell_is_refused_before_anything_is_computed(tmp_path):
+    """Cause: the end was an IsADirectoryError, of reading or of the rename after all was computed."""
+    cells = fake_plan(3)
+    path = paths(tmp_path, cells)[1]
+    path.mkdir(parents=True)
+    for attempt in (lambda: run_cells(tmp_path, cells, work=fake_work()), lambda: read_cell(path, path.stem)):
+        with pytest.raises(ValueError, match=rf"'{path}' must be a file, got a folder"):
+            attempt()
+    assert list(tmp_path.glob("cells/*/*")) == [path]
+
+
 @pytest.mark.parametrize("damage", ["cut short", "one digit", "another's", "empty", "not text"])
 def test_a_damaged_cell_is_found_and_computed_again(tmp_path, damage):
     cells = fake_plan(3)
