@@ -44,7 +44,8 @@ NOT_MODELLED = (
     "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
     "or of the shadow of a second edge",
     "a diffraction and a curve in one path",
-    "mirrors of an obstacle before and after its own curved surfaces: a ground and what stands on it in one mesh",
+    "mirrors of an obstacle before and after its own curved surfaces, as of a ground and what stands on it in a mesh: "
+    "`Obstacle.split()` parts them",
     "outer edges that two obstacles make together, as mitred walls do",
     "how faint strips of less than half a wavelength (9 mm) are",
     "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else",
