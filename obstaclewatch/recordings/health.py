@@ -153,6 +153,8 @@ def _without_beep(
     swapped = Recording(recording.samples[::-1], recording.sample_rate_hz)
     try:
         BeepFinder(beep, 0.0).first_emission(swapped.samples)
+        if not recording.samples[0].any():
+            return Finding(Fault.NO_BEEP, "microphone 0 (top) recorded zeros, microphone 1 receives the beep")
         return Finding(
             Fault.NO_BEEP, "microphone 0 (top) receives none, microphone 1 does: is the first channel the top?"
         )

@@ -256,6 +256,14 @@ def test_a_response_is_read_from_the_direct_sound():
     assert calibration.response_db[0] == pytest.approx(expected, abs=0.3)
 
 
+def test_a_dead_top_microphone_is_named():
+    """The message asked whether the channels are swapped, which zeros are not."""
+    samples = walk("galaxy-s5")
+    for first, word in ((0.0 * samples[0], "recorded zeros"), (noise(samples[0].shape, 1e-4), "receives none")):
+        (finding,) = inspect(np.stack([first, samples[1]])).findings
+        assert f"microphone 0 (top) {word}" in finding.message
+
+
 def test_too_short_for_a_period_is_no_beep():
     assert inspect(walk("galaxy-s5")[:, :12_000]).faults == {Fault.NO_BEEP}
     assert detected_beep(np.zeros(100), RATE) is None
