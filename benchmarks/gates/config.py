@@ -8,12 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
-from benchmarks.cells.spec import first_error
+from benchmarks.cells.spec import Finite, Positive, first_error
 from benchmarks.gates.quantities import QUANTITIES
 from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Tolerances = dict[str, Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
 
@@ -40,7 +39,7 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
     category: str | None = None
     phone: str | None = None
     clear_cut: bool = False
-    least_index_db: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    least_index_db: Finite | None = None
     confidence: Share = 0.95
 
     @field_validator("left_m")

@@ -19,10 +19,19 @@ from scenes.files.bounded_yaml import parsed, read_text
 
 FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
-EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|NaN|-?Infinity")
-"""Numbers as shells, Python and JSON write them, but YAML 1.1 reads as texts: 1e-5 for 1.0e-5."""
 Count = Annotated[int, Field(ge=0, le=10**9)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class _ShellLoader(yaml.SafeLoader):
+    """For values as shells, Python and JSON write them: YAML 1.1 reads 1e-5 as a text, 1.0e-5 as a number."""
+
+
+_ShellLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"(?:[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+|NaN|-?Infinity)\Z"),
+    None,  # whatever it begins with
+)
 
 
 class Group(BaseModel, extra="forbid", frozen=True):
@@ -227,16 +236,4 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         node = node.setdefault(parent, {})
         if not isinstance(node, dict):
             raise ValueError(f"setting '{key}' must name a value inside mappings, but '{parent}' is not a mapping")
-    node[last] = _with_numbers(*parsed(value, f"setting '{setting}'", "value"))
-
-
-def _with_numbers(value: Any, node: yaml.Node | None) -> Any:
-    """The value of a node, with numbers in place of those texts without quotes that are numbers to all but YAML."""
-    if isinstance(value, str) and isinstance(node, yaml.ScalarNode):
-        return float(value) if node.style is None and EXPONENT.fullmatch(value) else value
-    if isinstance(value, list) and isinstance(node, yaml.SequenceNode):
-        return [_with_numbers(item, at) for item, at in zip(value, node.value, strict=True)]
-    if isinstance(value, dict) and isinstance(node, yaml.MappingNode):
-        nodes = {key.value: at for key, at in node.value}
-        return {key: _with_numbers(item, nodes.get(str(key))) for key, item in value.items()}
-    return value
+    node[last] = parsed(value, f"setting '{setting}'", "value", _ShellLoader)[0]

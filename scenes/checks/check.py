@@ -20,7 +20,7 @@ from scenes.obstacles.solids import shifted
 from scenes.truth.truth import NOT_IN_THE_WAY, contact
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
-from simulator.scene.scene import Obstacle, Scene, with_area
+from simulator.scene.scene import Obstacle, Scene, welded, with_area
 from simulator.world.prepared_scene import parts_of
 
 SMALLEST_M, LARGEST_M = 0.03, 60.0
@@ -77,8 +77,7 @@ def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
     mesh, name = obstacle.mesh, obstacle.name
     if obstacle.category not in NOT_IN_THE_WAY:
         yield from _scale_findings(name, mesh)
-    joined = trimesh.Trimesh(np.asarray(mesh.vertices), np.asarray(mesh.faces), process=False)
-    joined.merge_vertices(merge_tex=True, merge_norm=True)
+    joined = welded(mesh)
     yield from _triangle_findings(name, joined)
     if obstacle.category not in NOT_IN_THE_WAY:
         yield from _shell_findings(name, joined)

@@ -75,12 +75,15 @@ class _Builder(yaml.constructor.SafeConstructor):
             ) from error
 
 
-def parsed(text: str, name: str, what: str) -> tuple[Any, yaml.Node | None]:
+def parsed(
+    text: str, name: str, what: str, loader: type[yaml.SafeLoader] = yaml.SafeLoader
+) -> tuple[Any, yaml.Node | None]:
     """What YAML text holds, as plain values and as nodes with line numbers.
 
     Args:
         text: of one document.
         name, what: of the file, for messages: "yard.yaml" and "scene file".
+        loader: what says which of the values without quotes are numbers.
 
     Raises:
         ValueError: not YAML, beyond the bounds, or a key twice in one mapping; with the line.
@@ -95,7 +98,7 @@ def parsed(text: str, name: str, what: str) -> tuple[Any, yaml.Node | None]:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
             line = line if event.start_mark is None else event.start_mark.line + 1
             bounds.add(event)
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
+        root = yaml.compose(text, Loader=loader)
         repeated = next(_repeated_keys(root), None)  # before merges are built: what these bring in may be overridden
         if repeated is not None:
             key, line = repeated

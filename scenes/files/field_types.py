@@ -17,10 +17,10 @@ def _no_bool(value: Any) -> Any:
 Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_bool)]
 Positive = Annotated[Number, Field(gt=0.0)]
 NotNegative = Annotated[Number, Field(ge=0.0)]
-FARTHEST_M = 1e6
+FARTHEST_PLAN_M = 1e6
 """A thousand kilometres from the origin: beyond, millimetres are lost to rounding, and lengths overflow."""
-Coordinate = Annotated[Number, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
-Length = Annotated[Number, Field(gt=0.0, le=FARTHEST_M)]
+Coordinate = Annotated[Number, Field(ge=-FARTHEST_PLAN_M, le=FARTHEST_PLAN_M)]
+Length = Annotated[Number, Field(gt=0.0, le=FARTHEST_PLAN_M)]
 Plan = tuple[Coordinate, Coordinate]
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.support.arrays import Floats
-from scenes.files.field_types import FARTHEST_M, Length, NotNegative, Number, Plan, Positive, Strict
+from scenes.files.field_types import FARTHEST_PLAN_M, Length, NotNegative, Number, Plan, Positive, Strict
 from scenes.obstacles import walker_body
 from scenes.walks.gait_walk import Gait, GaitWalk, Holding
 from scenes.walks.routes import Pace, Route, RouteWalk, Stop, time_to_walk
@@ -57,7 +57,7 @@ class WalkerSpec(Strict):
 class VarySpec(Strict):
     """Half ranges, drawn evenly by the seed of a run; the phase of the step is drawn with them."""
 
-    lateral_m: Annotated[NotNegative, Field(le=FARTHEST_M)] = 0.0
+    lateral_m: Annotated[NotNegative, Field(le=FARTHEST_PLAN_M)] = 0.0
     heading_deg: Annotated[NotNegative, Field(le=360.0)] = 0.0
     speed_m_s: NotNegative = 0.0
 

@@ -61,21 +61,11 @@ def require_length(name: str, value: float) -> float:
     Raises:
         ValueError: it is not; the message gives name, rule and value.
     """
-    require_positive(name, value)
-    if not LEAST_M <= value <= GREATEST_M:
-        raise ValueError(f"{name} must lie within {LEAST_M:g} to {GREATEST_M:g} m, got {value:g}")
-    return float(value)
-
-
-def require_positive(name: str, value: float) -> float:
-    """The value, if it is positive and finite.
-
-    Raises:
-        ValueError: it is not.
-    """
     check_numbers(**{name: value})
     if not (np.isfinite(value) and value > 0.0):
         raise ValueError(f"{name} must be positive, got {value}")
+    if not LEAST_M <= value <= GREATEST_M:
+        raise ValueError(f"{name} must lie within {LEAST_M:g} to {GREATEST_M:g} m, got {value:g}")
     return float(value)
 
 

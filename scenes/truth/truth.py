@@ -178,8 +178,9 @@ def ground_truth(
     asked = _asked(scene, target)
     pose = walk.pose(times)
     candidates = [_nearest(obstacle, pose, phone, times) for obstacle in asked]
-    choice = np.argmin([distance for _, distance in candidates], axis=0)
-    _check_within(times, walk, np.min([distance for _, distance in candidates], axis=0) / scene.air.sound_speed_m_s)
+    distance = np.array([distance for _, distance in candidates])
+    _check_within(times, walk, distance.min(axis=0) / scene.air.sound_speed_m_s)
+    choice = distance.argmin(axis=0)
     point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
     heading = pose.body_heading_rad()
     signed = _signed_bearing(point - _middle(pose, phone), heading)

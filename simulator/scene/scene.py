@@ -109,11 +109,10 @@ class Obstacle:
             [('yard-1', 12), ('yard-2', 128)]
         """
         kept = np.flatnonzero(with_area(self.mesh))
-        welded = trimesh.Trimesh(self.mesh.vertices, self.mesh.faces[kept], process=False)
-        welded.merge_vertices(merge_tex=True, merge_norm=True)  # in many files each triangle has points of its own
-        point = trimesh.graph.connected_component_labels(welded.edges, len(welded.vertices))
-        _, part = np.unique(point[welded.faces[:, 0]], return_inverse=True)
-        area_m2 = np.bincount(part, welded.area_faces)
+        joined = welded(trimesh.Trimesh(self.mesh.vertices, self.mesh.faces[kept], process=False))
+        point = trimesh.graph.connected_component_labels(joined.edges, len(joined.vertices))
+        _, part = np.unique(point[joined.faces[:, 0]], return_inverse=True)
+        area_m2 = np.bincount(part, joined.area_faces)
         if len(area_m2) == 1:
             return (self,)
         if len(area_m2) > MOST_PARTS:
@@ -186,6 +185,13 @@ def _check_mesh(mesh: trimesh.Trimesh, name: str) -> None:
         raise ValueError(f"mesh of '{name}' must index its {len(vertices)} vertices, got {faces.min()}..{faces.max()}")
     if not with_area(mesh).any():
         raise ValueError(f"mesh of '{name}' must have a triangle with an area, got {len(faces)} without")
+
+
+def welded(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy with equal vertices merged: in many files each triangle has points of its own."""
+    copy = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
+    copy.merge_vertices(merge_tex=True, merge_norm=True)
+    return copy
 
 
 def with_area(mesh: trimesh.Trimesh) -> Flags:

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Flags, Ints
-from simulator.scene.scene import with_area
+from simulator.scene.scene import welded, with_area
 
 
 def cleaned(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, bool]:
@@ -23,9 +23,7 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     whose boughs share a ring would be taken for open.
     """
     apart = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
-    merged = apart.copy()
-    merged.merge_vertices(merge_tex=True, merge_norm=True)
-    copy = merged
+    copy = merged = welded(apart)
     if not _is_closed(merged):
         copy = next(filter(_is_closed, (apart, _in_parts(merged))), merged)
     copy.update_faces(with_area(copy))

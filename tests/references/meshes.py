@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 
+def soup(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The same triangles, each with corners of its own, as an STL file has them."""
+    return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
+
+
 def uv_sphere(radius_m: float, segments: int) -> trimesh.Trimesh:
     """Sphere of meridians and parallels; `segments` facets round the equator."""
     return trimesh.creation.uv_sphere(radius_m, count=[segments // 2 + 1, segments])

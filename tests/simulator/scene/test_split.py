@@ -10,15 +10,11 @@ import pytest
 import trimesh
 
 from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from tests.references.meshes import soup
 
 GROUND = trimesh.creation.box(bounds=[[-6.0, -6.0, -0.1], [6.0, 6.0, 0.0]])
 BIN = trimesh.creation.cylinder(0.25, 0.9, sections=48).apply_translation([2.0, 0.3, 0.45])
 CONCRETE = Material.named("concrete")
-
-
-def loose(mesh):
-    """The same triangles, each with corners of its own, as an STL file has them."""
-    return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
 
 
 def echoes(obstacles):
@@ -28,7 +24,7 @@ def echoes(obstacles):
     return paths.delay_s[order], np.abs(paths.gain[order])
 
 
-@pytest.mark.parametrize("as_file", [lambda mesh: mesh, loose])
+@pytest.mark.parametrize("as_file", [lambda mesh: mesh, soup])
 def test_parts_of_a_mesh_echo_as_obstacles_of_their_own(as_file):
     street = Obstacle(as_file(GROUND + BIN), CONCRETE, "street")
     alone = echoes([Obstacle(as_file(mesh), CONCRETE, name) for mesh, name in ((GROUND, "ground"), (BIN, "bin"))])

@@ -33,10 +33,6 @@ def _pieces(surface):
     return len(np.unique(label))
 
 
-def _soup(mesh):
-    return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
-
-
 @pytest.mark.parametrize("sections", [16, 32, 128])
 def test_cylinder_is_two_ends_and_one_smooth_side(sections):
     patches, side = _read(trimesh.creation.cylinder(0.25, 1.0, sections=sections))
@@ -165,7 +161,7 @@ def test_open_sheets_reflect_from_both_sides():
                                   lambda: trimesh.creation.box((1.0, 1.0, 1.0)),
                                   lambda: meshes.icosphere(0.3, 2)])  # fmt: skip
 def test_triangle_soup_reads_like_the_mesh_it_came_from(make):
-    whole, soup = _read(make()), _read(_soup(make()))
+    whole, soup = _read(make()), _read(meshes.soup(make()))
     assert len(whole[0]) == len(soup[0])
     assert (whole[1] is None) == (soup[1] is None)
     if whole[1] is not None:
