@@ -28,6 +28,9 @@ CHORD = 0.15 / 8.0  # of a facet's size, from which an edge may stand off: of fu
 KEPT = 6  # bodies cut: a car of 47 m2 takes 370 MB at 12 mm, 40 MB at 4 cm, 12 MB at 8 cm
 STAND_M, ONE_IN = 0.02, 3  # apart are, on average, the facets that may stand for others; one in so many at the most
 ELEMENT = 0.5  # length of a crease's elements, re the facets' size
+OFF_BORDER = 0.1  # of the way to a facet's middle: no light is asked for in the corner of a sign and the ground
+STRIDES = 1.324717957244746 ** np.array([-1.0, -2.0])
+"""Powers of the plastic number: their multiples, less whole numbers, fill a square evenly (a Kronecker sequence)."""
 
 _WHOLE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]])  # (eta, zeta) of a triangle's own corners
 
@@ -44,6 +47,8 @@ class Facets:
         area_m2: (F,).
         bulge_m: (F, 3) how far the rounded surface stands off the middles of the edges 12, 20 and 01, along the normal.
         standoff_m: (F,) how far the rounded surface may stand off the mesh there, or off the centroid.
+        asked_m: (F, 3) where light on a facet is asked for: on plates, where facets lie in rows, elsewhere in each. The
+            border of a post's shadow would pass the middles of a whole row of facets at once (-27 dB re a wall).
         stands: (F,) which may stand for the delay of what others add as well.
         part_of: (F,) the facet that each is a quarter of, -1 where it is none. Where all of that one is in the light,
             it adds what its quarters would.
@@ -60,6 +65,7 @@ class Facets:
     area_m2: Floats
     bulge_m: Floats
     standoff_m: Floats
+    asked_m: Floats
     stands: Flags
     part_of: Ints
     start: Ints
@@ -78,7 +84,7 @@ class Facets:
         """
         size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
         number, rows = np.append(np.cumsum(kept) - 1, -1), np.flatnonzero(kept)
-        names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "stands")
+        names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "asked_m", "stands")
         some = {name: getattr(self, name).take(rows, axis=0) for name in names}
         some["part_of"] = number[self.part_of[rows]]
         start = np.append(0, np.cumsum(size[size > 0]))
@@ -132,12 +138,14 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
     corner_m = np.stack([skin.at(owner, place[:, i])[0] for i in range(3)], axis=1)
     flat, sides = _means(corner_m), corner_m[:, 1:] - corner_m[:, :1]
     rise = 0.75 * (over - flat)  # mean over a quadratic triangle
+    middle = flat + rise
     area, every = 0.5 * norm(np.cross(sides[:, 0], sides[:, 1])), corner_m.reshape(-1, 3)
     center = 0.5 * np.array([axis.min() + axis.max() for axis in every.T])
     return Facets(
-        obstacle=-1, corner_m=corner_m, middle_m=flat + rise, normal=normal,
+        obstacle=-1, corner_m=corner_m, middle_m=middle, normal=normal,
         area_m2=area, bulge_m=_bulge(skin, owner, place, corner_m, normal),
         standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
+        asked_m=_all_over(skin, owner, place, facet, middle) if reading.plated else middle,
         stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
         part_of=np.full(len(area), -1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
@@ -154,6 +162,18 @@ def _bulge(skin: _Skin, owner: Ints, place: Floats, corner_m: Floats, normal: Fl
     return np.stack(rises, axis=1)
 
 
+def _all_over(skin: _Skin, owner: Ints, place: Floats, number: Ints, middle_m: Floats) -> Floats:
+    """(R, 3) the middles of pieces, but for those of planes another place in each, by its number."""
+    planes = np.flatnonzero(owner < skin.planes)
+    x, y = ((number[planes] + 1) * STRIDES[:, None]) % 1.0
+    beyond = x + y > 1.0
+    x, y = np.where(beyond, 1.0 - x, x), np.where(beyond, 1.0 - y, y)
+    share = (1.0 - OFF_BORDER) * np.stack([x, y, 1.0 - x - y], axis=1) + OFF_BORDER / 3.0
+    asked_m = middle_m.copy()
+    asked_m[planes], _ = skin.at(owner[planes], np.einsum("ri,rix->rx", share, place[planes]))
+    return asked_m
+
+
 def _means(corner: Floats) -> Floats:
     """(T, D) means of corners (T, 3, D); by columns, as numpy's over three take several times as long."""
     return (corner[:, 0] + corner[:, 1] + corner[:, 2]) / 3.0
@@ -161,12 +181,14 @@ def _means(corner: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Skin:
-    """All facets of a mesh as Nagata triangles; those of planes are flat, and end where a rounded neighbour does."""
+    """All facets of a mesh as Nagata triangles; those of planes, the first ones, are flat, and end where a rounded
+    neighbour does."""
 
     corner_m: Floats
     normal: Floats
     bulge_m: Floats
     sag_m: Floats
+    planes: int
 
     @classmethod
     def of(cls, reading: MeshReading, surface: SmoothSurface | None) -> _Skin:
@@ -175,11 +197,11 @@ class _Skin:
         normal = np.repeat(np.asarray(mesh.face_normals)[flat][:, None], 3, axis=1)
         bulge, sag = np.zeros_like(corner), np.zeros(len(flat))
         if surface is None:
-            return cls(corner, normal, bulge, sag)
+            return cls(corner, normal, bulge, sag, len(flat))
         _share_outline(reading, surface, flat, bulge)
         return cls(
             np.concatenate([corner, surface.corner_m]), np.concatenate([normal, surface.normal]),
-            np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]),
+            np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]), len(flat),
         )  # fmt: skip
 
     def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:

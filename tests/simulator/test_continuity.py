@@ -144,6 +144,28 @@ def test_the_integral_takes_over_slowly_behind_a_signs_post(seed, yaw_rad, place
     assert step_before("sign", seed, yaw_rad, place_m, axis, level) < MOST
 
 
+@pytest.mark.parametrize(
+    ("seed", "yaw_rad", "place_m"),
+    [(5993, 2.88995, (1.38192, -0.11733, 1.2625)), (5747, 2.53364, (0.85257, 0.1758, 0.98967))],
+)
+def test_the_border_of_a_shadow_passes_rows_of_facets_bit_by_bit(seed, yaw_rad, place_m):
+    """Cause: light was asked for in the middles of facets, of which a post's shadow passed a whole row at once."""
+    assert step_before("sign", seed, yaw_rad, place_m, 1, "standard") < MOST
+
+
+@pytest.mark.parametrize(
+    ("seed", "yaw_rad", "place_m", "level"),
+    [
+        (3757, 2.832, (1.42699, -0.00018, 0.89537), "standard"),
+        (5178, -2.56159, (1.68566, -0.18968, 0.86054), "auto"),
+    ],
+)
+def test_no_shadow_is_estimated_where_a_post_stands_on_the_ground(seed, yaw_rad, place_m, level):
+    """Cause: what halving leaves unknown of the zone's border on the ground counted as a shadow, at some poses (-32
+    dB)."""
+    assert step_before("sign", seed, yaw_rad, place_m, 0, level) < 10.0 ** (-45.0 / 20.0)
+
+
 @pytest.mark.parametrize("level", ["standard", "auto"])
 def test_a_second_edge_fades_what_the_first_one_sends_on(level):
     """Cause: a bin's lower edge was hidden at once behind its foot (-17 dB), and the panels of an A-board behind each

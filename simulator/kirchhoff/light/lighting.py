@@ -25,6 +25,7 @@ from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
 from simulator.world.frames import into_rest
+from simulator.world.line_of_sight import in_the_way
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -55,12 +56,13 @@ class Skin(NamedTuple):
 
     Attributes:
         obstacle: the body.
-        middle_m, normal, standoff_m: (I, 3), (I, 3), (I,) of the facets that speak.
+        place_m: (I, 3) on the facets that speak.
+        normal, standoff_m: (I, 3), (I,) of these.
         closed: whether they show on one side alone.
     """
 
     obstacle: int
-    middle_m: Floats
+    place_m: Floats
     normal: Floats
     standoff_m: Floats
     closed: bool
@@ -169,7 +171,7 @@ def _facet_by_facet(
     quarters = np.full(len(of_facet), -1)
     quarters[facets.part_of[len(of_facet) :: 4]] = np.arange(len(of_facet), len(facets), 4)
     every = np.zeros((len(views), len(facets)), dtype=bool)
-    own = Skin(facets.obstacle, facets.middle_m, facets.normal, facets.standoff_m, facets.closed)
+    own = Skin(facets.obstacle, facets.asked_m, facets.normal, facets.standoff_m, facets.closed)
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
     skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
     asked = np.bincount(of_facet, np.where(quarters < 0, 1, 4), state.shape[1])
@@ -343,10 +345,9 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
     """
     free = np.ones(len(pose), dtype=bool)
     for back in range(len(stops) - 1):
-        met = order >= back
-        for shadow in tracing.world.blockers:
-            frame = tracing.placed[:, shadow.obstacle]
-            free &= ~shadow.blocks_from(stops[-2 - back], stops[-1 - back], frame, pose, free & met)
+        met, start, end = order >= back, stops[-2 - back], stops[-1 - back]
+        for shadow in in_the_way(tracing, start, end, free & met):
+            free &= ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], pose, free & met)
     return free
 
 

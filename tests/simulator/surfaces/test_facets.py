@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -40,6 +41,21 @@ def test_more_than_memory_takes_are_larger(monkeypatch):
     skin = _ball()
     monkeypatch.setattr(module, "MOST_FACETS", 20_000)
     assert 10_000 < len(facets_of(*skin, 0, 0.002)) < 22_000
+
+
+def test_light_on_a_plate_is_asked_for_in_each_facet_but_not_in_rows():
+    """Cause: a post's shadow passed the middles of a whole row of facets within a millimetre (-27 dB re a wall)."""
+    reading = read_mesh(Obstacle(trimesh.creation.box([0.002, 0.6, 0.9]), Material.rigid(), "plate"))
+    facets = facets_of(reading, None, 0, 0.04)
+    side = facets[np.abs(facets.normal[:, 0]) > 0.9]
+
+    def most_at_once_m2(place_m: np.ndarray) -> float:
+        return float(np.histogram(place_m[:, 1], np.arange(-0.3, 0.3, 1e-3), weights=side.area_m2)[0].max())
+
+    edge = side.corner_m[:, [1, 2, 0]] - side.corner_m
+    to_the_left = np.cross(edge, side.asked_m[:, None] - side.corner_m)[..., 0] > 0.0
+    assert np.isin(to_the_left.sum(axis=1), (0, 3)).all()
+    assert most_at_once_m2(side.asked_m) < 0.4 * most_at_once_m2(side.middle_m)
 
 
 def test_tracing_names_the_body_that_is_too_large():
