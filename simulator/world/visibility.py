@@ -18,7 +18,6 @@ from embreex.rtcore_scene import EmbreeScene
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import dot, unit
-from simulator.world.frames import out_of_rest
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 GRAZING = 1e-6  # sine between a ray and a triangle in whose plane it runs, but for rounding
@@ -47,14 +46,6 @@ class Blocker:
     def extent_m(self) -> float:
         """Largest coordinate about the origin."""
         return float(self.half_m.max())
-
-    def reaches(self, low_m: Floats, high_m: Floats, frame: Floats) -> bool:
-        """Whether the meshes' box may meet a box of the world in any of its rest frames (N, 4)."""
-        c, s = np.abs(np.cos(frame[:, 3])), np.abs(np.sin(frame[:, 3]))
-        x, y, z = self.half_m
-        half = np.column_stack([c * x + s * y, s * x + c * y, np.full(len(frame), z)])
-        middle = out_of_rest(self.origin_m, frame)
-        return bool(((middle - half <= high_m) & (middle + half >= low_m)).all(axis=1).any())
 
     def blocks(self, start_m: Floats, end_m: Floats) -> Flags:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""

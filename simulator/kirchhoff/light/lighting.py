@@ -25,7 +25,6 @@ from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
 from simulator.world.frames import into_rest
-from simulator.world.line_of_sight import in_the_way
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -345,9 +344,10 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
     """
     free = np.ones(len(pose), dtype=bool)
     for back in range(len(stops) - 1):
-        met, start, end = order >= back, stops[-2 - back], stops[-1 - back]
-        for shadow in in_the_way(tracing, start, end, free & met):
-            free &= ~shadow.blocks_from(start, end, tracing.placed[:, shadow.obstacle], pose, free & met)
+        met = order >= back
+        for shadow in tracing.world.blockers:
+            frame = tracing.placed[:, shadow.obstacle]
+            free &= ~shadow.blocks_from(stops[-2 - back], stops[-1 - back], frame, pose, free & met)
     return free
 
 

@@ -33,11 +33,6 @@ def test_lines_are_blocked_as_by_the_triangles_themselves(name):
     blocked = shadow.blocks_from(start, end, frame, pose, asked)
     np.testing.assert_array_equal(blocked, _crosses(body, *rest) & asked)
     assert 0.05 < blocked.mean() < 0.8
-    reached = [
-        shadow.reaches(np.minimum(a, b), np.maximum(a, b), frame[[n]]) for a, b, n in zip(start, end, pose, strict=True)
-    ]
-    assert not (blocked & ~np.array(reached)).any()
-    assert not np.all(reached)
 
 
 def _crosses(body: trimesh.Trimesh, start: np.ndarray, end: np.ndarray) -> np.ndarray:
