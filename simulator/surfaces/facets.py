@@ -145,7 +145,7 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
         obstacle=-1, corner_m=corner_m, middle_m=middle, normal=normal,
         area_m2=area, bulge_m=_bulge(skin, owner, place, corner_m, normal),
         standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
-        asked_m=_all_over(skin, owner, place, facet, middle) if reading.plated else middle,
+        asked_m=_off_rows(skin, reading, owner, place, facet, middle) if reading.plated else middle,
         stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
         part_of=np.full(len(area), -1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
@@ -162,9 +162,9 @@ def _bulge(skin: _Skin, owner: Ints, place: Floats, corner_m: Floats, normal: Fl
     return np.stack(rises, axis=1)
 
 
-def _all_over(skin: _Skin, owner: Ints, place: Floats, number: Ints, middle_m: Floats) -> Floats:
+def _off_rows(skin: _Skin, reading: MeshReading, owner: Ints, place: Floats, number: Ints, middle_m: Floats) -> Floats:
     """(R, 3) the middles of pieces, but for those of planes another place in each, by its number."""
-    planes = np.flatnonzero(owner < skin.planes)
+    planes = np.flatnonzero(owner < np.count_nonzero(~reading.curved))
     x, y = ((number[planes] + 1) * STRIDES[:, None]) % 1.0
     beyond = x + y > 1.0
     x, y = np.where(beyond, 1.0 - x, x), np.where(beyond, 1.0 - y, y)
@@ -188,7 +188,6 @@ class _Skin:
     normal: Floats
     bulge_m: Floats
     sag_m: Floats
-    planes: int
 
     @classmethod
     def of(cls, reading: MeshReading, surface: SmoothSurface | None) -> _Skin:
@@ -197,11 +196,11 @@ class _Skin:
         normal = np.repeat(np.asarray(mesh.face_normals)[flat][:, None], 3, axis=1)
         bulge, sag = np.zeros_like(corner), np.zeros(len(flat))
         if surface is None:
-            return cls(corner, normal, bulge, sag, len(flat))
+            return cls(corner, normal, bulge, sag)
         _share_outline(reading, surface, flat, bulge)
         return cls(
             np.concatenate([corner, surface.corner_m]), np.concatenate([normal, surface.normal]),
-            np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]), len(flat),
+            np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]),
         )  # fmt: skip
 
     def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:
