@@ -18,9 +18,7 @@ from simulator.world.world import Tracing
 
 SPOKES, RINGS = 16, 10  # of the zone: directions, and places along each
 HALVINGS = 6  # of the way between two of them, where a border of the shadow runs
-KNOWN_TO = (
-    3e-3  # of the zone: with all borders off by what halving leaves 2.7e-3; at the foot of a post 1.2e-3 were seen
-)
+KNOWN_TO = 3e-3  # of the zone: halving leaves 2.7e-3 if all borders are off; at the foot of a post it was 1.2e-3
 
 
 def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: float) -> Floats:
