@@ -64,15 +64,20 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         sums: of some cells of these pairs.
     """
     pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
-    wanted = centre + _excess(gain, grid.wavenumber_rad_m, grid.taps * STEP_M)
-    some = np.flatnonzero(facets.stands)
-    facet, length = _stand_ins(
-        facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
-        ends.point_m, ends.view, ends.lit, first, second, pair, slot, centre, wanted, grid.taps * STEP_M,
-    )  # type: ignore[call-arg]  # fmt: skip
+    width = grid.taps * STEP_M
+    wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
+    facet, length = np.full(len(pair), -1), np.full(len(pair), np.inf)
+    for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
+        # few facets may be lit, and none of those that stand for others: what far ones say of the delay is worth nothing
+        left = np.flatnonzero(np.abs(length - centre) > width)
+        found, length[left] = _stand_ins(
+            facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
+            ends.point_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left], wanted[left], width,
+        )  # type: ignore[call-arg]  # fmt: skip
+        facet[left] = np.where(found >= 0, some[found], -1)
     found = np.flatnonzero(facet >= 0)
     turn = np.exp(1j * (length - centre)[found, None] * grid.wavenumber_rad_m)
-    return Cells(pair[found], some[facet[found]], length[found], gain[found] * turn)
+    return Cells(pair[found], facet[found], length[found], gain[found] * turn)
 
 
 def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
@@ -129,7 +134,10 @@ def _rows(slot, low, high):
 
 @inlined
 def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at):
-    """Fill in the paths over the facets that both ends see, and which these are; return their number."""
+    """Fill in the paths over the facets that both ends see, and which these are; return their number.
+
+    Ends that share their light may be a little below one of them: its rim diffracts all the same.
+    """
     count, here, there = 0, lit[view[a]], lit[view[b]]
     for f in range(len(facet_of)):
         if not (here[facet_of[f]] and there[facet_of[f]]):
@@ -138,7 +146,7 @@ def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at
         for k in range(3):
             x, y = ends[a, k] - middle[f, k], ends[b, k] - middle[f, k]
             l, m, up, down = l + x * x, m + y * y, up + x * normal[f, k], down + y * normal[f, k]
-        if up * down > 0.0 and (up > 0.0 or not closed):
+        if closed or up * down > 0.0:
             path[count], at[count] = np.sqrt(l) + np.sqrt(m), f
             count += 1
     return count

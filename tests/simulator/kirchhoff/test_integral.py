@@ -184,10 +184,26 @@ def test_ends_can_be_swapped():
     np.testing.assert_allclose(sums[0], sums[1], rtol=1e-9)
 
 
-def _cells(facets, source, receiver, k, reflection):
-    """Kirchhoff's sum between two points that see every facet."""
-    ends = np.stack([source, receiver])
-    ends = Ends(ends, 0.0 * ends, *np.zeros((2, 2), dtype=np.int64), np.ones((1, len(facets)), dtype=bool))
+def test_few_lit_facets_have_their_own_delay():
+    """Cause: one facet in three may stand for a cell's delay; where none of those was lit, far ones did, or the cell
+    was left out."""
+    facets = replace(_small_bin(), creases=no_creases())
+    a, b, k = np.array([1.1, 0.2, 0.3]), np.array([1.0, -0.1, 0.5]), np.array([300.0, 366.0, 420.0])
+    path_m = np.linalg.norm(facets.middle_m - a, axis=1) + np.linalg.norm(facets.middle_m - b, axis=1)
+    facing = np.minimum(*(((end - facets.middle_m) * facets.normal).sum(axis=1) for end in (a, b))) > 0.0
+    near = facing & ~facets.stands & (path_m < path_m.min() + 0.01)
+    for others in (facing & (path_m > 2.1), np.zeros(len(facets), dtype=bool)):
+        some = _cells(facets, a, b, k, _rigid(k), near | others)
+        every = _cells(replace(facets, stands=facing), a, b, k, _rigid(k), near | others)
+        np.testing.assert_allclose(some.length_m, every.length_m, atol=0.02)
+        assert some.length_m.min() == pytest.approx(path_m[near].min(), abs=0.02)
+
+
+def _cells(facets, source, receiver, k, reflection, lit=None):
+    """Kirchhoff's sum between two points that see every facet, or those that are lit."""
+    ends, every = np.stack([source, receiver]), np.ones(len(facets), dtype=bool)
+    lit = (every if lit is None else lit)[None]
+    ends = Ends(ends, 0.0 * ends, *np.zeros((2, 2), dtype=np.int64), lit)
     return scattered(facets, ends, np.array([0]), np.array([1]), Grid.over(facets.radius_m, k), reflection)
 
 
