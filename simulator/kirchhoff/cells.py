@@ -68,7 +68,7 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
     facet, length = np.full(len(pair), -1), np.full(len(pair), np.inf)
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        # few facets may be lit, and none of those that stand for others: what far ones say of the delay is worth nothing
+        # few facets may be lit, and none of those that stand for others: far ones do not have the delay
         left = np.flatnonzero(np.abs(length - centre) > width)
         found, length[left] = _stand_ins(
             facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
