@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from benchmarks.cli import cli
 from benchmarks.gates.comparison import compare_runs, comparison_lines
 from tests.benchmarks.gated_runs import DETECTOR, LATE_M, changed, good_run, one_channel_late, run_of, votes_too_few
-from tests.benchmarks.gates.test_gates import stored
+from tests.benchmarks.gates.verdicts import stored
 from tests.benchmarks.synthetic_run import walk
 
 

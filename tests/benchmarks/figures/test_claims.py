@@ -11,7 +11,7 @@ from benchmarks.figures.paper.claims_measured import Measurement, more_often, of
 from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 from benchmarks.scoring import paper_values
 from tests.benchmarks.gated_runs import run_of
-from tests.benchmarks.gates.test_gates import stored
+from tests.benchmarks.gates.verdicts import stored
 from tests.benchmarks.synthetic_run import made_up_run, walk
 
 

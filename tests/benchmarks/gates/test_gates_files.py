@@ -1,0 +1,58 @@
+"""Files of gates: the shipped ones are valid, and what cannot be is refused with the field that is meant."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.gates.config import gates_path, list_gates, load_gates
+
+MEDIAN = "title: x\nclaims: [{detector: D"
+
+
+@pytest.mark.parametrize("name", list_gates())
+def test_shipped_gates_are_valid(name):
+    assert load_gates(gates_path(name)).title
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("title: x\n", "must hold claims, regression or physics"),
+        ("title: x\nphysics: {gravity: 1}\n", "physics checks must be among .*gravity"),
+        ("title: x\nclaims: [{rate: TP, at_least: 0.9}]\n", "must name its detector"),
+        ("title: x\nclaims: [{detector: D, rate: TP, at_least: 94.6}]\n", "at_least"),
+        ("title: x\nregression: [{detector: D, approach: {speed: 1}}]\n", "a quantity must be one of .*'speed'"),
+        ("title: [x\n", "must be YAML"),
+        (
+            f"{MEDIAN}, quantity: range_eror, at_most: 1}}]",
+            r"claims\[0\].quantity: a quantity must be one of .*range_eror",
+        ),
+        (f"{MEDIAN}, quantity: snr, at_most: -1}}]", r"claims\[0\].at_most: must be greater than 0, got -1"),
+        (
+            f"{MEDIAN}, quantity: snr, at_most: 1, clear_cut: yes}}]",
+            r"clear_cut: is not a field here; there are \['at_mo",
+        ),
+        (f"{MEDIAN}, at_most: 1}}]", r"claims\[0\].quantity: is missing$"),
+        (f"{MEDIAN}}}]", r"claims\[0\]: must be a mapping with a rate or a quantity, got"),
+        ("title: x\nclaims: [5]", r"claims\[0\]: must be a mapping with a rate or a quantity, got 5"),
+        (
+            f"{MEDIAN}, quantity: snr, at_most: 1, standing_range_m: 3}}]",
+            "standing_range_m must be of kind 'standing', got 3",
+        ),
+        (f"{MEDIAN}, rate: TX, at_least: 0.9}}]", r"claims\[0\].rate: must be 'TP' or 'TN', got 'TX'"),
+        (f"{MEDIAN}, rate: TN, at_least: 0.9, left_m: 0.5}}]", r"must not be given for TN, .* got \{'left_m': 0.5\}"),
+        (f"{MEDIAN}, rate: TN, at_least: 0.9, at_tnr: 0.9}}]", r"must not be given for TN, .* got \{'at_tnr': 0.9\}"),
+        (
+            f"{MEDIAN}, rate: TP, at_least: 0.9, least_index_db: .nan}}]",
+            "least_index_db: must be a finite number, got nan",
+        ),
+        (
+            "title: x\nregression: [{detector: D, rates: []}]",
+            "a regression must watch rates or quantities, got none for D",
+        ),
+    ],
+)
+def test_gates_files_that_cannot_be_are_refused(tmp_path, text, says):
+    (tmp_path / "gates.yaml").write_text(text)
+    with pytest.raises(ValueError, match=says):
+        load_gates(tmp_path / "gates.yaml")
