@@ -43,14 +43,14 @@ def detection_index_db(setting: Situation, truth: GroundTruth, beep: BeepDesign,
     alone, phone = replace(setting.scene, obstacles=kept), setting.phone.held_by(None)
     paths = trace_paths(alone, phone, setting.walk.pose(time_s), fidelity, time_s)
     grounds = [o.name for o in kept if o.category == "ground"]
-    paths = paths[of_target(paths, setting.targets[0], grounds) & (paths.mic == 0)]
+    paths = paths[of_target_and_ground(paths, setting.targets[0], grounds) & (paths.mic == 0)]
     peak = max((_peak(paths[paths.pose == k], beep) for k in range(len(time_s))), default=0.0)
     energy = 0.5 * phone.full_scale_gain**2 * _window_energy_s(beep)
     index = 2.0 * peak**2 * energy / density
     return float(10.0 * np.log10(index)) if index > 0.0 else NO_ECHO_DB
 
 
-def of_target(paths: Paths, target: str, grounds: Collection[str]) -> Flags:
+def of_target_and_ground(paths: Paths, target: str, grounds: Collection[str]) -> Flags:
     """(P,) whether a path meets the target, and nothing else but the ground."""
     own = {target, *grounds}
     return np.array([target in met and own.issuperset(met) for met in paths.obstacles_met()], dtype=bool)

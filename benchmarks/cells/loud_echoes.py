@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.cells.detection_index import of_target
+from benchmarks.cells.detection_index import of_target_and_ground
 from benchmarks.cells.situations.situation import Situation
 from obstaclewatch.support.arrays import Floats
 from simulator import Fidelity, Pose, trace_paths
@@ -69,7 +69,7 @@ def one_way_m(points_m: Floats, met: Sequence[str], target: str, mic_m: Floats) 
 def _of_one(paths: Paths, target: str, grounds: Collection[str], mic_m: Floats) -> list[float]:
     """Ascending ranges of the loud echoes among one microphone's paths."""
     met = paths.obstacles_met()
-    own = of_target(paths, target, grounds)
+    own = of_target_and_ground(paths, target, grounds)
     level = np.where(own, np.abs(paths.gain), 0.0)
     loud = np.flatnonzero(own & (level >= level.max(initial=0.0) * 10.0 ** (-LOUD_DB / 20.0)))
     return sorted(one_way_m(paths.points_m[k, 1 : len(met[k]) + 1], met[k], target, mic_m) for k in loud)

@@ -14,7 +14,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot
 from simulator.diffraction.edge_view import EdgeView
-from simulator.diffraction.patch_borders import REACH_RAD
+from simulator.diffraction.patch_borders import BORDER_REACH_RAD
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_tree import EdgeImages
@@ -23,7 +23,7 @@ from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-SQUARE = 1e-3  # cosine between normals under which a face goes on in a mirror: files of float32 round by 1e-5
+SQUARE_COSINE = 1e-3  # cosine between normals under which a face goes on in a mirror: files of float32 round by 1e-5
 BEFORE_M = 5e-3  # a mirror that a face stands on begins nearer to it
 ONTO_M = 1e-3  # over a face, so that the mirror on which it stands is met beside its foot, however that is rounded
 SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square to it
@@ -51,11 +51,11 @@ def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Fl
         along = np.abs(dot(normal, edge.along))
         run = 2.0 * np.abs(dot(normal, edge.start_m) - offset)
         bent = run + np.sqrt(radius**2 + run**2 - 2.0 * radius * run * np.cos(inside))
-        near = (run < radius) & (bent - radius < SPARE * REACH_RAD / search.wavenumber_1_m)
-        square = np.maximum(along, np.abs(dot(normal, face))) < SQUARE
+        near = (run < radius) & (bent - radius < SPARE * BORDER_REACH_RAD / search.wavenumber_1_m)
+        square = np.maximum(along, np.abs(dot(normal, face))) < SQUARE_COSINE
         some = np.flatnonzero(met & in_place & square & near)
         reached[rows[some]] |= _stands(tracing, edge[some], face[some], pose[some], mirror[some])
-        in_place &= ~met | (along > 1.0 - SQUARE)
+        in_place &= ~met | (along > 1.0 - SQUARE_COSINE)
     return reached
 
 

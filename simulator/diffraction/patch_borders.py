@@ -6,8 +6,8 @@ detour d over the border, beyond the straight way by the mirror image, so much o
 
     w erfc(sqrt(jkd)) / 2
 
-arrives where the way misses the mirror, and is taken off where it meets it. It fades out towards `REACH_RAD` of kd,
-where it is a wave of its own.
+arrives where the way misses the mirror, and is taken off where it meets it. It fades out towards `BORDER_REACH_RAD` of
+kd, where it is a wave of its own.
 
 A wave over two edges belongs to two paths, one over each alone. The share w (`weights`) of that over the first edge
 depends on how far its own way is from where it began, straight on or by a mirror path. Each of the three waves of an
@@ -31,7 +31,7 @@ from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
-REACH_RAD = 30.0  # 8 cm of detour: 5 % of the wave are left
+BORDER_REACH_RAD = 30.0  # 8 cm of detour: 5 % of the wave are left
 LEAST_RAD = 1e-8  # detours are rounded by as much
 _GAUSS = np.polynomial.legendre.leggauss(32)
 _PLACE = 6.0 * (0.5 + 0.5 * _GAUSS[0]) ** 4  # e^-36 is left; the closer to 0, the smaller the detours that are resolved
@@ -78,9 +78,9 @@ def shadow_share(detour_m: Floats, own_m: Floats, wavenumber: Floats) -> Complex
         own_m: (R, 3) the edge's `own_detours_m`.
     """
     share, middle = np.zeros((*own_m.shape, len(wavenumber)), dtype=np.complex128), wavenumber.mean()
-    near = np.flatnonzero(middle * detour_m < REACH_RAD)
+    near = np.flatnonzero(middle * detour_m < BORDER_REACH_RAD)
     detour = detour_m[near, None]
-    fading = 0.5 * np.cos(0.5 * np.pi * middle * detour / REACH_RAD) ** 2
+    fading = 0.5 * np.cos(0.5 * np.pi * middle * detour / BORDER_REACH_RAD) ** 2
     wave = fading * np.exp(-1j * detour * wavenumber) * _fresnel(detour * wavenumber)
     share[near] = weights(middle * own_m[near], middle * detour)[:, :, None] * wave[:, None]
     return share

@@ -11,7 +11,7 @@ import numpy as np
 
 from obstaclewatch.support.compiled import compiled, inlined
 
-REACH_RAD = 20.0  # of phase at mid-band: farther out nothing counts, and less and less towards it; errs by 0.04 at most
+OUTLINE_REACH_RAD = 20.0  # at mid-band: farther out nothing counts, and less and less towards it; errs by 0.04 at most
 LONGEST_M = 0.1  # of a facet over which w is not linear
 BENT = 0.001  # of the reach, by which w may depart from a line in the middle of an edge: errs by 0.0015 at most
 TOUCHING = 1e-9  # of the reach: rounding of facets that share an edge

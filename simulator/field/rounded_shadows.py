@@ -27,7 +27,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.single import point_slot
-from simulator.field.outlines import DIRECTION, REACH_RAD, behind_outlines
+from simulator.field.outlines import DIRECTION, OUTLINE_REACH_RAD, behind_outlines
 from simulator.images.given_planes import mirrored
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest, rotated
@@ -57,7 +57,7 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     rows = np.flatnonzero(passes_around(found))
     if not len(rows):
         return factor
-    reach = float(np.sqrt(2.0 * REACH_RAD / search.wavenumber_1_m))
+    reach = float(np.sqrt(2.0 * OUTLINE_REACH_RAD / search.wavenumber_1_m))
     segments, met = _segments(found[rows]), search.tracing.world.parts_met(found.sequence[rows])
     frame = placed[found.pose[rows[segments.ray]]][:, parts.obstacle]
     near = _near(segments, frame, parts.box_m, reach) & ~met[segments.ray]

@@ -27,8 +27,8 @@ from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
-from simulator.diffraction.faces_in_mirrors import SQUARE
-from simulator.diffraction.patch_borders import REACH_RAD, fill_rest, over_edge, own_detours_m, shadow_share
+from simulator.diffraction.faces_in_mirrors import SQUARE_COSINE
+from simulator.diffraction.patch_borders import BORDER_REACH_RAD, fill_rest, over_edge, own_detours_m, shadow_share
 from simulator.diffraction.single import clear_of_faces, point_slot, views_of, within
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
@@ -196,7 +196,7 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
     wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
     edges = wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex]
-    most = REACH_RAD / search.wavenumber_1_m
+    most = BORDER_REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(
         *ends, *within, found.pose[path], borders, met, search.tracing.placed, *edges, world.edge_balls, most
     )  # type: ignore[call-arg]
@@ -231,7 +231,7 @@ def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segme
     between = (first[:, None] <= slot) & (slot <= last[:, None]) & mirror[path]
     for side in range(2):
         normal = tracing.mirrors.normal[found.pose, faces[:, side]]
-        aslant = np.abs(dot(found.normal, normal[:, None])) > SQUARE
+        aslant = np.abs(dot(found.normal, normal[:, None])) > SQUARE_COSINE
         met[:, 2 + side] = np.where((aslant[path] & between).any(axis=1), -1, planes[faces[path, side]])
     return met
 

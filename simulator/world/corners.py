@@ -17,7 +17,7 @@ from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
 
-SQUARE = 2e-7  # sine of the lean under which a corner is square: its two images, 4 times that apart at 1 m, are one
+SQUARE_SINE = 2e-7  # of the lean under which a corner is square: its two images, 4 times that apart at 1 m, are one
 NARROWEST_RAD = np.pi / 3.0  # between face and mirror; in narrower corners sound is reflected more than three times
 PARALLEL = 1e-3  # sine of the angle between planes that meet nowhere in particular
 TOUCHING_M = 2e-3  # a face whose border is this close to a mirror stands on it: an eighth of the wavelength
@@ -60,7 +60,7 @@ def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, follows
     at, patch = np.nonzero(touches & ~carried[wedges.obstacle[row], None])
     inside = norm(point[at] - patches.center_m[patch]) <= patches.radius_m[patch]
     slant = norm(np.cross(wedges.along[row[at]], patches.normal[patch]))
-    at, patch = at[inside & (slant > SQUARE)], patch[inside & (slant > SQUARE)]
+    at, patch = at[inside & (slant > SQUARE_SINE)], patch[inside & (slant > SQUARE_SINE)]
     found[row[at], end[at]] = patch
     return found
 
@@ -71,7 +71,7 @@ def _meeting(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carri
     cosine: Floats = np.abs(normal @ normal.T)
     height: Floats = np.abs(patches.center_m @ normal.T - patches.offset_m)
     meets: Flags = follows & (height <= radius[:, None] + TOUCHING_M)
-    meets &= meets.T & (cosine > SQUARE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
+    meets &= meets.T & (cosine > SQUARE_SINE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
     face, mirror = np.nonzero(meets)
     moves = carried | velocity_m_s.any(axis=1)
     wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))

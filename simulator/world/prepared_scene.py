@@ -37,7 +37,7 @@ from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
 from simulator.world.frames import Carrier, Frames
 from simulator.world.mirrors import facing
-from simulator.world.rounded_parts import facets_of, loose, rounded_facets, rounded_parts
+from simulator.world.rounded_parts import corners_of, loose, rounded_facets, rounded_parts
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
 
@@ -213,7 +213,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
     rounded, sharp = rounded_parts(readings, own), blockers
     if len(rounded):
-        left = [loose(facets_of(r, ~o)) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
+        left = [loose(corners_of(r, ~o)) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
         sharp = _blockers(left, moves, faces.obstacle[crack], strip)
     return World(
         obstacles, carried, origin_m, patches, follows,

@@ -71,7 +71,7 @@ def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:
 def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedParts:
     """What is rounded (`rounded_facets`) of all obstacles."""
     owners = [(i, rows) for i, own in enumerate(rounded) for rows in _in_parts(readings[i], own)]
-    corners = [facets_of(readings[i], rows) for i, rows in owners]
+    corners = [corners_of(readings[i], rows) for i, rows in owners]
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
@@ -105,7 +105,7 @@ def _own_patches(readings: list[MeshReading], owners: list[tuple[int, Ints]]) ->
     return own
 
 
-def facets_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
+def corners_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
     """(F, 3, 3) corners of some facets of an obstacle."""
     found: Floats = np.asarray(reading.mesh.vertices)[np.asarray(reading.mesh.faces)[chosen]]
     return found

@@ -10,7 +10,7 @@ import trimesh
 from scipy.special import fresnel
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.field.outlines import DIRECTION, REACH_RAD, behind_outlines
+from simulator.field.outlines import DIRECTION, OUTLINE_REACH_RAD, behind_outlines
 from tests.references import rigid_cylinder, two_cylinders
 
 SPEED_M_S = 343.0
@@ -212,7 +212,7 @@ def test_behind_a_strip_fresnels_integrals_come_out(begin, end, turn_rad):
     behind_outlines(
         corner, ball, np.array([0, len(corner)]), np.array([0]), np.zeros((1, 3)), np.array([[4.0, 0.0, 0.0]]),
         np.array([[1.0, 0.0, 0.0]]), across[None], np.zeros((1, 2, 3)), np.zeros(1), np.array([4.0]), np.array([0]),
-        np.array([wavenumber]), np.sqrt(2.0 * REACH_RAD / wavenumber), DIRECTION, found,
+        np.array([wavenumber]), np.sqrt(2.0 * OUTLINE_REACH_RAD / wavenumber), DIRECTION, found,
     )  # type: ignore[call-arg]  # fmt: skip
     sine, cosine = fresnel(np.array([begin, end]))
     exact = 1.0 - 0.5 * (1.0 + 1j) * np.diff(cosine - 1j * sine)[0]
