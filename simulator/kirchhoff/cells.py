@@ -66,15 +66,17 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
     pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
     width = grid.taps * STEP_M
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
-    facet, length = np.full(len(pair), -1), np.full(len(pair), np.inf)
+    facet, length, left = np.full(len(pair), -1), np.full(len(pair), np.inf), np.arange(len(pair))
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        # few facets may be lit, and none of those that stand for others: far ones do not have the delay
-        left = np.flatnonzero(np.abs(length - centre) > width)
         found, length[left] = _stand_ins(
             facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
             ends.point_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left], wanted[left], width,
         )  # type: ignore[call-arg]  # fmt: skip
-        facet[left] = np.where(found >= 0, some[found], -1)
+        facet[left[found >= 0]] = some[found[found >= 0]]
+        # few facets may be lit, and none of those that stand for others: far ones do not have the delay
+        left = np.flatnonzero(np.abs(length - centre) > width)
+        if not len(left):
+            break
     found = np.flatnonzero(facet >= 0)
     turn = np.exp(1j * (length - centre)[found, None] * grid.wavenumber_rad_m)
     return Cells(pair[found], facet[found], length[found], gain[found] * turn)

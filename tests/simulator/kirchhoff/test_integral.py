@@ -197,6 +197,8 @@ def test_few_lit_facets_have_their_own_delay():
         every = _cells(replace(facets, stands=facing), a, b, k, _rigid(k), near | others)
         np.testing.assert_allclose(some.length_m, every.length_m, atol=0.02)
         assert some.length_m.min() == pytest.approx(path_m[near].min(), abs=0.02)
+    none = _cells(replace(facets, stands=np.zeros(len(facets), dtype=bool)), a, b, k, _rigid(k), near)
+    np.testing.assert_array_equal(none.length_m, some.length_m)
 
 
 def _cells(facets, source, receiver, k, reflection, lit=None):
