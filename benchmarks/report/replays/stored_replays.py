@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from tqdm import tqdm
 
 from benchmarks.cells.fingerprint import ROOT, source_fingerprint
+from benchmarks.cells.memory import return_freed_memory
 from benchmarks.cells.spec import Cell
 from benchmarks.report.replays.chosen_walks import ChosenWalk
 from benchmarks.runs.store import read_sealed, to_json, write_cell
@@ -80,6 +81,8 @@ def _computed(stored_cell: Mapping[str, Any]) -> dict[str, Any]:
         return {"error": f"its settings are of another version of the source: {error.errors()[0]['msg']}"}
     except (ValueError, FileNotFoundError) as error:
         return {"error": str(error)}
+    finally:
+        return_freed_memory()
 
 
 def _entry(walk: ChosenWalk, numbers: Mapping[str, Any]) -> dict[str, Any]:
