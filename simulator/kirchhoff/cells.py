@@ -68,11 +68,11 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
     facet, length, left = np.full(len(pair), -1), np.full(len(pair), np.inf), np.arange(len(pair))
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        found, length[left] = _stand_ins(
+        chosen, length[left] = _stand_ins(
             facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
             ends.point_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left], wanted[left], width,
         )  # type: ignore[call-arg]  # fmt: skip
-        facet[left[found >= 0]] = some[found[found >= 0]]
+        facet[left[chosen >= 0]] = some[chosen[chosen >= 0]]
         # few facets may be lit, and none of those that stand for others: far ones do not have the delay
         left = np.flatnonzero(np.abs(length - centre) > width)
         if not len(left):
