@@ -30,11 +30,7 @@ def worker_processes(task: Task, cells: Sequence[Cell], jobs: int) -> Iterator[D
 
 
 def _done_and_freed(task: Task, cell: Cell) -> Done:
-    """One cell. Workers that hold 300 MB more than after their first are replaced by joblib where psutil is installed.
-
-    What large arrays leave in the heap counts. Each replacement takes some 5 s: libraries and compiled functions are
-    loaded, and meshes are prepared anew.
-    """
+    """One cell, so that the worker is kept for the next (`return_freed_memory`)."""
     done = task(cell)
     return_freed_memory()
     return done

@@ -14,8 +14,6 @@ QUANTITIES = {
     "range_error": 0.005, "range_bias": 0.005, "path_difference_bias": 0.0005, "bearing_error": 0.02,
     "no_estimate": 0.02, "candidates": 0.1, "snr": 0.3, "alerts": 0.01,
 }  # fmt: skip
-
-
 REGRESSION = Gates.model_validate(
     {
         "title": "test",

@@ -18,8 +18,6 @@ from obstaclewatch.support.arrays import Floats
 
 BLOCK, BLOCKS = 12_000, 4_500  # 430 MB of what comes from the heap, not from the system one by one
 CHECKED_S = 1.1  # joblib looks at a worker's memory at most once a second
-
-
 KEPT: list[Floats] = []
 
 
