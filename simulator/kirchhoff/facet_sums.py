@@ -1,8 +1,8 @@
 """The sum over facets, compiled: one evaluation a facet and pair of ends at the band's centre, spread over path length.
 
 Float32 and no branches within the rows, so that the compiler works on eight facets at a time: 0.05 mm of rounding in
-a path of metres is 2e-4 rad of phase, -70 dB of what each facet adds, at random. No fastmath: it takes the phase's
-reduction apart, gains no time here, and made functions just compiled differ in their last bits from stored ones.
+a path of metres is 2e-4 rad of phase, -70 dB of what each facet adds, at random. Rows are worked on as far as whole
+vectors reach, since the few facets left over took as long as all others: what lies beyond a block's last is not added.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Ints
-from obstaclewatch.support.compiled import compiled, inlined
-from simulator.kirchhoff.facet_waves import HALF, NONE, ONE, SINGLE, THIRD, TWO, bent_wave, either, mean_wave, turn
+from obstaclewatch.support.compiled import fused, fused_inline
+from simulator.kirchhoff.facet_waves import HALF, NONE, ONE, SINGLE, THIRD, TWO, either, facet_wave, turn
 from simulator.surfaces.facets import BLOCK, Facets
 
+VECTOR = 16  # facets
 WIDE = BLOCK  # a constant: offsets known to the compiler spare it a check of every pair of rows for overlap
 _PER_EIGHT, _SIXTH, _PER_24 = SINGLE(1 / 8), SINGLE(1 / 6), SINGLE(1 / 24)
 _PER_4_PI = SINGLE(0.25 / np.pi)
@@ -26,24 +27,34 @@ Blocks = tuple[NDArray[np.float32], Ints, Ints]
 
 def blocks_of(facets: Facets) -> Blocks:
     """What `add_facets` takes: (B, 16 * WIDE) columns block by block, (B + 1,) where each begins, (F,) `part_of`."""
-    size = np.diff(facets.start)
-    used = np.arange(WIDE) < size[:, None]
-    one, other, third = facets.corner_m.transpose(1, 2, 0)
-    mean = (one + other + third) / 3.0
-    values = *(facets.middle_m - facets.center_m).T, *facets.normal.T, facets.area_m2
-    values += *(one - mean), *(other - mean), *facets.bulge_m.T
-    rows = np.zeros((len(size), 16, WIDE), dtype=np.float32)
-    for column, value in enumerate(values):
-        rows[:, column][used] = value
-    return rows.reshape(len(size), 16 * WIDE), facets.start, facets.part_of
+    about = facets.middle_m - facets.center_m
+    rows = _rows(facets.start, about, facets.normal, facets.area_m2, facets.corner_m, facets.bulge_m)
+    return rows, facets.start, facets.part_of
 
 
-@compiled
+@fused
+def _rows(start, about, normal, area, corner, bulge):
+    """The columns from centroids (F, 3) about the body, normals, areas, corners (F, 3, 3) and bulges (F, 3)."""
+    rows = np.zeros((len(start) - 1, 16 * WIDE), np.float32)
+    for block in range(len(rows)):
+        row = rows[block]
+        for p in range(start[block + 1] - start[block]):
+            f = start[block] + p
+            row[6 * WIDE + p] = area[f]
+            for k in range(3):
+                mean = (corner[f, 0, k] + corner[f, 1, k] + corner[f, 2, k]) / 3.0
+                row[k * WIDE + p], row[(3 + k) * WIDE + p] = about[f, k], normal[f, k]
+                row[(7 + k) * WIDE + p], row[(10 + k) * WIDE + p] = corner[f, 0, k] - mean, corner[f, 1, k] - mean
+                row[(13 + k) * WIDE + p] = bulge[f, k]
+    return rows
+
+
+@fused
 def add_facets(
     rows, start, part_of, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
     total,
 ):  # fmt: skip
-    """Add all facets to the grids of all pairs, group by group of ends.
+    """Add all facets to the grids of all pairs, block by block and group by group of ends.
 
     Args:
         rows: (B, 16 * WIDE) float32, block by block and one after the other: x, y, z of the centroids about the body's
@@ -64,11 +75,12 @@ def add_facets(
     segments = np.empty((most, 9 * WIDE), np.float32)
     pair = np.empty(6 * WIDE, np.float32)
     shown = _shown(lit, start, part_of)
-    for g in range(len(end_start) - 1):
-        first_end = end_start[g]
-        for block in range(len(rows)):
-            begin, part, best = start[block], rows[block], NOTHING
-            count = start[block + 1] - begin
+    for block in range(len(rows)):  # outside, since the rows of a body fill no processor's cache
+        begin, part = start[block], rows[block]
+        count = start[block + 1] - begin
+        padded = (count + VECTOR - 1) // VECTOR * VECTOR
+        for g in range(len(end_start) - 1):
+            first_end, best = end_start[g], NOTHING
             for e in range(first_end, end_start[g + 1]):
                 best = max(best, shown[view[e], block])
             if best != SOME:
@@ -77,17 +89,17 @@ def add_facets(
                 if shown[view[e], block] != NOTHING:
                     segment = segments[e - first_end]
                     _light(lit[view[e]], begin, count, part_of, segment[6 * WIDE :])
-                    _segment(part, count, ends[e], wavenumber, closed, segment)
+                    _segment(part, padded, ends[e], wavenumber, closed, segment)
             for r in range(pair_start[g], pair_start[g + 1]):
                 a, b = first[r], second[r]
                 here, there = shown[view[a], block], shown[view[b], block]
                 if min(here, there) != NOTHING and max(here, there) == SOME:
                     here, there = segments[a - first_end], segments[b - first_end]
-                    _pair(part, count, here, there, wavenumber, lead, ONE / step, pair)
+                    _pair(part, padded, here, there, wavenumber, lead, ONE / step, pair)
                     _onto_grid(pair, count, table, total[r])
 
 
-@inlined
+@fused_inline
 def _shown(lit, start, part_of):
     """(V, B) what each view shows of each block."""
     shown = np.full((len(lit), len(start) - 1), NOTHING, np.int8)
@@ -102,7 +114,7 @@ def _shown(lit, start, part_of):
     return shown
 
 
-@inlined
+@fused_inline
 def _light(lit, begin, count, part_of, light):
     """Fill rows: 1 for the facets that are lit, 0 for others; two rows on 1 for quarters of a facet that is."""
     for p in range(count):
@@ -111,7 +123,7 @@ def _light(lit, begin, count, part_of, light):
         light[2 * WIDE + p] = whole >= 0 and lit[whole]
 
 
-@inlined
+@fused_inline
 def _segment(part, count, end, wavenumber, closed, segment):
     """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
 
@@ -135,7 +147,7 @@ def _segment(part, count, end, wavenumber, closed, segment):
         segment[6 * WIDE + p], segment[7 * WIDE + p] = weight * cosine, -weight * sine
 
 
-@inlined
+@fused_inline
 def _falling(x):
     """e^-x, x from 0 to a few: the eighth power of a polynomial, to 2e-4 at -20 dB."""
     y = x * _PER_EIGHT
@@ -144,7 +156,7 @@ def _falling(x):
     return (square * square) * (square * square)
 
 
-@inlined
+@fused_inline
 def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
     """Fill rows: what each facet adds, complex, its first moment on the grid, complex, its place there, the cosine."""
     per_turn = per_step / wavenumber
@@ -154,10 +166,9 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         hz = a[5 * WIDE + p] + b[5 * WIDE + p]
         first = wavenumber * (hx * part[7 * WIDE + p] + hy * part[8 * WIDE + p] + hz * part[9 * WIDE + p])
         second = wavenumber * (hx * part[10 * WIDE + p] + hy * part[11 * WIDE + p] + hz * part[12 * WIDE + p])
-        mean_real, mean_imag, more_real, more_imag = mean_wave(first, second)
         steep = wavenumber * (a[WIDE + p] + b[WIDE + p])
         one, other, third = steep * part[13 * WIDE + p], steep * part[14 * WIDE + p], steep * part[15 * WIDE + p]
-        bent_real, bent_imag = bent_wave(first, second, one, other, third)
+        mean_real, mean_imag, more_real, more_imag, bent_real, bent_imag = facet_wave(first, second, one, other, third)
         level = THIRD * (one + other + third)  # the centroid lies on the rounded surface: its phase has the mean
         bent_real, bent_imag = bent_real - level * mean_real, bent_imag - level * mean_imag
         mean_real, mean_imag = mean_real - bent_imag, mean_imag + bent_real
@@ -176,7 +187,7 @@ def _pair(part, count, a, b, wavenumber, lead, per_step, pair):
         pair[5 * WIDE + p] = np.sqrt(max(both, NONE))
 
 
-@inlined
+@fused_inline
 def _onto_grid(pair, count, table, total):
     """Share what each facet adds between two points of the grid, so that sum and first moment over path are right."""
     steps = SINGLE(table.shape[1] - 1)

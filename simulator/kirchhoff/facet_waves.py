@@ -1,8 +1,8 @@
 """Waves of one facet, compiled: means of e^{j phase} over a triangle on which the phase runs linearly.
 
-Float32 without a branch, so that the compiler works on eight facets at a time. `mean_wave` takes the surface for flat;
-`bent_wave` is what a rounded one has beyond that, to first order in how far it stands off: without it facets of 8 cm
-moved the echo of a sphere of 15 cm by 1.0 dB, with it by 0.26.
+Float32 without a branch, so that the compiler works on eight facets at a time. What a rounded surface has beyond a flat
+one is kept to first order in how far it stands off: without it facets of 8 cm moved the echo of a sphere of 15 cm by
+1.0 dB, with it by 0.26. Both follow from the sines and cosines of half the lowest and half the highest phase.
 """
 
 from __future__ import annotations
@@ -26,32 +26,59 @@ _B0, _B1, _B2, _B3, _B4, _B5 = (SINGLE(1 / each) for each in (4, 5, 12, 42, 192,
 
 
 @inlined
-def mean_wave(x, y):
-    """Mean of e^{j phase} over a triangle on which it is linear, x and y at two corners, 0 in the middle; its growth.
+def facet_wave(x, y, u, v, w):
+    """Means over a triangle on which the phase is linear, x and y at two corners, 0 in the middle.
 
-    A divided difference of the exponential: of half the lowest and half the highest phase all of it follows. The growth
-    is the derivative where all phases grow alike, as they do with frequency.
+    Of e^{j phase}; of its growth, the derivative where all phases grow alike, as they do with frequency; and of
+    q e^{j phase} for a quadratic q: 0 at the corners and u, v, w in the middle of the edge across from each.
     """
-    z = -(x + y)
-    low, high = min(x, min(y, z)), max(x, max(y, z))
+    low, mid, u, v = _in_order(x, y, u, v)
+    mid, high, v, w = _in_order(mid, -(x + y), v, w)
+    low, mid, u, v = _in_order(low, mid, u, v)
+    halves = _halves(low, high)
+    real, imag, more_real, more_imag = _mean_wave(low, mid, high, halves)
+    bent_real, bent_imag = _bent_wave(low, mid, high, u, v, w, halves)
+    return real, imag, more_real, more_imag, bent_real, bent_imag
+
+
+@inlined
+def _halves(low, high):
+    """Sines and cosines of half the lowest and half the highest phase, and of half of what each is off the middle one.
+
+    All phases add up to 0: half of the highest less the middle one is the highest and half of the lowest.
+    """
     sin_low, cos_low = turn(HALF * low)
     sin_high, cos_high = turn(HALF * high)
-    sin_twice_low, cos_twice_low = TWO * sin_low * cos_low, ONE - TWO * sin_low * sin_low
-    sin_twice_high, cos_twice_high = TWO * sin_high * cos_high, ONE - TWO * sin_high * sin_high
-    up, down = high + HALF * low, -low - HALF * high  # half way from the middle phase to either
+    sin_twice_low, cos_twice_low = _doubled(sin_low, cos_low)
+    sin_twice_high, cos_twice_high = _doubled(sin_high, cos_high)
+    sin_up = sin_twice_high * cos_low + cos_twice_high * sin_low
+    cos_up = cos_twice_high * cos_low - sin_twice_high * sin_low
+    sin_down = -(sin_twice_low * cos_high + cos_twice_low * sin_high)
+    cos_down = cos_twice_low * cos_high - sin_twice_low * sin_high
+    return sin_low, cos_low, sin_high, cos_high, sin_up, cos_up, sin_down, cos_down
+
+
+@inlined
+def _doubled(sine, cosine):
+    """Sine and cosine of twice an angle."""
+    return TWO * sine * cosine, ONE - TWO * sine * sine
+
+
+@inlined
+def _mean_wave(low, mid, high, halves):
+    """Mean of e^{j phase}, a divided difference of the exponential, and its growth."""
+    sin_low, cos_low, sin_high, cos_high, sin_up, cos_up, sin_down, cos_down = halves
+    up, down, span = HALF * (high - mid), HALF * (mid - low), high - low
     safe_up, safe_down = max(up, _NEAR), max(down, _NEAR)
-    sinc_up = (sin_twice_high * cos_low + cos_twice_high * sin_low + (safe_up - up)) / safe_up
-    sinc_down = (safe_down - down - sin_twice_low * cos_high - cos_twice_low * sin_high) / safe_down
-    rise_up = cos_twice_high * cos_low - sin_twice_high * sin_low - sinc_up
-    rise_down = cos_twice_low * cos_high - sin_twice_low * sin_high - sinc_down
-    span = high - low
+    sinc_up, sinc_down = (sin_up + (safe_up - up)) / safe_up, (sin_down + (safe_down - down)) / safe_down
+    rise_up, rise_down = cos_up - sinc_up, cos_down - sinc_down
     per = TWO / max(span, _FLAT)
     real, imag = per * (sin_high * sinc_down - sin_low * sinc_up), per * (cos_high * sinc_down - cos_low * sinc_up)
     low_real = HALF * (high * cos_high * sinc_down - low * cos_low * sinc_up)
     low_imag = HALF * (low * sin_low * sinc_up - high * sin_high * sinc_down)
     more_real = low_real + sin_high * rise_down - sin_low * rise_up
     more_imag = low_imag + cos_high * rise_down - cos_low * rise_up
-    square, cube = HALF * (x * x + y * y + z * z), x * y * z
+    square, cube = HALF * (low * low + mid * mid + high * high), low * mid * high
     wide = either(span - _FLAT)
     flat_real, flat_imag = ONE + square * (_M2 + square * _M4), -cube * _M3
     growth_real, growth_imag = square * (TWO * _M2 + square * _FOUR * _M4), -_THREE * cube * _M3
@@ -64,25 +91,24 @@ def mean_wave(x, y):
 
 
 @inlined
-def bent_wave(x, y, u, v, w):
-    """Mean of q e^{j phase} over a triangle on which the phase is linear, as in `mean_wave`, and q quadratic.
+def _bent_wave(low, mid, high, u, v, w, halves):
+    """Mean of q e^{j phase}, q in the middle of the edges across from the lowest, middle and highest corner.
 
-    q is 0 at the corners and u, v, w in the middle of the edge across from each. Over lines of equal phase its mean is
-    quadratic on either side of the middle corner, and these lines are as long as they are far from the outer one.
+    Over lines of equal phase its mean is quadratic on either side of the middle corner, and these lines are as long as
+    they are far from the outer one.
     """
-    low, mid, u, v = _in_order(x, y, u, v)
-    mid, high, v, w = _in_order(mid, -(x + y), v, w)
-    low, mid, u, v = _in_order(low, mid, u, v)
-    sin_low, cos_low = turn(low)
-    sin_high, cos_high = turn(high)
-    cos_mid, sin_mid = cos_low * cos_high - sin_low * sin_high, -(sin_low * cos_high + cos_low * sin_high)
+    sin_low, cos_low, sin_high, cos_high, sin_up, cos_up, sin_down, cos_down = halves
+    sin_low, cos_low = _doubled(sin_low, cos_low)
+    sin_high, cos_high = _doubled(sin_high, cos_high)
+    sin_up, cos_up = _doubled(sin_up, cos_up)
+    sin_down, cos_down = _doubled(sin_down, cos_down)
     down, up = mid - low, high - mid
     share = down / max(high - low, _NEARER)
-    a, b, c, d = _moments(down, sin_mid * cos_low - cos_mid * sin_low, cos_mid * cos_low + sin_mid * sin_low)
+    a, b, c, d = _moments(down, sin_down, cos_down)
     linear, square = _along(u, v, w, share)
     real, imag = linear * a + square * c, linear * b + square * d
     low_real, low_imag = cos_low * real - sin_low * imag, cos_low * imag + sin_low * real
-    a, b, c, d = _moments(up, sin_high * cos_mid - cos_high * sin_mid, cos_high * cos_mid + sin_high * sin_mid)
+    a, b, c, d = _moments(up, sin_up, cos_up)
     linear, square = _along(w, v, u, ONE - share)
     real, imag = linear * a + square * c, -(linear * b + square * d)
     return low_real + cos_high * real - sin_high * imag, low_imag + cos_high * imag + sin_high * real
