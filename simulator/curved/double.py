@@ -164,8 +164,7 @@ def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sightin
     """Where a surface mirrors images of the phone's middle into targets (N, 3)."""
     tracing = search.tracing
     surface, middle = tracing.world.surfaces[index], _middle(tracing)
-    ends = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
-    extent = float(np.linalg.norm(ends - middle[:, None], axis=2).max())
+    extent = float(np.linalg.norm(tracing.transducers_m - middle[:, None], axis=2).max())
     images = images_of(search, surface, middle, search.max_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]
     frame = tracing.placed[images.pose, surface.obstacle]

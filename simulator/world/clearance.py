@@ -28,7 +28,7 @@ def check_poses(tracing: Tracing) -> None:
         ValueError: a transducer is inside a closed body or outside of a room, or an obstacle stands between the speaker
             and a microphone.
     """
-    points = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
+    points = tracing.transducers_m
     for index in _at_rest_or_drifting(tracing):
         _check_inside(tracing, index, points)
     for mic in range(2):

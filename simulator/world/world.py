@@ -142,6 +142,11 @@ class Tracing:
     placed: Floats
 
     @cached_property
+    def transducers_m(self) -> Floats:
+        """(N, 3, 3) speaker and microphones."""
+        return np.concatenate([self.source_m[:, None], self.mics_m], axis=1)
+
+    @cached_property
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
         return placed_mirrors(self.world.patches, self.world.follows, self.placed)

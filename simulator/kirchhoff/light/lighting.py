@@ -113,9 +113,8 @@ def lit_facets(
 
 def _views(tracing: Tracing, facets: Facets, sights: Sights, light: Light) -> tuple[Views, Between, Ints]:
     """The views that images (E,) have of a body, those that they lie between, and (E,) which view each has."""
-    points, first = _asked_from(tracing, facets, light.alike)
-    views, number = Views.distinct(tracing, points, sights.pose, first[sights.pose, sights.side], sights)
-    return views, Between.of(views, _runs(tracing, facets, points.mean(axis=1), light.agreed)), number
+    views, number = Views.distinct(tracing, facets, sights, light.alike)
+    return views, Between.of(views, _runs(tracing, facets, light.agreed)), number
 
 
 @compiled
@@ -351,25 +350,14 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
     return free
 
 
-def _asked_from(tracing: Tracing, facets: Facets, alike: float) -> tuple[Floats, Ints]:
-    """(N, 3, 3) where light is asked from for each transducer, the middle of those alike; (N, 3) the first of these."""
-    transducers = np.concatenate([tracing.source_m[:, None], tracing.mics_m], axis=1)
-    seen_from = into_rest(transducers.mean(axis=1), tracing.placed[:, facets.obstacle])
-    # the nearest part counts: 0.9 m before a car's bonnet its centre is 3 m off
-    in_box = np.clip(seen_from, facets.middle_m.min(axis=0), facets.middle_m.max(axis=0))
-    reach = alike * np.linalg.norm(seen_from - in_box, axis=1)
-    together = np.linalg.norm(transducers[:, :, None] - transducers[:, None], axis=3) <= reach[:, None, None]
-    return together @ transducers / together.sum(axis=2, keepdims=True), together.argmax(axis=2)
-
-
-def _runs(tracing: Tracing, facets: Facets, phone_m: Floats, apart: float) -> Ints:
+def _runs(tracing: Tracing, facets: Facets, apart: float) -> Ints:
     """(N,) which run of poses each is of: within one nothing moves far, re the distance, relative to the body."""
     frame = tracing.placed[:, facets.obstacle]
-    seen_from = into_rest(phone_m, frame)
+    seen_from = into_rest(tracing.transducers_m.mean(axis=1), frame)
     others = into_rest(tracing.placed[:, :, :3], frame[:, None])
     distance = np.linalg.norm(seen_from - facets.center_m, axis=1)
-    run, k = np.zeros(len(phone_m), dtype=np.int64), 0
-    for n in range(1, len(phone_m)):
+    run, k = np.zeros(len(seen_from), dtype=np.int64), 0
+    for n in range(1, len(seen_from)):
         moved = np.linalg.norm(seen_from[n] - seen_from[k]) + np.linalg.norm(others[n] - others[k], axis=1).max()
         run[n] = run[n - 1]
         if moved > apart * distance[n]:
