@@ -2,7 +2,7 @@
 
 Float32 and no branches within the rows, so that the compiler works on eight facets at a time: 0.05 mm of rounding in
 a path of metres is 2e-4 rad of phase, -70 dB of what each facet adds, at random. Rows are worked on as far as whole
-vectors reach, since the few facets left over took as long as all others: what lies beyond a block's last is not added.
+vectors reach, one facet at a time being slow; what comes of it past the last of a block is not added.
 """
 
 from __future__ import annotations
