@@ -111,18 +111,13 @@ def _loss(tracing: Tracing, surface: SmoothSurface) -> float:
     return float(np.abs(material.reflection(np.array([REFERENCE_HZ]), np.linspace(0.05, 1.0, 20)[:, None])).max())
 
 
-def _middle(tracing: Tracing) -> Floats:
-    """(N, 3) middle of speaker and microphones: the same whichever of them speaks."""
-    return (tracing.source_m + tracing.mics_m.sum(axis=1)) / 3.0
-
-
 def _shortest(tracing: Tracing, pair: tuple[int, int], middles: list[Floats]) -> Floats:
     """(N,) no way from the phone over both surfaces and back is shorter.
 
     Args:
         middles: (N, 3) of each surface's bounding sphere.
     """
-    phone, (first, second) = _middle(tracing), (middles[index] for index in pair)
+    phone, (first, second) = tracing.middle_m, (middles[index] for index in pair)
     radius = [tracing.world.surfaces[index].radius_m for index in pair]
     out = np.maximum(np.linalg.norm(first - phone, axis=1) - radius[0], 0.0)
     back = np.maximum(np.linalg.norm(second - phone, axis=1) - radius[1], 0.0)
@@ -153,7 +148,7 @@ def _spots(tracing: Tracing, index: int, other_m: Floats, poses: Ints) -> Floats
     frame = tracing.placed[poses, surface.obstacle]
     groups = surface.clusters.spot_m
     place = out_of_rest(np.broadcast_to(groups, (len(frame), *groups.shape)), frame[:, None])
-    ends = _middle(tracing)[poses], other_m[poses]
+    ends = tracing.middle_m[poses], other_m[poses]
     way = sum(np.linalg.norm(place - end[:, None], axis=2) for end in ends)
     spot = np.full((len(tracing.pose), 3), np.nan)
     spot[poses] = place[np.arange(len(poses)), np.argmin(way, axis=1)]
@@ -163,7 +158,7 @@ def _spots(tracing: Tracing, index: int, other_m: Floats, poses: Ints) -> Floats
 def _sighted(search: Search, index: int, target: Floats, poses: Ints) -> Sighting:
     """Where a surface mirrors images of the phone's middle into targets (N, 3)."""
     tracing = search.tracing
-    surface, middle = tracing.world.surfaces[index], _middle(tracing)
+    surface, middle = tracing.world.surfaces[index], tracing.middle_m
     extent = float(np.linalg.norm(tracing.transducers_m - middle[:, None], axis=2).max())
     images = images_of(search, surface, middle, search.max_order - 2, extent)
     images = images[np.flatnonzero(np.isin(images.pose, poses))]

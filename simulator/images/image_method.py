@@ -249,21 +249,26 @@ def inside_patch(mirrors, n, p, x, y, z):
 def nearest_border_m(mirrors, point, pose, sequence):
     """(R,) distance of points (N, 3) at poses (R,) from outlines of mirrors (R, K), -1 padded; infinite from none."""
     least = np.full(len(pose), np.inf)
-    edges, at = mirrors.edge_m, np.empty(3)
     for r in range(len(pose)):
         for p in sequence[r]:
             if p < 0:
                 continue
             frame = mirrors.frames[pose[r], mirrors.obstacle[p]]
             x, y, c, s = point[pose[r], 0] - frame[0], point[pose[r], 1] - frame[1], np.cos(frame[3]), np.sin(frame[3])
-            at[0], at[1], at[2] = c * x + s * y, c * y - s * x, point[pose[r], 2] - frame[2]
+            at = (c * x + s * y, c * y - s * x, point[pose[r], 2] - frame[2])
             for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
-                along = square = miss = 0.0
-                for k in range(3):
-                    step = edges[e, 1, k] - edges[e, 0, k]
-                    along, square = along + (at[k] - edges[e, 0, k]) * step, square + step * step
-                share = min(1.0, max(0.0, along / square)) if square > 0.0 else 0.0
-                for k in range(3):
-                    miss += (at[k] - edges[e, 0, k] - share * (edges[e, 1, k] - edges[e, 0, k])) ** 2
-                least[r] = min(least[r], np.sqrt(miss))
+                least[r] = min(least[r], _from_segment(at, mirrors.edge_m[e]))
     return least
+
+
+@inlined
+def _from_segment(at, edge):
+    """Distance of a point from a segment (2, 3)."""
+    along = square = miss = 0.0
+    for k in range(3):
+        step = edge[1, k] - edge[0, k]
+        along, square = along + (at[k] - edge[0, k]) * step, square + step * step
+    share = min(1.0, max(0.0, along / square)) if square > 0.0 else 0.0
+    for k in range(3):
+        miss += (at[k] - edge[0, k] - share * (edge[1, k] - edge[0, k])) ** 2
+    return np.sqrt(miss)

@@ -147,6 +147,11 @@ class Tracing:
         return np.concatenate([self.source_m[:, None], self.mics_m], axis=1)
 
     @cached_property
+    def middle_m(self) -> Floats:
+        """(N, 3) middle of speaker and microphones: the same whichever of them speaks."""
+        return (self.source_m + self.mics_m.sum(axis=1)) / 3.0
+
+    @cached_property
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
         return placed_mirrors(self.world.patches, self.world.follows, self.placed)

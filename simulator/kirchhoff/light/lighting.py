@@ -353,7 +353,7 @@ def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:
 def _runs(tracing: Tracing, facets: Facets, apart: float) -> Ints:
     """(N,) which run of poses each is of: within one nothing moves far, re the distance, relative to the body."""
     frame = tracing.placed[:, facets.obstacle]
-    seen_from = into_rest(tracing.transducers_m.mean(axis=1), frame)
+    seen_from = into_rest(tracing.middle_m, frame)
     others = into_rest(tracing.placed[:, :, :3], frame[:, None])
     distance = np.linalg.norm(seen_from - facets.center_m, axis=1)
     run, k = np.zeros(len(seen_from), dtype=np.int64), 0

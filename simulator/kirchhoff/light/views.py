@@ -64,10 +64,9 @@ def _asked_from(tracing: Tracing, facets: Facets, sights: Sights, alike: float) 
     way shifts what is seen of the body by more: 1.3 m past a wall's, a shared answer moved an echo of a bin by 6.5 dB.
     """
     transducers, frame = tracing.transducers_m, tracing.placed[:, facets.obstacle]
-    phone = transducers.mean(axis=1)
-    seen_from = into_rest(phone, frame)
+    seen_from = into_rest(tracing.middle_m, frame)
     in_box = np.clip(seen_from, facets.middle_m.min(axis=0), facets.middle_m.max(axis=0))
-    border = nearest_border_m(tracing.mirrors, phone, sights.pose, sights.sequence)  # type: ignore[call-arg]
+    border = nearest_border_m(tracing.mirrors, tracing.middle_m, sights.pose, sights.sequence)  # type: ignore[call-arg]
     reach = np.minimum(alike * norm(seen_from - in_box)[sights.pose], PAST_BORDER * border)
     apart = norm(transducers[:, :, None] - transducers[:, None])
     together, each = apart[sights.pose] <= reach[:, None, None], np.arange(len(reach))

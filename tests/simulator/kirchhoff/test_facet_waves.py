@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 
@@ -13,11 +12,6 @@ PHASES = [
     (0.0, 0.0), (1e-3, -2e-3), (0.02, 0.05), (0.9, 0.4), (0.8, 0.8), (-1.0, 2.0), (2.0, -1.0), (3.0, 3.0), (-3.1, 0.2),
     (6.3, -6.3), (6.0, 0.0), (-12.0, 6.0), (16.0, 16.0),
 ]  # fmt: skip
-
-
-@numba.njit(error_model="numpy")
-def _means(x, y, u, v, w):
-    return facet_wave(x, y, u, v, w)
 
 
 def _shares() -> np.ndarray:
@@ -37,7 +31,7 @@ def test_means_over_a_triangle(phases, bulge):
     wave = np.exp(1j * (corner @ SHARES))
     bent = 4.0 * np.array(bulge) @ np.stack([other * third, third * one, one * other])
     growth = np.mean(1j * (corner @ SHARES) * wave)
-    real, imag, more_real, more_imag, *found = _means(*(SINGLE(each) for each in (*phases, *bulge)))
+    real, imag, more_real, more_imag, *found = facet_wave(*(SINGLE(each) for each in (*phases, *bulge)))
     assert abs(complex(real, imag) - wave.mean()) < 2e-4
     assert abs(complex(more_real, more_imag) - growth) < 2e-3
     assert abs(complex(*found) - np.mean(bent * wave)) < 2e-4
