@@ -30,7 +30,8 @@ class Paths:
         delay_s: (P,) travel time.
         band_gain: (P, K) complex gain at the Chebyshev nodes of 15-25 kHz without the travel phase: the path
             contributes gain e^{-j 2 pi f delay}. Pressure relative to the free field 1 m in front of the speaker; a
-            lossless mirror path has 1 / length.
+            lossless mirror path has 1 / length. On a walk, cells of bodies have at each frequency what they return as
+            the chirp passes it.
         mic: (P,) microphone, 0 top or 1 bottom.
         pose: (P,) index of the pose.
         order: (P,) number of reflections, an edge counting as one; 0 is the direct sound.

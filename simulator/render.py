@@ -15,7 +15,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
 from obstaclewatch.support.argument_types import check_numbers, check_seed, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Singles
-from simulator.field.motion import Motion, check_smooth, fastest_closing_m_s, motion_within
+from simulator.field.motion import Motion, check_smooth, fastest_closing_m_s, motion_within, velocities_of
 from simulator.paths import Paths
 from simulator.phone.noise import noise_samples
 from simulator.phone.phone import Phone
@@ -30,6 +30,7 @@ from simulator.scene.pose import Walk, poses_of
 from simulator.scene.scene import Scene
 from simulator.trace import traced
 from simulator.waves import band
+from simulator.waves.sweep import Sweep
 from simulator.world.clearance import check_passage
 from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.search_context import Search
@@ -200,7 +201,8 @@ def _traced_beeps(
     tracing = scene.tracing(phone, pose, middle, fidelity.mechanisms, carrier)
     before = start[:1] - beep.period_s + beep.duration_s if beeps.start else start[:0]
     _check_passage(tracing, phone, walk, np.sort(np.concatenate([before, start, start + beep.duration_s])))
-    paths, found = traced(Search(tracing, phone, scene.air, fidelity))
+    sweep = Sweep.of(beep, velocities_of(walk, points, middle, beep.duration_s))
+    paths, found = traced(Search(tracing, phone, scene.air, fidelity, sweep))
     return paths, motion_within(
         tracing, walk, points, found, start, beep.duration_s, scene.air.sound_speed_m_s, fidelity.motion_degree
     )

@@ -99,7 +99,7 @@ def still_search(
     scene = as_prepared(scene)
     check_types(phone=(phone, Phone), pose=(pose, Pose), fidelity=(fidelity, Fidelity))
     tracing = still_tracing(scene, phone, pose, _instants(time_s, len(pose)), fidelity)
-    return Search(tracing, phone, scene.air, fidelity, log)
+    return Search(tracing, phone, scene.air, fidelity, log=log)
 
 
 def _instants(time_s: ArrayLike, poses: int) -> Floats:

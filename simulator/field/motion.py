@@ -21,7 +21,7 @@ from simulator.diffraction.single import edge_points, point_slot
 from simulator.diffraction.wedge_coordinates import seen
 from simulator.field.unfolded_motion import MICS, SPEAKER, Track, is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn, mirrors_about
-from simulator.scene.pose import Walk
+from simulator.scene.pose import Walk, poses_of
 from simulator.scene.scene import Obstacle
 from simulator.waves.spreading import spreading
 from simulator.world.candidates import Candidates
@@ -119,6 +119,13 @@ def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floa
     place = walk.pose(instants.ravel()).position_m.reshape(*instants.shape, 3)
     fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
     return float(norm(np.diff(place, axis=1)).max()) * PARTS / beep_s + fastest
+
+
+def velocities_of(walk: Walk, phone_points: tuple[Floats, Floats], middle_s: Floats, beep_s: float) -> Floats:
+    """(N, 3, 3) of speaker and microphones about the middles of beeps: by how far half a beep takes them."""
+    points, half = np.vstack([phone_points[0], phone_points[1]]), 0.25 * beep_s
+    before, after = (poses_of(walk, middle_s + shift_s) for shift_s in (-half, half))
+    return np.stack([(after.to_world(point) - before.to_world(point)) / (2.0 * half) for point in points], axis=1)
 
 
 def check_smooth(walk: Walk, phone_points: tuple[Floats, Floats], start_s: Floats, beep_s: float, degree: int) -> None:

@@ -40,7 +40,7 @@ class CellSums(Rows):
     Attributes:
         pair: (M,) index of the pair; sorted.
         slot: (M,) number of the cell along the pair's path.
-        centre_m: (M,) path of the cell's centre.
+        centre_m: (M,) path of the cell's centre, as the chirp makes it seem.
         gain: (M, K) sum at K wavenumbers about that path.
     """
 
@@ -64,13 +64,15 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         sums: of some cells of these pairs.
     """
     pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
-    width = grid.taps * STEP_M
+    width, coupled = grid.taps * STEP_M, ends.over(facets.center_m)[1]
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
     facet, length, left = np.full(len(pair), -1), np.full(len(pair), np.inf), np.arange(len(pair))
+    shift = np.zeros(len(pair))
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        chosen, length[left] = _stand_ins(
+        chosen, length[left], shift[left] = _stand_ins(
             facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
-            ends.point_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left], wanted[left], width,
+            ends.point_m, ends.drift_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left],
+            wanted[left], width,
         )  # type: ignore[call-arg]  # fmt: skip
         facet[left[chosen >= 0]] = some[chosen[chosen >= 0]]
         # few facets may be lit, and none of those that stand for others: far ones do not have the delay
@@ -78,8 +80,9 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         if not len(left):
             break
     found = np.flatnonzero(facet >= 0)
-    turn = np.exp(1j * (length - centre)[found, None] * grid.wavenumber_rad_m)
-    return Cells(pair[found], facet[found], length[found], gain[found] * turn)
+    moved = (coupled[first] + coupled[second])[pair] - shift
+    turn = np.exp(1j * (np.outer(length - centre, grid.wavenumber_rad_m) + grid.centre_rad_m * moved[:, None])[found])
+    return Cells(pair[found], facet[found], (length - shift)[found], gain[found] * turn)
 
 
 def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
@@ -95,34 +98,38 @@ def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
 
 @compiled
 def _stand_ins(
-    middle, normal, area, facet_of, closed, ends, view, lit, first, second, pair, slot, centre, wanted, width
+    middle, normal, area, facet_of, closed, ends, drift, view, lit, first, second, pair, slot, centre, wanted, width
 ):  # fmt: skip
-    """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted, and (M,) its path.
+    """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted.
+
+    Besides (M,) its path as the chirp makes it seem, and how much longer that is.
 
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
 
     Args:
         middle, normal, area: (S, 3), (S, 3), (S,) of the facets that may stand in; facet_of: (S,) which these are.
-        ends, view, lit: (E, 3), (E,), (V, F) of the ends.
+        ends, drift, view, lit: (E, 3), (E, 3), (E,), (V, F) of the ends.
         first, second: (R,) ends of the pairs.
         pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
     """
-    facet, length = np.empty(len(pair), np.int64), np.zeros(len(pair))
+    facet, length, shift = np.empty(len(pair), np.int64), np.zeros(len(pair)), np.zeros(len(pair))
     for i in range(len(pair)):
         facet[i] = -1
-    path, at = np.empty(len(area)), np.empty(len(area), np.int64)
+    path, more, at = np.empty(len(area)), np.empty(len(area)), np.empty(len(area), np.int64)
     low = 0
     while low < len(pair):
         r, high = pair[low], low
         while high < len(pair) and pair[high] == r:
             high += 1
-        count = _lit_paths(middle, normal, facet_of, closed, ends, view, lit, first[r], second[r], path, at)
+        count = _lit_paths(
+            middle, normal, facet_of, closed, ends, drift, view, lit, first[r], second[r], path, more, at
+        )
         origin, row = centre[low] - slot[low] * width, _rows(slot, low, high)
         place = _centroids(middle, area, path, at, count, origin, width, row)
-        _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length)
+        _choose(middle, path, more, at, count, place, row, wanted, low, high, origin, width, facet, length, shift)
         low = high
-    return facet, length
+    return facet, length, shift
 
 
 @inlined
@@ -135,8 +142,9 @@ def _rows(slot, low, high):
 
 
 @inlined
-def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at):
-    """Fill in the paths over the facets that both ends see, and which these are; return their number.
+def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, path, more, at):
+    """Fill in the paths over the facets that both ends see as the chirp makes them seem, how much longer it does, and
+    which facets these are; return their number.
 
     Ends that share their light may be a little below one of them: its rim diffracts all the same.
     """
@@ -144,12 +152,14 @@ def _lit_paths(middle, normal, facet_of, closed, ends, view, lit, a, b, path, at
     for f in range(len(facet_of)):
         if not (here[facet_of[f]] and there[facet_of[f]]):
             continue
-        l = m = up = down = 0.0
+        l = m = up = down = u = v = 0.0
         for k in range(3):
             x, y = ends[a, k] - middle[f, k], ends[b, k] - middle[f, k]
             l, m, up, down = l + x * x, m + y * y, up + x * normal[f, k], down + y * normal[f, k]
+            u, v = u + x * drift[a, k], v + y * drift[b, k]
         if closed or up * down > 0.0:
-            path[count], at[count] = np.sqrt(l) + np.sqrt(m), f
+            more[count] = u / np.sqrt(l) + v / np.sqrt(m)
+            path[count], at[count] = np.sqrt(l) + np.sqrt(m) + more[count], f
             count += 1
     return count
 
@@ -179,7 +189,7 @@ def _centroids(middle, area, path, at, count, origin, width, row):
 
 
 @inlined
-def _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length):
+def _choose(middle, path, more, at, count, place, row, wanted, low, high, origin, width, facet, length, shift):
     """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
     best = np.full(high - low, np.inf)
     for j in range(count):
@@ -192,11 +202,11 @@ def _choose(middle, path, at, count, place, row, wanted, low, high, origin, widt
             for k in range(3):
                 miss += ((middle[at[j], k] - place[c, k]) / PLACE_M) ** 2
             if miss < best[i - low]:
-                best[i - low], facet[i], length[i] = miss, at[j], path[j]
+                best[i - low], facet[i], length[i], shift[i] = miss, at[j], path[j], more[j]
     for i in range(low, high):
         if facet[i] >= 0:
             continue
         near = np.inf
         for j in range(count):
             if abs(path[j] - wanted[i]) < near:
-                near, facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]
+                near, facet[i], length[i], shift[i] = abs(path[j] - wanted[i]), at[j], path[j], more[j]

@@ -19,6 +19,7 @@ VECTOR = 16  # facets
 WIDE = BLOCK  # a constant: offsets known to the compiler spare it a check of every pair of rows for overlap
 _PER_EIGHT, _SIXTH, _PER_24 = SINGLE(1 / 8), SINGLE(1 / 6), SINGLE(1 / 24)
 _PER_4_PI = SINGLE(0.25 / np.pi)
+_NOWHERE = SINGLE(1e-9)  # m
 
 NOTHING, QUARTERS, SOME = range(3)  # what a view shows of a block: no facet, quarters of facets that are lit, others
 
@@ -61,7 +62,7 @@ def add_facets(
             centre, normal, area, first and second corner about the corners' mean, the edges' bulges.
         start: (B + 1,) the facet with which each block begins.
         part_of: (F,) the facet that each is a quarter of, -1 where it is none.
-        ends: (E, 6) float32 points about the body's centre, then leans; end_start: (G + 1,) those of each group.
+        ends: (E, 9) float32 points about the body's centre, leans, drifts; end_start: (G + 1,) those of each group.
         view: (E,) which view each end has; lit: (V, F) bool, facets that each view shows.
         first, second: (R,) ends of each pair; pair_start: (G + 1,) those of each group.
         wavenumber: at the band's centre.
@@ -125,21 +126,22 @@ def _light(lit, begin, count, part_of, light):
 
 @fused_inline
 def _segment(part, count, end, wavenumber, closed, segment):
-    """Fill rows: excess length, cosine, 1 / length, unit vector, and the wave without the phase to the centre.
+    """Fill rows: excess of the seeming length, cosine, 1 / length, unit vector, and the wave without the phase to the
+    centre.
 
     Row 6 says beforehand which facets are lit, row 8 which are quarters of such. The transducer's directivity is taken
     facet by facet: that of one facet for a cell moved echoes of people by 0.5 dB, however fine the facets.
     """
     sx, sy, sz = end[0], end[1], end[2]
-    lx, ly, lz = end[3], end[4], end[5]
+    lx, ly, lz, vx, vy, vz = end[3], end[4], end[5], end[6], end[7], end[8]
     centre, lean = np.sqrt(sx * sx + sy * sy + sz * sz), np.sqrt(lx * lx + ly * ly + lz * lz)
-    least = NONE if closed else -TWO
+    least, seeming = NONE if closed else -TWO, centre + (vx * sx + vy * sy + vz * sz) / max(centre, _NOWHERE)
     for p in range(count):
         dx, dy, dz = sx - part[p], sy - part[WIDE + p], sz - part[2 * WIDE + p]
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
         per = ONE / length
         dx, dy, dz = dx * per, dy * per, dz * per
-        segment[p], segment[2 * WIDE + p] = length - centre, per
+        segment[p], segment[2 * WIDE + p] = length + (dx * vx + dy * vy + dz * vz) - seeming, per
         segment[3 * WIDE + p], segment[4 * WIDE + p], segment[5 * WIDE + p] = dx, dy, dz
         segment[WIDE + p] = max(dx * part[3 * WIDE + p] + dy * part[4 * WIDE + p] + dz * part[5 * WIDE + p], least)
         sine, cosine = turn(wavenumber * (length - centre))

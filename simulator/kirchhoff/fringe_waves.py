@@ -31,28 +31,28 @@ ON_BORDER = 1e-12  # of eta^2 + (pi - x)^2: nearer to a border the two parts can
 
 
 def add_fringe_waves(
-    creases: Creases, ends: Ends, first: Ints, second: Ints, reflection: Complexes, middle_m: Floats,
-    grid: Grid, total: Floats,
+    creases: Creases, center_m: Floats, ends: Ends, first: Ints, second: Ints, reflection: Complexes, grid: Grid,
+    total: Floats,
 ) -> None:  # fmt: skip
     """Add the fringe waves of all creases to grids of path length, at the band's centre.
 
     Args:
+        center_m: (3,) the body's, about which the grid lies.
         first, second: (R,) ends of each pair.
         reflection: (Q, C) parts of the surface's reflection at C cosines of incidence from 0 to 1 in even steps.
-        middle_m: (R,) path over the body's centre.
         total: (R, Q, points, 2) added to.
     """
     _add(
         creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        creases.beside, creases.share, ends.point_m, ends.lean, ends.view, ends.lit, first, second, grid.centre_rad_m,
-        np.ascontiguousarray(reflection), middle_m, grid.lead_m, STEP_M, total,
+        creases.beside, creases.share, ends.point_m, ends.drift_m, ends.lean, ends.view, ends.lit, first, second,
+        grid.centre_rad_m, np.ascontiguousarray(reflection), *ends.over(center_m), grid.lead_m, STEP_M, total,
     )  # type: ignore[call-arg]  # fmt: skip
 
 
 @compiled
 def _add(
-    middle, along, inwards, normal, open_angle, beside, weight, ends, lean, view, lit, pair_first, pair_second, k,
-    reflection, middle_path, lead, step, total,
+    middle, along, inwards, normal, open_angle, beside, weight, ends, drift, lean, view, lit, pair_first, pair_second,
+    k, reflection, away, coupled, lead, step, total,
 ):  # fmt: skip
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
     for r in range(len(pair_first)):
@@ -73,11 +73,13 @@ def _add(
             strength = weight[e] * _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
             strength *= _towards(ends[a], lean[a], middle[e], l) * _towards(ends[b], lean[b], middle[e], m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
-            excess = l + m - middle_path[r]
+            excess = l + m - away[a] - away[b]
+            seeming = excess + _coupled(ends[a], drift[a], middle[e], l) + _coupled(ends[b], drift[b], middle[e], m)
+            place = (seeming - coupled[a] - coupled[b] + lead) / step
             wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
             below, rise = _step_of(s, t, l, m, open_angle[e], first, reflection.shape[1])
-            slot = int((excess + lead) / step)
-            share = (excess + lead) / step - slot
+            slot = int(place)
+            share = place - slot
             for q in range(len(reflection)):
                 value = wave * ((1.0 - rise) * reflection[q, below] + rise * reflection[q, below + 1])
                 total[r, q, slot, 0] += (1.0 - share) * value.real
@@ -93,6 +95,12 @@ def _towards(end, lean, middle, distance):
     for k in range(3):
         along += lean[k] * (middle[k] - end[k])
     return np.exp(along / distance - np.sqrt(dot(lean, lean)))
+
+
+@compiled
+def _coupled(end, drift, middle, distance):
+    """How much farther the chirp makes a point seem that is so far away."""
+    return dot(drift, end - middle) / distance
 
 
 @compiled

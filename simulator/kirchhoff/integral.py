@@ -51,7 +51,7 @@ def cell_sums(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid,
         reflection: (C, K) factors of the surface at C cosines of incidence from 0 to 1 in even steps.
     """
     first, second = _in_order(ends.point_m, first, second)
-    to_middle_m = np.linalg.norm(ends.point_m - facets.center_m, axis=1)
+    to_middle_m = np.add(*ends.over(facets.center_m))
     middle_m = to_middle_m[first] + to_middle_m[second]
     parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], blocks_of(facets)
     for rows in _portions(ends.group[first], grid.points):
@@ -83,7 +83,7 @@ def _held_cells(
     facets: Facets, blocks: Blocks, ends: Ends, first: Ints, second: Ints, middle_m: Floats, grid: Grid,
     reflection: Complexes,
 ) -> CellSums:  # fmt: skip
-    """Sums of all cells with anything in them; `middle_m` (R,) are the pairs' paths over the body's centre."""
+    """Sums of all cells with anything in them; `middle_m` (R,) are the seeming paths over the body's centre."""
     part, over_band = separated(reflection)
     table = np.stack([part.real, part.imag], axis=-1).astype(np.float32, order="C")
     total = np.zeros((len(first), len(part), grid.points, 2))
@@ -94,16 +94,16 @@ def _held_cells(
     row[chosen] = np.arange(len(chosen))
     end_start = np.append(0, np.cumsum(stop - begin))
     pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
-    point = np.hstack([ends.point_m[chosen] - facets.center_m, ends.lean[chosen]]).astype(np.float32)
+    columns = np.hstack([ends.point_m - facets.center_m, ends.lean, ends.drift_m])[chosen].astype(np.float32)
     add_facets(
-        *blocks, point, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
+        *blocks, columns, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
         np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
         total,
     )  # type: ignore[call-arg]  # fmt: skip
     parts = [(total.view(np.complex128)[..., 0], over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))]
     if len(facets.creases):
         rims = np.zeros_like(total)
-        add_fringe_waves(facets.creases, ends, first, second, part, middle_m, grid, rims)
+        add_fringe_waves(facets.creases, facets.center_m, ends, first, second, part, grid, rims)
         parts.append((rims.view(np.complex128)[..., 0], over_band))
     pair, slot = np.nonzero(np.logical_or.reduce([grid.held(sums) for sums, _ in parts]))
     gain = sum(np.einsum("mqk,qk->mk", grid.cell_sums(sums, pair, slot), weight) for sums, weight in parts)

@@ -1,8 +1,9 @@
 """Sums on a grid of path length, and of its cells: a few centimetres of path each.
 
 On the grid each contribution has its phase at the band's centre; what it has beyond that at another frequency turns
-slowly over path length, so the grid may be coarse. Cells overlap smoothly and add up to one: a cell between two
-echoes cancels in itself and can be left out.
+slowly over path length, so the grid may be coarse. Cells overlap smoothly and add up to one: a cell between two echoes
+cancels in itself and can be left out. Where ends move, lengths are those that the chirp makes them seem
+(`waves.sweep`).
 """
 
 from __future__ import annotations

@@ -72,10 +72,9 @@ def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted:
     sights, first, second = _sights(pairs)
     facets, lit, view = lit_facets(tracing, facets, spots, sights, light)
     seen = np.flatnonzero(share_light(lit, view[first], view[second]))
-    used, which = np.unique([first[seen], second[seen]], return_inverse=True)
-    ends = Ends.of(search, facets.obstacle, sights[used], view[used], lit)
-    one, other = which.reshape(2, -1)
-    grid = Grid.over(facets.radius_m, search.band_wavenumber_1_m)
+    one, other, used, struck_from = _used(search, first[seen], second[seen])
+    ends = Ends.of(search, facets, sights[used], sights.point_m[struck_from], view[used], lit)
+    grid = Grid.over(facets.radius_m + ends.strays_m(facets), search.band_wavenumber_1_m)
     skin = facets, ends, one, other, grid
     sums = cell_sums(*skin, reflection)
     gain, at = np.abs(sums.gain).max(axis=1, initial=0.0), pairs[seen[sums.pair]]
@@ -106,6 +105,19 @@ def _sights(pairs: Pairs) -> tuple[Sights, Ints, Ints]:
     sights = Sights(pose[rows], side[rows], order[rows], sequence[rows], point[rows])
     first, second = which.reshape(2, -1)
     return sights, first, second
+
+
+def _used(search: Search, first: Ints, second: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """Which ends R pairs of images have, (R,) and (R,); (E,) the images of these, and (E,) those that sound comes from.
+
+    Each image once; where something moves, one of a microphone once for each of the speaker, from which sound takes
+    its own time.
+    """
+    origin = first if search.sweep is not None else np.full_like(first, -1)
+    image = np.column_stack([np.concatenate([first, second]), np.concatenate([first, origin])])
+    rows, which = distinct(image)
+    one, other = which.reshape(2, -1)
+    return one, other, *image[rows].T
 
 
 def faintest(search: Search) -> Audible:

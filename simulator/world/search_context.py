@@ -14,6 +14,7 @@ from simulator.scene.air import Air
 from simulator.scene.fidelity import Fidelity
 from simulator.waves import band
 from simulator.waves.band import REFERENCE_HZ
+from simulator.waves.sweep import Sweep
 from simulator.world.audible import Audible
 from simulator.world.rejection_log import Reason, Rejected, RejectionLog
 from simulator.world.world import Tracing
@@ -31,6 +32,7 @@ class Search:
         phone: transducers, levels and noise.
         air: speed of sound and absorption.
         fidelity: what is modelled.
+        sweep: how the phone moves while a chirp lasts; None where nothing moves.
         log: collects rejections and choices; it holds no input of any search.
     """
 
@@ -38,6 +40,7 @@ class Search:
     phone: Phone
     air: Air
     fidelity: Fidelity
+    sweep: Sweep | None = None
     log: RejectionLog = field(default_factory=RejectionLog)
 
     @property

@@ -109,15 +109,14 @@ def fringe_sum(facets, source, receiver, lit, wavenumber):
     """Fringe waves of all creases on a grid of path length, transformed to wavenumbers."""
     grid = Grid.over(facets.radius_m, wavenumber)
     point = np.stack([source, receiver])
-    ends = Ends(point, 0.0 * point, *np.zeros((2, 2), dtype=np.int64), np.full((1, len(facets)), lit))
+    ends = Ends(point, 0.0 * point, 0.0 * point, *np.zeros((2, 2), dtype=np.int64), np.full((1, len(facets)), lit))
     total = np.zeros((1, 1, grid.points, 2))
     one = np.array([0]), np.array([1])
     rigid = np.ones((1, 3), dtype=complex)
-    middle_m = sum(np.linalg.norm(ends.point_m - facets.center_m, axis=1), np.zeros(1))
-    add_fringe_waves(facets.creases, ends, *one, rigid, middle_m, grid, total)
+    add_fringe_waves(facets.creases, facets.center_m, ends, *one, rigid, grid, total)
     every = np.arange(grid.cells)
     sums = grid.cell_sums(total.view(np.complex128)[..., 0], 0 * every, every)[:, 0]
-    centre = grid.centre_m(middle_m, every)
+    centre = grid.centre_m(ends.over(facets.center_m)[0].sum(keepdims=True), every)
     return np.sum(sums * np.exp(-1j * np.outer(centre, wavenumber)), axis=0)
 
 

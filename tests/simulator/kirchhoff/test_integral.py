@@ -205,7 +205,7 @@ def _cells(facets, source, receiver, k, reflection, lit=None):
     """Kirchhoff's sum between two points that see every facet, or those that are lit."""
     ends, every = np.stack([source, receiver]), np.ones(len(facets), dtype=bool)
     lit = (every if lit is None else lit)[None]
-    ends = Ends(ends, 0.0 * ends, *np.zeros((2, 2), dtype=np.int64), lit)
+    ends = Ends(ends, 0.0 * ends, 0.0 * ends, *np.zeros((2, 2), dtype=np.int64), lit)
     return scattered(facets, ends, np.array([0]), np.array([1]), Grid.over(facets.radius_m, k), reflection)
 
 

@@ -176,7 +176,7 @@ def test_borders_of_shadows_run_through_quarters_of_coarse_facets():
         facets = facets_of(*tracing.world.skins[0], 0, facet_m)
         light = Light(0.03, 0.0, 0.0, border_m)
         facets, lit, view = lit_facets(tracing, facets, spots_of(facets, light.spot_m), straight, light)
-        ends = Ends(points, 0.0 * points, none, view, lit)
+        ends = Ends(points, 0.0 * points, 0.0 * points, none, view, lit)
         sums = cell_sums(facets, ends, one, other, Grid.over(facets.radius_m, band), rigid)
         return len(facets), np.sum(sums.gain * np.exp(-1j * band * sums.centre_m[:, None]), axis=0)
 

@@ -120,7 +120,7 @@ def summed(name: str, facets: Facets, lit: np.ndarray) -> np.ndarray:
     """The production sum between two points that see some facets (F,), at the chirp's frequencies."""
     nodes = band.nodes_hz(12)
     table = Material.named(MATERIALS[name]).reflection(nodes, np.linspace(0.0, 1.0, 257)[:, None])
-    ends = Ends(PHONE, LEAN, *np.zeros((2, 2), dtype=np.int64), lit[None])
+    ends = Ends(PHONE, 0.0 * PHONE, LEAN, *np.zeros((2, 2), dtype=np.int64), lit[None])
     one = np.array([0]), np.array([1])
     grid = Grid.over(facets.radius_m, 2.0 * np.pi * nodes / C)
     cells = scattered(facets, ends, *one, grid, table)
