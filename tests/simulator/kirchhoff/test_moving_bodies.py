@@ -18,6 +18,7 @@ from scenes.streets.placing import placed
 from simulator import Fidelity, Material, Obstacle, Phone, Scene, StraightWalk, trace_paths
 from simulator.render import sum_envelopes, trace_walk
 from simulator.rendering.sample_rate import envelope_rate
+from simulator.waves.sweep import Sweep
 
 UP = BeepDesign()
 DOWN = BeepDesign(start_hz=23_000.0, stop_hz=18_000.0)
@@ -110,3 +111,10 @@ def test_a_body_that_comes_nearer_echoes_as_one_that_is_walked_to():
 def test_where_nothing_moves_both_agree():
     """So that it is motion which the others measure."""
     assert off_by(*street("pedestrian", 0.4, 1.5, 0.0), UP) < 0.005
+
+
+def test_a_beep_too_short_or_narrow_to_sweep_has_all_frequencies_at_once():
+    still = np.zeros((1, 3, 3))
+    assert Sweep.of(BeepDesign(duration_s=5e-3), still) is None
+    assert Sweep.of(BeepDesign(start_hz=20_000.0, stop_hz=20_500.0), still) is None
+    assert Sweep.of(DOWN, still).coupling_s == pytest.approx(-0.2)
