@@ -16,7 +16,7 @@ from simulator.world.frames import into_rest, rotated
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-NEARBY_S = 5e-3
+NEARBY_S = 5e-3  # to either side of the instant at which a velocity is taken
 NOWHERE_M = 1e-9  # what is nearer has no direction
 
 
@@ -42,7 +42,7 @@ class Ends:
 
     Attributes:
         point_m: (E, 3) in the body's rest frame, images included.
-        drift_m: (E, 3) how far the ends move while a chirp makes up for it (`Sweep.coupling_s`); 0 where nothing moves.
+        drift_m: (E, 3) their velocities times `Sweep.coupling_s`; 0 where nothing moves.
         lean: (E, 3) of the transducers (`Transducer.lean`), in that frame and mirrored as the points are.
         group: (E,) sorted.
         view: (E,) which of the views each has.
@@ -61,7 +61,7 @@ class Ends:
         """Images with a view of a body; of those that move where they are as the chirp passes `REFERENCE_HZ`.
 
         Args:
-            origin_m: (E, 3) the image of the speaker from which sound strikes the body.
+            origin_m: (E, 3) the image of the speaker from which sound strikes the body, where things move.
         """
         frame = search.tracing.placed[sights.pose, body.obstacle]
         point, drift = into_rest(sights.point_m, frame), np.zeros_like(sights.point_m)

@@ -111,7 +111,7 @@ def _used(search: Search, first: Ints, second: Ints) -> tuple[Ints, Ints, Ints, 
     """Which ends R pairs of images have, (R,) and (R,); (E,) the images of these, and (E,) those that sound comes from.
 
     Each image once; where something moves, one of a microphone once for each of the speaker, from which sound takes
-    its own time.
+    its own time. Where nothing does, it does not matter from which.
     """
     origin = first if search.sweep is not None else np.full_like(first, -1)
     image = np.column_stack([np.concatenate([first, second]), np.concatenate([first, origin])])

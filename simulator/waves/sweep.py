@@ -23,7 +23,7 @@ class Sweep:
     Attributes:
         velocity_m_s: (N, 3, 3) of speaker and microphones at N poses.
         passed_s: when the chirp passes `REFERENCE_HZ`, after its middle, at which the poses are taken.
-        coupling_s: motion for so long along a path shifts its echo over range as the chirp does.
+        coupling_s: by the motion of so long along a path the chirp shifts its echo over range.
     """
 
     velocity_m_s: Floats
