@@ -64,12 +64,11 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         sums: of some cells of these pairs.
     """
     pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
-    width, coupled = grid.taps * STEP_M, ends.over(facets.center_m)[1]
+    width = grid.taps * STEP_M
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
     facet, length, left = np.full(len(pair), -1), np.full(len(pair), np.inf), np.arange(len(pair))
-    shift = np.zeros(len(pair))
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        chosen, length[left], shift[left] = _stand_ins(
+        chosen, length[left] = _stand_ins(
             facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
             ends.point_m, ends.drift_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left],
             wanted[left], width,
@@ -80,9 +79,18 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         if not len(left):
             break
     found = np.flatnonzero(facet >= 0)
-    moved = (coupled[first] + coupled[second])[pair] - shift
-    turn = np.exp(1j * (np.outer(length - centre, grid.wavenumber_rad_m) + grid.centre_rad_m * moved[:, None])[found])
-    return Cells(pair[found], facet[found], (length - shift)[found], gain[found] * turn)
+    pair, facet, length = pair[found], facet[found], length[found]
+    shift, of_centre = (
+        _coupling(ends, point, first[pair], second[pair]) for point in (facets.middle_m[facet], facets.center_m)
+    )
+    off, moved = length - centre[found], of_centre - shift
+    turn = np.exp(1j * (np.outer(off, grid.wavenumber_rad_m) + grid.centre_rad_m * moved[:, None]))
+    return Cells(pair, facet, length - shift, gain[found] * turn)
+
+
+def _coupling(ends: Ends, point_m: Floats, first: Ints, second: Ints) -> Floats:
+    """(M,) how much longer the chirp makes paths over points of the body seem."""
+    return ends.over(point_m, first)[1] + ends.over(point_m, second)[1]
 
 
 def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
@@ -102,7 +110,7 @@ def _stand_ins(
 ):  # fmt: skip
     """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted.
 
-    Besides (M,) its path as the chirp makes it seem, and how much longer that is.
+    Besides (M,) its path as the chirp makes it seem.
 
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
 
@@ -113,23 +121,21 @@ def _stand_ins(
         pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
     """
-    facet, length, shift = np.empty(len(pair), np.int64), np.zeros(len(pair)), np.zeros(len(pair))
+    facet, length = np.empty(len(pair), np.int64), np.zeros(len(pair))
     for i in range(len(pair)):
         facet[i] = -1
-    path, more, at = np.empty(len(area)), np.empty(len(area)), np.empty(len(area), np.int64)
+    path, at = np.empty(len(area)), np.empty(len(area), np.int64)
     low = 0
     while low < len(pair):
         r, high = pair[low], low
         while high < len(pair) and pair[high] == r:
             high += 1
-        count = _lit_paths(
-            middle, normal, facet_of, closed, ends, drift, view, lit, first[r], second[r], path, more, at
-        )
+        count = _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, first[r], second[r], path, at)
         origin, row = centre[low] - slot[low] * width, _rows(slot, low, high)
         place = _centroids(middle, area, path, at, count, origin, width, row)
-        _choose(middle, path, more, at, count, place, row, wanted, low, high, origin, width, facet, length, shift)
+        _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length)
         low = high
-    return facet, length, shift
+    return facet, length
 
 
 @inlined
@@ -142,9 +148,9 @@ def _rows(slot, low, high):
 
 
 @inlined
-def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, path, more, at):
-    """Fill in the paths over the facets that both ends see as the chirp makes them seem, how much longer it does, and
-    which facets these are; return their number.
+def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, path, at):
+    """Fill in the paths over the facets that both ends see, as the chirp makes them seem, and which these are; return
+    their number.
 
     Ends that share their light may be a little below one of them: its rim diffracts all the same.
     """
@@ -158,8 +164,8 @@ def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, p
             l, m, up, down = l + x * x, m + y * y, up + x * normal[f, k], down + y * normal[f, k]
             u, v = u + x * drift[a, k], v + y * drift[b, k]
         if closed or up * down > 0.0:
-            more[count] = u / np.sqrt(l) + v / np.sqrt(m)
-            path[count], at[count] = np.sqrt(l) + np.sqrt(m) + more[count], f
+            l, m = np.sqrt(l), np.sqrt(m)
+            path[count], at[count] = l + m + u / l + v / m, f
             count += 1
     return count
 
@@ -189,7 +195,7 @@ def _centroids(middle, area, path, at, count, origin, width, row):
 
 
 @inlined
-def _choose(middle, path, more, at, count, place, row, wanted, low, high, origin, width, facet, length, shift):
+def _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length):
     """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
     best = np.full(high - low, np.inf)
     for j in range(count):
@@ -202,11 +208,11 @@ def _choose(middle, path, more, at, count, place, row, wanted, low, high, origin
             for k in range(3):
                 miss += ((middle[at[j], k] - place[c, k]) / PLACE_M) ** 2
             if miss < best[i - low]:
-                best[i - low], facet[i], length[i], shift[i] = miss, at[j], path[j], more[j]
+                best[i - low], facet[i], length[i] = miss, at[j], path[j]
     for i in range(low, high):
         if facet[i] >= 0:
             continue
         near = np.inf
         for j in range(count):
             if abs(path[j] - wanted[i]) < near:
-                near, facet[i], length[i], shift[i] = abs(path[j] - wanted[i]), at[j], path[j], more[j]
+                near, facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Ints
 from obstaclewatch.support.compiled import fused, fused_inline
 from simulator.kirchhoff.facet_waves import HALF, NONE, ONE, SINGLE, THIRD, TWO, either, facet_wave, turn
+from simulator.kirchhoff.illuminating_images import NOWHERE_M
 from simulator.surfaces.facets import BLOCK, Facets
 
 VECTOR = 16  # facets
 WIDE = BLOCK  # a constant: offsets known to the compiler spare it a check of every pair of rows for overlap
 _PER_EIGHT, _SIXTH, _PER_24 = SINGLE(1 / 8), SINGLE(1 / 6), SINGLE(1 / 24)
 _PER_4_PI = SINGLE(0.25 / np.pi)
-_NOWHERE = SINGLE(1e-9)  # m
+_NOWHERE = SINGLE(NOWHERE_M)
 
 NOTHING, QUARTERS, SOME = range(3)  # what a view shows of a block: no facet, quarters of facets that are lit, others
 

@@ -74,7 +74,7 @@ def _add(
             strength *= _towards(ends[a], lean[a], middle[e], l) * _towards(ends[b], lean[b], middle[e], m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
             excess = l + m - away[a] - away[b]
-            seeming = excess + _coupled(ends[a], drift[a], middle[e], l) + _coupled(ends[b], drift[b], middle[e], m)
+            seeming = excess + _along(drift[a], ends[a], middle[e]) / l + _along(drift[b], ends[b], middle[e]) / m
             place = (seeming - coupled[a] - coupled[b] + lead) / step
             wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
             below, rise = _step_of(s, t, l, m, open_angle[e], first, reflection.shape[1])
@@ -91,16 +91,16 @@ def _add(
 @compiled
 def _towards(end, lean, middle, distance):
     """Directivity of the transducer at an end towards a point so far away."""
-    along = 0.0
-    for k in range(3):
-        along += lean[k] * (middle[k] - end[k])
-    return np.exp(along / distance - np.sqrt(dot(lean, lean)))
+    return np.exp(-_along(lean, end, middle) / distance - np.sqrt(dot(lean, lean)))
 
 
 @compiled
-def _coupled(end, drift, middle, distance):
-    """How much farther the chirp makes a point seem that is so far away."""
-    return dot(drift, end - middle) / distance
+def _along(vector, end, middle):
+    """Product of a vector with what leads from a point to an end."""
+    along = 0.0
+    for k in range(3):
+        along += vector[k] * (end[k] - middle[k])
+    return along
 
 
 @compiled

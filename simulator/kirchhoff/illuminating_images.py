@@ -72,11 +72,12 @@ class Ends:
             point, drift = _moving(search.tracing, search.sweep, body.obstacle, sights, own_s, struck_s)
         return cls(point, drift, _leans(search, sights, frame), sights.pose, view, lit)
 
-    def over(self, point_m: Floats) -> tuple[Floats, Floats]:
-        """(E,) distance from a point of the body, and how much greater the chirp makes it seem."""
-        offset = self.point_m - point_m
+    def over(self, point_m: Floats, chosen: Ints | slice = slice(None)) -> tuple[Floats, Floats]:
+        """Distances of all ends, or of those chosen, from a point of the body or one each, and how much greater the
+        chirp makes them seem."""
+        offset = self.point_m[chosen] - point_m
         distance = norm(offset)
-        return distance, dot(self.drift_m, offset) / np.maximum(distance, NOWHERE_M)
+        return distance, dot(self.drift_m[chosen], offset) / np.maximum(distance, NOWHERE_M)
 
     def strays_m(self, body: Body) -> float:
         """Most by which the chirp makes half a path over a body longer or shorter re that over its centre."""

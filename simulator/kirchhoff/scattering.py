@@ -113,7 +113,7 @@ def _used(search: Search, first: Ints, second: Ints) -> tuple[Ints, Ints, Ints, 
     Each image once; where something moves, one of a microphone once for each of the speaker, from which sound takes
     its own time. Where nothing does, it does not matter from which.
     """
-    origin = first if search.sweep is not None else np.full_like(first, -1)
+    origin = first if search.sweep is not None else np.zeros_like(first)
     image = np.column_stack([np.concatenate([first, second]), np.concatenate([first, origin])])
     rows, which = distinct(image)
     one, other = which.reshape(2, -1)
