@@ -28,7 +28,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
         return straight, np.zeros((0, len(search.band_hz)), dtype=np.complex128)
     doubts = doubted(search)
     uneven = {doubt.surface for doubt in doubts if doubt.uneven}
-    mirrors = planar(search)
+    mirrors, beside = planar(search)
     singles = [None if index in uneven else mixed(search, index) for index in range(len(tracing.world.surfaces))]
     rays = [mirrors, *(each for each in singles if each is not None)]
     loudest, echoes = loudest_of(rays, len(tracing.pose)), concatenated(rays)
@@ -37,7 +37,7 @@ def searched(search: Search) -> tuple[Candidates, Complexes]:
         rays += twice_curved(search, singles, loudest)
     if len(tracing.world.wedges):
         rays.append(diffracted(search, loudest))
-    rays = [beside_integral(search, taken, each) for each in rays]
+    rays = [beside_integral(search, taken, each) for each in [*rays, beside]]
     integrals = [part for body in taken for part in scattered_paths(search, body)]
     chains = panel_chains(search, rays[0], taken, loudest)
     parts, sums = [straight, *rays], [np.zeros((0, len(search.band_hz)), dtype=np.complex128)]

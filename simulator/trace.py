@@ -15,6 +15,7 @@ from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import point_slot
+from simulator.field.blunt_mirrors import off_blunt_mirrors
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.field.rounded_shadows import behind_rounded, passes_around
@@ -133,9 +134,10 @@ def traced(search: Search) -> tuple[Paths, Candidates]:
 
 
 def _gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
-    """(C, K) complex gain of each path, without its travel phase, past the rounded bodies on its way."""
+    """(C, K) complex gain of each path, without its travel phase, off blunt mirrors and past rounded bodies."""
     gain = path_gain(search, found, sums, frequency_hz)
     kept = np.flatnonzero(np.abs(gain).max(axis=1, initial=0.0) >= search.lost_in_noise)
+    gain[kept] *= off_blunt_mirrors(search, found[kept], frequency_hz)
     gain[kept] *= behind_rounded(search, found[kept], frequency_hz)
     return gain
 
@@ -196,7 +198,7 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
     turn = np.exp(-1j * found.length_m[cells, None] * search.band_wavenumber_1_m)
     np.add.at(total, group, gain[cells] * turn)
     level[cells] = np.abs(total).mean(axis=1)[group]
-    return level >= search.lost_in_noise
+    return (level >= search.lost_in_noise) & (level > 0.0)
 
 
 def _first_of_twins(search: Search, found: Candidates) -> Flags:
@@ -210,8 +212,9 @@ def _first_of_twins(search: Search, found: Candidates) -> Flags:
     curved_hit = np.round(found.points_m[:, 1:-1].sum(axis=1) / (10.0 * SAME_IMAGE_M)).astype(np.int64)
     curved_hit[(found.face < 0).all(axis=1)] = 0
     end_slot = np.where((found.edge >= 0) & (found.part != APEX), point_slot(found), -1)
+    blunt = np.where(search.tracing.world.is_blunt(found.sequence), found.sequence, -1)  # each one's share is its own
     columns = np.column_stack(
-        [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell]
+        [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell, blunt]
     )
     mask = np.zeros(len(found), dtype=bool)
     mask[distinct(columns)[0]] = True

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance, dot
 from simulator.images.image_tree import Goal, image_levels, in_turn
@@ -28,8 +28,11 @@ REACHED, BEHIND, OUTSIDE = 0, 1, 2
 MISSES = {BEHIND: Reason.BEHIND_PATCH, OUTSIDE: Reason.OUTSIDE_PATCH}
 
 
-def planar(search: Search) -> Candidates:
-    """Image sources in planar patches; what falls beside its patches is rejected."""
+def planar(search: Search) -> tuple[Candidates, Candidates]:
+    """Image sources in planar patches, and those beside a blunt one, in whose border they fade (`blunt_mirrors`).
+
+    What falls beside other patches is rejected.
+    """
     tracing = search.tracing
     where, sequence, hits, counts = _reached(search)
     code = where[:, 3]
@@ -38,18 +41,29 @@ def planar(search: Search) -> Candidates:
         search.reject(reason, counts[miss], partial(_missed, tracing, where[rows], sequence[rows]))
     rows = np.flatnonzero(code == REACHED)
     found = candidates(tracing, where[rows, 0], where[rows, 1], sequence[rows], hits[rows])
-    return with_plane_normals(tracing, found)
+    found, beside = with_plane_normals(tracing, found), _beside_blunt(tracing, found)
+    return found[~beside], found[beside]
+
+
+def _beside_blunt(tracing: Tracing, found: Candidates) -> Flags:
+    """(C,) whether paths miss a mirror that is blunt."""
+    beside, rows = np.zeros(len(found), dtype=bool), np.flatnonzero(tracing.world.is_blunt(found.sequence).any(axis=1))
+    some = found[rows]
+    ends = some.points_m[:, 0], tracing.mics_m[some.pose, some.mic]
+    beside[rows] = crossed(tracing, *ends, some.pose, some.order, some.sequence)[0] != REACHED
+    return beside
 
 
 def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
-    """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent.
+    """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent, blunt ones
+    without end.
 
     Returns:
         where: (R, 4) pose, microphone, order, code; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
         counts: (3,) sequences REACHED, BEHIND and OUTSIDE, kept or not.
     """
     tracing, limit_m, max_order = search.tracing, search.limit_m, search.max_order
-    mirrors, mics = tracing.mirrors, np.ascontiguousarray(tracing.mics_m)
+    mirrors, mics = tracing.mirrors._replace(endless=tracing.world.blunt), np.ascontiguousarray(tracing.mics_m)
     spread = float(np.linalg.norm(mics - mics[:, :1], axis=2).max())
     parts, counts = [], np.zeros(3, dtype=np.int64)
     allowed = np.ones((max_order, len(tracing.world.patches)), dtype=bool)
@@ -60,7 +74,7 @@ def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
         apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)
         row, mic = np.nonzero(apart <= limit_m)
         pose, sequence, order = level.pose[row], level.sequence[row], np.full(len(row), level.order)
-        code, hits = crossed(tracing, tracing.source_m[pose], mics[pose, mic], pose, order, sequence)
+        code, hits = _crossings(mirrors, tracing.source_m[pose], mics[pose, mic], pose, order, sequence)  # type: ignore[call-arg]
         counts += np.bincount(code, minlength=3)
         kept = np.flatnonzero((code == REACHED) | (search.log.listed > 0))
         parts.append((np.column_stack([pose, mic, order, code])[kept], sequence[kept], hits[kept]))
@@ -176,7 +190,7 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
         share = here / (here - there)
         x, y, z = x + (u - x) * share, y + (v - y) * share, z + (w - z) * share
         hits[k, 0], hits[k, 1], hits[k, 2] = x, y, z
-        if not inside_patch(mirrors, n, p, x, y, z):
+        if not (mirrors.endless[p] or inside_patch(mirrors, n, p, x, y, z)):
             return OUTSIDE
     return REACHED
 

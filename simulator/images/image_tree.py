@@ -199,7 +199,8 @@ def _mirror(mirrors, depth, pose, patch, images, beam, beside):
                 along = dot(beam[r, k, side], normal)
                 for x in range(3):
                     beam[r, k, side, x] -= 2.0 * along * normal[x]
-        bound(images[r, depth + 1], mirrors.corner_m[n, p], beside, beam[r, depth])
+        wide = max(beside, PENUMBRA_M) if mirrors.endless[p] else beside
+        bound(images[r, depth + 1], mirrors.corner_m[n, p], wide, beam[r, depth])
 
 
 @compiled

@@ -25,6 +25,7 @@ class Mirrors(NamedTuple):
         frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
         rest_normal: (P, 3) in the rest frame of the obstacle.
         edge_m, edge_start: outlines in the rest frame, as in `PlanarPatches`.
+        endless: (P,) patches that sound is reflected off beside their outlines as well.
     """
 
     normal: Floats
@@ -39,6 +40,7 @@ class Mirrors(NamedTuple):
     rest_normal: Floats
     edge_m: Floats
     edge_start: Ints
+    endless: Flags
 
 
 def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mirrors:
@@ -55,6 +57,7 @@ def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mi
     return Mirrors(
         whole(normal), whole(offset), whole(center), whole(corner), patches.radius_m, patches.one_sided,
         patches.obstacle, follows, frames, patches.normal, patches.edge_m, patches.edge_start,
+        np.zeros(len(patches), dtype=bool),
     )  # fmt: skip
 
 

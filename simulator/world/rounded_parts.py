@@ -75,11 +75,9 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
     corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
-    middle = corner.mean(axis=1)
-    radius = norm(corner - middle[:, None]).max(axis=1, initial=0.0)
     return RoundedParts(
         np.array([i for i, _ in owners], dtype=np.int64), _own_patches(readings, owners), corner,
-        np.column_stack([middle, radius]), np.cumsum([0, *map(len, corners)]).astype(np.int64),
+        balls_round(corner), np.cumsum([0, *map(len, corners)]).astype(np.int64),
         np.array(boxes).reshape(-1, 2, 3),
     )  # fmt: skip
 
@@ -109,6 +107,12 @@ def corners_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
     """(F, 3, 3) corners of some facets of an obstacle."""
     found: Floats = np.asarray(reading.mesh.vertices)[np.asarray(reading.mesh.faces)[chosen]]
     return found
+
+
+def balls_round(corner_m: Floats) -> Floats:
+    """(F, 4) middle and radius of a ball that holds each facet (F, 3, 3)."""
+    middle = corner_m.mean(axis=1)
+    return np.column_stack([middle, norm(corner_m - middle[:, None]).max(axis=1, initial=0.0)])
 
 
 def loose(corner_m: Floats) -> tuple[Floats, Ints]:

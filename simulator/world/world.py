@@ -18,7 +18,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
-from simulator.world.rounded_parts import RoundedParts
+from simulator.world.rounded_parts import RoundedParts, balls_round, corners_of
 from simulator.world.shared_planes import planes_at_ends, planes_of
 from simulator.world.visibility import OFFSET, Blocker
 
@@ -67,6 +67,30 @@ class World:
     def patch_ends(self) -> PatchEnds:
         """Where the patches end, as `surfaces.patch_ends` has it."""
         return patch_ends(self.wedges, [reading for reading, _ in self.skins], self.patches.obstacle)
+
+    @cached_property
+    def blunt(self) -> Flags:
+        """(P,) patches that end at creases with smooth surfaces alone, such as the face of a wheel."""
+        ends = np.diff(self.patch_ends.first) > 0
+        flags: Flags = ends & ~np.isin(np.arange(len(self.patches)), self.wedges.patch)
+        return flags
+
+    def is_blunt(self, number: Ints) -> Flags:
+        """Whether reflectors, by their numbers, are blunt patches."""
+        within = (number >= 0) & (number < len(self.patches))
+        flags: Flags = within & self.blunt[np.where(within, number, 0)] if len(self.patches) else within
+        return flags
+
+    @cached_property
+    def blunt_facets(self) -> tuple[Floats, Floats, Ints]:
+        """(F, 3, 3) corners of the facets of blunt patches at rest, (F, 4) balls, and (B + 1,) where each begins."""
+        readings = [reading for reading, _ in self.skins]
+        first = np.cumsum([0, *(reading.planes for reading in readings)])
+        obstacle = self.patches.obstacle[self.blunt]
+        own = np.flatnonzero(self.blunt) - first[obstacle]
+        parts = [corners_of(readings[i], readings[i].patch == k) for i, k in zip(obstacle, own, strict=True)]
+        corner = np.concatenate([np.zeros((0, 3, 3)), *parts])
+        return corner, balls_round(corner), np.cumsum([0, *map(len, parts)])
 
     @cached_property
     def planes(self) -> Ints:
