@@ -144,7 +144,7 @@ def _judged(
     if crc32(recording.samples.data) != before:
         _simulated.cache_clear()
         raise ValueError(f"a detector must leave the recording as it is: others receive it too; '{name}' wrote into it")
-    alert, contact_s = first_alert(detections), truths[0].contact_time_s
+    alert, contact_s = first_alert(detections, recording.duration_s), truths[0].contact_time_s
     entry = {**alert, **cost, "no_beep": no_beep, "decisions": _decisions(detections, setting.walk, contact_s)}
     entry["alert_distance_m"] = float(distance_left_m(setting.walk, alert["alert_time_s"], contact_s))
     entry["alert_lead_s"] = float(np.subtract(contact_s, alert["alert_time_s"]))
@@ -161,13 +161,13 @@ def detections_of(detector: Any, recording: Recording) -> tuple[list[Any], bool]
         return [], True
 
 
-def first_alert(detections: Sequence[Any]) -> dict[str, Any]:
-    """Whether, when and at which range a detector first raised an alert."""
+def first_alert(detections: Sequence[Any], duration_s: float) -> dict[str, Any]:
+    """Whether, when and at which range a detector first raised an alert on a recording of such a duration."""
     for detection in detections:
         if detection.decision.alert:
             time_s, range_m = float(detection.decision.time_s), float(detection.decision.range_m)
-            if not 0.0 <= time_s + BEFORE_S < math.inf:
-                raise ValueError(f"time_s of a decision must be finite and within the recording, got {time_s}")
+            if not -BEFORE_S <= time_s <= duration_s:
+                raise ValueError(f"time_s of a decision must be within the recording's {duration_s:g} s, got {time_s}")
             return {"alert": True, "alert_time_s": time_s, "alert_range_m": range_m}
     return {"alert": False, "alert_time_s": math.nan, "alert_range_m": math.nan}
 

@@ -50,8 +50,8 @@ def _incomparable(
     here, there = {label: collides for label, (collides, _) in now.items()}, baseline_walks(before, against)
     if missing := sorted(there.keys() - here.keys()):
         return f"{len(missing)} walks of the baseline are not in the run, the first is {missing[0]}"
-    if turned := [label for label in there if there[label] != here[label]]:
-        return f"{len(turned)} walks collide here and not in the baseline or the reverse: scenes changed, update it"
+    if differ := [label for label in there if there[label] != here[label]]:
+        return f"{len(differ)} walks collide here and not in the baseline or the reverse: scenes changed, update it"
     return None
 
 

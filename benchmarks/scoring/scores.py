@@ -243,9 +243,9 @@ def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = TRUE) -> dict[s
     """Median absolute errors by name, of pairs of estimate and what it is held against."""
     entries = {}
     for name, (estimate, truth) in pairs.items():
-        table = narrow_alone(table) if name == "radius_m" else table
-        value, low, high, count = quantile_with_interval(absolute_errors(table, estimate, truth), 0.5, table["label"])
-        entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(table[truth])}
+        rows = narrow_alone(table) if name == "radius_m" else table
+        value, low, high, count = quantile_with_interval(absolute_errors(rows, estimate, truth), 0.5, rows["label"])
+        entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(rows[truth])}
     return entries
 
 

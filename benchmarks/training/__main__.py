@@ -26,6 +26,7 @@ from benchmarks.training.fit import (
     with_thresholds,
 )
 from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
+from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
 from obstaclewatch.tracking.bearing_model import BearingModel
 from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel
@@ -166,7 +167,8 @@ def write_table(path: Path, found: Examples, model: CollisionModel) -> None:
         "left_m": first.left_m,
         "evidence": evidence,
     }
-    np.savez_compressed(path, **told, probability=probability, shown=shown, pictures=first.pictures[shown])
+    with whole_file(path) as partial, partial.open("wb") as file:
+        np.savez_compressed(file, **told, probability=probability, shown=shown, pictures=first.pictures[shown])
 
 
 def card(model: CollisionModel, learned: dict[str, Any], unseen: dict[str, Examples]) -> dict[str, Any]:

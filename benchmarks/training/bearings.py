@@ -15,6 +15,7 @@ from benchmarks.cells.spec import Cell
 from benchmarks.training.examples import numbered, walk_files
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.bearing_model import BearingModel
 
 STATED_DEG = (0, 10, 20, 40, 90)
@@ -45,7 +46,9 @@ class BearingExamples(Rows):
     def write(self, path: Path) -> None:
         """Those at the levels assumed, evidence in half precision: what a card is held against."""
         first = self[self.reception == 0]
-        np.savez_compressed(path, walk=first.walk, evidence=first.evidence.astype(np.float16), true_rad=first.true_rad)
+        evidence = first.evidence.astype(np.float16)
+        with whole_file(path) as partial, partial.open("wb") as file:
+            np.savez_compressed(file, walk=first.walk, evidence=evidence, true_rad=first.true_rad)
 
     @classmethod
     def from_file(cls, path: Path) -> BearingExamples:

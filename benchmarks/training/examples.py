@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.plan import unknowns
 from benchmarks.training import walks
 from benchmarks.training.walks import Seen, Walk, recorded, seen_at_beeps
 from obstaclewatch.support.arrays import Flags, Floats, Halves, Ints
@@ -129,7 +130,7 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
 @cache
 def _sources() -> str:
     """Digest of all that decides an example's numbers."""
-    own = (Path(__file__), Path(walks.__file__))
+    own = (Path(__file__), Path(walks.__file__), Path(unknowns.__file__))
     return hashlib.sha256(b"".join([source_fingerprint().encode(), *(each.read_bytes() for each in own)])).hexdigest()
 
 

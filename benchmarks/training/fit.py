@@ -32,7 +32,13 @@ def stated(model: CollisionModel, examples: Examples) -> Floats:
 
 
 def with_thresholds(model: CollisionModel, examples: Examples, probability: Floats) -> CollisionModel:
-    """The thresholds that cost least on walks at whose beeps (n,) such probabilities are stated."""
+    """The thresholds that cost least on walks at whose beeps (n,) such probabilities are stated.
+
+    Raises:
+        ValueError: none of the walks collides, or all do.
+    """
+    if examples.collides.all() or not examples.collides.any():
+        raise ValueError(f"thresholds take walks that collide and others, got {len(examples)} beeps of one kind")
     left_m = distances_left(examples)
     pairs = [
         replace(model, left_m=np.array(LEFT_M), thresholds=np.array(pair)) for pair in product(THRESHOLDS, THRESHOLDS)

@@ -18,6 +18,7 @@ import numpy as np
 from obstaclewatch.signal.two_mics import path_difference_at
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, SingleComplexes, Singles
 from obstaclewatch.tracking.approach_sums import MEMORY_BEEPS, RecentBeeps
+from obstaclewatch.trajectories.geometry import NEAREST_M
 from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read, oscillation_at
 
 AHEAD_M = np.arange(0.15, 2.15, 0.05)
@@ -76,7 +77,7 @@ def approach_picture(
     # heights x beeps x places ahead
     along_m = AHEAD_M + carrier.speed_m_s * (now_s - ahead_s - beeps.time_s)[:, None]
     height_m = np.minimum(HEIGHTS_M, carrier.ground_m)[:, None, None]
-    range_m = np.hypot(along_m, height_m)
+    range_m = np.maximum(np.hypot(along_m, height_m), NEAREST_M)
     read = oscillation_as_read(oscillation, beeps.time_s, ahead_s)[:, :, None]
     read_m = range_m + (height_m * read[1] - along_m * read[2]) / range_m
     cell = (read_m - beeps.first_m) / beeps.cell_m

@@ -17,6 +17,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints, SingleComplexes
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.trajectories.geometry import NEAREST_M
 from obstaclewatch.trajectories.prior import walking_speed
 from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read
 
@@ -203,9 +204,9 @@ def _best_sums(
                     total, most = 0.0, NOTHING
                     for beep in range(len(age_s)):
                         along_m = begin_m + pace_m_s * age_s[beep]
-                        range_m = np.sqrt(along_m * along_m + aside2)
+                        range_m = max(np.sqrt(along_m * along_m + aside2), NEAREST_M)
                         read_m = range_m + (height_m * waves[1, beep] - along_m * waves[2, beep]) / range_m
-                        cell = int((read_m - first_m) * per_m + 0.5)
+                        cell = int(np.floor((read_m - first_m) * per_m + 0.5))
                         if 0 <= cell < cells:
                             total += ratio[beep, cell]
                         if beep >= LEAST_BEEPS - 1 and total > most:

@@ -9,6 +9,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import norm
+from simulator.diffraction.edge_view import APEX
 from simulator.diffraction.single import clear_of_faces
 from simulator.diffraction.wedge_coordinates import at_poses, seen
 from simulator.world.candidates import Candidates, candidates
@@ -72,7 +73,7 @@ def candidates_over(search: Search, paths: ChainPaths) -> Candidates:
     sequence[:, :most] = np.where(met >= 0, search.tracing.world.numbering.number(Interaction.EDGE, met), -1)
     hits[:, :most] = paths.points_m[:, 1 : 1 + most]
     found = candidates(search.tracing, paths.pose, paths.mic, sequence, hits)
-    return replace(found, cell=np.arange(len(found)))
+    return replace(found, cell=np.arange(len(found)), part=np.full(len(found), APEX))
 
 
 def face_factor(tracing: Tracing, paths: ChainPaths, frequency_hz: Floats) -> Complexes:

@@ -31,13 +31,14 @@ from scipy.special import wofz
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
+from simulator.world.corners import NARROWEST_RAD
+from simulator.world.mirrors import BORDER_M
 
-NARROWEST_RAD = 2.0 * np.pi / 3.0  # of a face and its mirror image; the open angle of a sharp edge is pi or more
+NARROWEST_OPEN_RAD = 2.0 * NARROWEST_RAD  # of a face and its mirror image; that of a sharp edge is pi or more
 INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
 
 NEAR_POLE_RAD = 16.0  # k (L0 - L_p) below which a pole is taken out before quadrature
 NEAR_APEX_RAD = 4.0  # k (L_end - L0) below which an end is reached from the apex along the real axis
-BORDER_M = 1e-9  # as in the mirrors' search, where a reflection point this close to a border still counts as inside
 
 _HERMITE = tuple(a[16:] for a in np.polynomial.hermite.hermgauss(32))  # the integrand is even: half of them
 _LAGUERRE = np.polynomial.laguerre.laggauss(16)
@@ -166,7 +167,7 @@ def check(view: EdgeView, wavenumber: Floats) -> None:
         if not (radius > 0.0).all():
             raise ValueError(f"source and receiver must stand off the edge, got a distance of {radius.min()} m")
     angle = view.open_angle_rad
-    if not ((angle >= NARROWEST_RAD - 1e-9) & (angle <= 2.0 * np.pi + 1e-9)).all():
+    if not ((angle >= NARROWEST_OPEN_RAD - 1e-9) & (angle <= 2.0 * np.pi + 1e-9)).all():
         rule = "pi to 2 pi, or 2 pi / 3 on with an image"
         raise ValueError(f"open_angle_rad must be {rule}, got {angle.min()} to {angle.max()}")
     if not (wavenumber > 0.0).all():

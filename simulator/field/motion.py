@@ -108,7 +108,7 @@ def motion_within(
             among = found[rows], reception[rows]
             delay[rows], amplitude[rows] = follow(tracing, track, *among, speed_m_s, count)
     fit = np.linalg.inv(chebyshev.chebvander(node, degree)).T
-    at_centre = _amplitude(tracing, found, found.points_m, found.normal, found.curvature) * found.length_m
+    at_centre = _amplitude(found, found.points_m, found.normal, found.curvature) * found.length_m
     strength = amplitude * delay * speed_m_s / at_centre[:, None]
     return Motion(middle, half, delay @ fit, strength @ fit)
 
@@ -204,7 +204,7 @@ def _over_a_curve(
     source = track.at(np.full(len(rows), SPEAKER), reception - settled, 3)
     moment = _solved(tracing, rows, source, receiver, (reception - settled)[:, None] + ahead, guess)
     delay = (moment.length_m() / speed_m_s).reshape(reception_s.shape)
-    amplitude = _amplitude(tracing, rows, moment.points_m, moment.normal, moment.curvature).reshape(reception_s.shape)
+    amplitude = _amplitude(rows, moment.points_m, moment.normal, moment.curvature).reshape(reception_s.shape)
     # At a crossing that would run off, paths are not straight from image to image.
     bent = np.any(np.abs(delay - settled.reshape(reception_s.shape)) > BENT_S, axis=1)
     if bent.any():
@@ -255,11 +255,11 @@ def _over_curves(
         source = track.at(np.full(len(found), SPEAKER), emission, 3)
         moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
         delay = moment.length_m() / speed_m_s
-    amplitude = _amplitude(tracing, found, moment.points_m, moment.normal, moment.curvature)
+    amplitude = _amplitude(found, moment.points_m, moment.normal, moment.curvature)
     return delay.reshape(reception_s.shape), amplitude.reshape(reception_s.shape)
 
 
-def _amplitude(tracing: Tracing, found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
+def _amplitude(found: Candidates, points_m: Floats, normal: Floats, curvature: Floats) -> Floats:
     """(R,) spreading of each path; the strengths of edges and cells are held, their spreading alone follows."""
     amplitude = np.empty(len(found))
     point = (found.edge >= 0) | (found.cell >= 0)

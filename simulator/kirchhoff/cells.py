@@ -32,6 +32,12 @@ class Cells(Rows):
     length_m: Floats
     gain: Complexes
 
+    @property
+    def loudest(self) -> Floats:
+        """(M,) greatest magnitude over the band."""
+        found: Floats = np.abs(self.gain).max(axis=1, initial=0.0)
+        return found
+
 
 @dataclass(frozen=True)
 class CellSums(Rows):
@@ -74,7 +80,7 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
             wanted[left], width,
         )  # type: ignore[call-arg]  # fmt: skip
         facet[left[chosen >= 0]] = some[chosen[chosen >= 0]]
-        # few facets may be lit, and none of those that stand for others: far ones do not have the delay
+        # where none of those that stand for others has a path within a cell of the wanted one, all facets are asked
         left = np.flatnonzero(np.abs(length - centre) > width)
         if not len(left):
             break

@@ -85,11 +85,12 @@ def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted:
         return _turns(tracing, facets, pairs[seen[cells.pair]], cells)
 
     def described() -> Rejected:
-        return Rejected(gain[faint], partial(straightened, search, turns(with_stand_ins(*skin, sums[faint]))))
+        cells = with_stand_ins(*skin, sums[faint])
+        return Rejected(cells.loudest, partial(straightened, search, turns(cells)))
 
     search.reject(Reason.FAINT_CELL, len(faint), described)
     cells = with_stand_ins(*skin, sums[np.flatnonzero(kept)])
-    found, ok = unfolded(search, turns(cells), lambda: gain[kept])
+    found, ok = unfolded(search, turns(cells), lambda: cells.loudest)
     return replace(found, cell=ok, share=wanted.share[seen[cells.pair[ok]]]), cells.gain
 
 

@@ -32,7 +32,7 @@ class Candidates(Rows):
         standoff_m: (C, N) how far the true surface may stand off its mesh there.
         face, uv: (C, N), (C, N, 2) places on the smooth surfaces; -1 where none is met.
         edge: (C,) sharp edge, -1 without one.
-        part: (C,) edge_view.APEX, START or END of that edge.
+        part: (C,) edge_view.APEX, START or END of that edge, or of the edges of a chain; -1 without one.
         cell: (C,) cell of a body by Kirchhoff's integral, or a chain of edges: both carry gains worked out
             beforehand. -1 for all others.
         share: (C,) of the echo that is its own, where rays and Kirchhoff's integral share it; else 1.
@@ -142,7 +142,7 @@ def candidates(tracing: Tracing, pose: Ints, mic: Ints, sequence: Ints, hits: Fl
     return Candidates(
         pose, mic, order, sequence, tracing.world.numbering.interaction(sequence), points, np.zeros((count, width, 3)),
         np.zeros((count, width, 3, 3)), np.zeros((count, width)), np.full((count, width), -1),
-        np.zeros((count, width, 2)), np.full(count, -1), np.zeros(count, dtype=np.int64), np.full(count, -1),
+        np.zeros((count, width, 2)), np.full(count, -1), np.full(count, -1), np.full(count, -1),
         np.ones(count),
     )  # fmt: skip
 

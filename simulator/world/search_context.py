@@ -32,7 +32,8 @@ class Search:
         phone: transducers, levels and noise.
         air: speed of sound and absorption.
         fidelity: what is modelled.
-        sweep: how the phone moves while a chirp lasts; None where nothing moves.
+        sweep: how the phone moves while a chirp lasts; None for poses taken one by one, and for beeps too short or too
+            narrow to have an instant for each frequency.
         log: collects rejections and choices; it holds no input of any search.
     """
 

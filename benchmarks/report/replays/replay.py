@@ -153,7 +153,7 @@ def _truth(name: str, truth: GroundTruth) -> dict[str, Any]:
 
 def _judged(cell: Cell, name: str, setting: Situation, beep: BeepDesign, recording: Recording) -> dict[str, Any]:
     detections, no_beep = detections_of(detector_for(cell, name, setting, beep), recording)
-    alert = first_alert(detections)
+    alert = first_alert(detections, recording.duration_s)
     return {
         "name": detector_label(name),
         "no_beep": no_beep,

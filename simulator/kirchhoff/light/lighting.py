@@ -194,8 +194,8 @@ def _ask(tracing: Tracing, skin: Skin, views: Views, between: Between, known: Fl
 def _states(image, middle, normal, apart, rise, closed, beside, lit):
     """(V, S) what spots say of their facets, where (V, S) of them are lit.
 
-    Facing an image needs no ray: it must be above the speaker's plane. A border runs through spots that are lit beside
-    one that is dark, and through that one, where it does not merely face away. Where a round body turns away no spot
+    Facing an image needs no ray: it must be above the speaker's plane. Of a spot that is lit and one beside it that is
+    dark, a border runs through both, but where the dark one merely faces away. Where a round body turns away no spot
     speaks; of those farther on all facets face away.
 
     Args:

@@ -93,3 +93,11 @@ def test_few_beeps_and_ranges_that_are_not_searched_are_zero():
     near = AHEAD_M + CARRIER.speed_m_s * -AHEAD_S < FIRST_M - CELL_M
     assert near.any()
     assert not _picture(beeps)[0][:, 0, near].any()
+
+
+def test_a_point_at_the_phone_itself_has_a_picture():
+    """Cause: with some beeps a place ahead is read at no distance at all: 0 / 0, and no alert from that beep on."""
+    found = approach_picture(
+        _beeps(1.0, 0.0, 0.0), NOW_S, AHEAD_M[2] / CARRIER.speed_m_s, CARRIER, STEADY, WAVELENGTH_M, 0.0
+    )
+    assert np.isfinite(found).all()

@@ -128,3 +128,17 @@ def test_a_crossing_does_not_run_off_where_image_and_receiver_are_on_one_side():
     up = np.tile([0.0, 0.0, 1.0], (2, 1, 1))
     crossing = crossings_in_turn(start, image, up, np.zeros((2, 1)), [(0, np.array([True, True]))])
     np.testing.assert_allclose(crossing[:, 0], [[2.0, 0.0, 0.0099], [0.5, 0.0, 0.0]], atol=1e-12)
+
+
+def test_cells_of_the_integral_grow_as_the_way_there_times_the_way_back(box, phone):
+    """Cause: cells counted as apexes of edges, whose strength goes with the power 1.5 of the distance."""
+    walk = StraightWalk([0.0, 0.0, 1.3], 0.0, 1.3, BEEP.period_s)
+    scene = Scene([box((0.2, 0.2, 0.2), (1.1, 0.0, 1.3), "box")], Air.lossless(C))
+    paths, motion, _ = trace_walk(scene, phone, walk, BEEP, Fidelity(mechanisms=("kirchhoff",)))
+    loudest = int(np.argmax(np.abs(paths.gain) * (paths.order == 1)))
+    ends = np.array([-1.0, 0.0, 1.0])
+    times_length, delay = (
+        np.polynomial.chebyshev.chebval(ends, each[loudest]) for each in (motion.strength, motion.delay_s)
+    )
+    amplitude = times_length / delay
+    np.testing.assert_allclose(amplitude / amplitude[1], (delay[1] / delay) ** 2, rtol=2e-3)
