@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.runs.manifest import options_in
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
@@ -135,7 +135,7 @@ def baseline_of(run: RunData) -> RunBaseline:
 
 def _values(run: RunData, detector: str, kind: str) -> dict[str, dict[str, float]]:
     tables = walk_tables(run, detector, kind)
-    return {quantity: per_walk_of(tables, quantity) for quantity in QUANTITIES}
+    return {quantity: per_walk(tables, quantity) for quantity in QUANTITIES}
 
 
 def updated(baseline: Baseline | None, runs: Sequence[RunData], reason: str) -> Baseline:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.gates.config import Gates, MedianClaim, RateClaim
-from benchmarks.gates.quantities import QUANTITIES, per_walk_of, tables_where, walk_tables
+from benchmarks.gates.quantities import QUANTITIES, per_walk, tables_where, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point
@@ -82,7 +82,7 @@ def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
         category=claim.category,
         standing_range_m=claim.standing_range_m,
     )
-    values = np.array([value for value in per_walk_of(tables, claim.quantity).values() if np.isfinite(value)])
+    values = np.array([value for value in per_walk(tables, claim.quantity).values() if np.isfinite(value)])
     if len(values) == 0:
         return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in the run")
     middle, bound = float(np.median(values)), upper_quantile_bound(values, 0.5, claim.confidence)

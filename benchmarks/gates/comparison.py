@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk_of, walk_tables
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point
 from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
@@ -90,7 +90,7 @@ def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[
     for kind in KINDS:
         tables = walk_tables(first, name, kind), walk_tables(second, other, kind)
         for quantity, rule in QUANTITIES.items():
-            before, now = (per_walk_of(table, quantity) for table in tables)
+            before, now = (per_walk(table, quantity) for table in tables)
             found = shift_of(before, now, rule.summary)
             if found.n:
                 yield (kind, quantity, rule.unit), found

@@ -70,17 +70,12 @@ def walk_tables(run: RunData, detector: str, kind: str) -> WalkTables:
     return WalkTables(beep_table(run, detector, kind), chosen(walks, mask))
 
 
-def per_walk(run: RunData, detector: str, kind: str, quantity: str) -> dict[str, float]:
+def per_walk(tables: WalkTables, quantity: str) -> dict[str, float]:
     """Label of every walk (or standing measurement) with a beep in range -> the quantity; NaN without an estimate.
 
     Raises:
         ValueError: an unknown quantity.
     """
-    return per_walk_of(walk_tables(run, detector, kind), quantity)
-
-
-def per_walk_of(tables: WalkTables, quantity: str) -> dict[str, float]:
-    """The same from tables."""
     if quantity not in QUANTITIES:
         raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{quantity}'")
     asked = QUANTITIES[quantity]
@@ -106,5 +101,6 @@ def judged_right(run: RunData, detector: str) -> dict[str, tuple[bool, bool]]:
 
 
 def tables_where(tables: WalkTables, **values: str | float | None) -> WalkTables:
-    """Both tables cut to rows whose columns have these values; None leaves a column free."""
-    return WalkTables(rows_where(tables.beeps, **values), rows_where(tables.walks, **values))
+    """Both tables cut to rows whose columns have these values; None leaves a column free, and walks lack some."""
+    of_walks = {column: value for column, value in values.items() if column in tables.walks}
+    return WalkTables(rows_where(tables.beeps, **values), rows_where(tables.walks, **of_walks))

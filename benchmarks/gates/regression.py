@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.gates.baseline import Baseline, RunBaseline, baseline_walks, run_key
 from benchmarks.gates.config import Gates, Regression
-from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk
+from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import change_of, shift_of
@@ -32,8 +32,11 @@ def _judge(run: RunData, gates: Gates, baseline: Baseline | None, asked: Regress
     for rate in asked.rates:
         yield _rate(run, gates, before, asked.detector, against, rate)
     for kind, tolerances in zip(KINDS, (asked.approach, asked.standing), strict=True):
+        tables = walk_tables(run, asked.detector, kind)
         for quantity, tolerance in tolerances.items():
-            yield _quantity(run, gates, before, (asked.detector, against), kind, quantity, tolerance)
+            earlier = before.values[against].get(kind, {}).get(quantity, {})
+            name = f"{asked.detector} {quantity}, {kind}"
+            yield _quantity(name, quantity, earlier, per_walk(tables, quantity), tolerance, gates.confidence)
 
 
 def _incomparable(
@@ -76,12 +79,16 @@ def _rate(run: RunData, gates: Gates, before: RunBaseline, detector: str, agains
 
 
 def _quantity(
-    run: RunData, gates: Gates, before: RunBaseline, names: tuple[str, str], kind: str, quantity: str, tolerance: float
+    name: str,
+    quantity: str,
+    earlier: Mapping[str, float],
+    now: Mapping[str, float],
+    tolerance: float,
+    confidence: float,
 ) -> Verdict:
-    detector, against = names
-    name, rule = f"{detector} {quantity}, {kind}", QUANTITIES[quantity]
-    earlier: Mapping[str, float] = before.values[against].get(kind, {}).get(quantity, {})
-    found = shift_of(earlier, per_walk(run, detector, kind, quantity), rule.summary, gates.confidence)
+    """Whether a quantity, by walks, got worse by more than is tolerated."""
+    rule = QUANTITIES[quantity]
+    found = shift_of(earlier, now, rule.summary, confidence)
     if found.n == 0:
         if found.before == 0:
             return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in baseline and run")

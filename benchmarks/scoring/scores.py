@@ -181,10 +181,10 @@ def _score(decisions: Mapping[str, Any], collides: bool, left_m: float) -> float
 
 
 def rows_where(table: Table, **values: str | float | None) -> Table:
-    """The rows whose columns have these values; None, or a column that the table lacks, leaves them free."""
+    """The rows whose columns have these values; None leaves them free."""
     mask = np.ones(len(table["label"]), dtype=bool)
     for column, value in values.items():
-        if value is not None and column in table:
+        if value is not None:
             mask &= table[column] == value
     return chosen(table, mask)
 

@@ -129,7 +129,7 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     try:
         calibration = calibrate(recording, beep, phone)
     except NoBeepError:
-        return RecordingHealth((_without_beep(recording, beep, phone, detected),), detected, None)
+        return RecordingHealth((_without_beep(recording, beep, detected),), detected, None)
     other = _other_beep(detected, calibration, beep)
     if other is not None:
         return RecordingHealth((other,), detected, calibration)
@@ -147,9 +147,7 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
     return RecordingHealth(tuple(f for f in findings if f is not None), detected, calibration)
 
 
-def _without_beep(
-    recording: Recording, beep: BeepDesign, phone: PhoneGeometry, detected: DetectedBeep | None
-) -> Finding:
+def _without_beep(recording: Recording, beep: BeepDesign, detected: DetectedBeep | None) -> Finding:
     swapped = Recording(recording.samples[::-1], recording.sample_rate_hz)
     try:
         BeepFinder(beep, 0.0).first_emission(swapped.samples)
@@ -255,7 +253,7 @@ def _limited(recording: Recording, calibration: Calibration, beep: BeepDesign) -
 
 def _dropped(recording: Recording, calibration: Calibration, beep: BeepDesign, same: bool) -> Finding | None:
     rate = recording.sample_rate_hz
-    trend_s = _clock_ratio(calibration, beep) * (calibration.emission_s - calibration.emission_s[0])
+    trend_s = _clock_ratio(calibration) * (calibration.emission_s - calibration.emission_s[0])
     drift = (calibration.drift_s - trend_s[:, None]) * rate
     alone = same or _is_deaf(calibration)
     steps = _steps_that_stay(drift[:, [0, 0]], LONE_STEP_SAMPLES) if alone else _steps_that_stay(drift, STEP_SAMPLES)
@@ -297,13 +295,13 @@ def _steps_that_stay(drift: Floats, least: float) -> Floats:
 def _missing(calibration: Calibration, beep: BeepDesign) -> Finding | None:
     """Beeps that are not there between others that are at their places."""
     lost = np.round(np.diff(calibration.emission_s) / beep.period_s).astype(int) - 1
-    if not (lost > 0).any() or _clock_ratio(calibration, beep) != 0.0:  # beeps that leave their place are passed by
+    if not (lost > 0).any() or _clock_ratio(calibration) != 0.0:  # beeps that leave their place are passed by
         return None
     first = calibration.emission_s[int(np.argmax(lost > 0))] + beep.period_s
     return Finding(Fault.MISSING_BEEPS, f"{int(lost.sum())} beeps are missing, the first at {max(first, 0.0):.2f} s")
 
 
-def _clock_ratio(calibration: Calibration, beep: BeepDesign) -> float:
+def _clock_ratio(calibration: Calibration) -> float:
     """Share by which the beeps' period is received longer than designed; 0 if too few or too irregular to be a clock's.
 
     The median over a quarter of the beeps each, of which one gap spoils a third.
@@ -320,7 +318,7 @@ def _clock_ratio(calibration: Calibration, beep: BeepDesign) -> float:
 
 
 def _clock_drift(calibration: Calibration, beep: BeepDesign) -> Finding | None:
-    ppm = 1e6 * _clock_ratio(calibration, beep)
+    ppm = 1e6 * _clock_ratio(calibration)
     if abs(ppm) < LEAST_PPM:
         return None
     return Finding(

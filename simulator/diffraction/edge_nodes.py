@@ -46,11 +46,6 @@ class EdgeNodes:
     def __len__(self) -> int:
         return len(self.weight_m)
 
-    @property
-    def edge(self) -> Ints:
-        """(N,) number of the edge among the panel's."""
-        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
-
 
 def nodes_of(wedges: Wedges, speed_m_s: float) -> EdgeNodes:
     """Nodes on all edges of one panel for frequencies up to the upper end of the band."""

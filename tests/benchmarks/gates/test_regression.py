@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.gates.baseline import load_baseline, save_baseline, updated
 from benchmarks.gates.judge import judge
-from benchmarks.gates.quantities import per_walk
+from benchmarks.gates.quantities import per_walk, walk_tables
 from benchmarks.gates.verdict import State, exit_code
 from benchmarks.scoring.paired import change_of, shift_of
 from tests.benchmarks.gated_runs import (
@@ -117,8 +117,8 @@ def test_change_and_shift_pair_the_same_walks():
 def test_the_late_channel_is_the_geometry(tmp_path):
     run = good_run(tmp_path)
     shift = shift_of(
-        per_walk(run, DETECTOR, "approach", "path_difference_bias"),
-        per_walk(changed(run, one_channel_late), DETECTOR, "approach", "path_difference_bias"),
+        per_walk(walk_tables(run, DETECTOR, "approach"), "path_difference_bias"),
+        per_walk(walk_tables(changed(run, one_channel_late), DETECTOR, "approach"), "path_difference_bias"),
         np.median,
     )
     assert shift.value == pytest.approx(LATE_M, rel=1e-9)

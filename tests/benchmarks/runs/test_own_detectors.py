@@ -57,6 +57,10 @@ class Sure(Decides):
 
 class Early(Decides):
     changes = {"time_s": lambda found: -1e6}
+
+
+class Late(Decides):
+    changes = {"time_s": lambda found: 1e9}
 """
 
 
@@ -80,7 +84,8 @@ def judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         ("Writes", "a detector must leave the recording as it is"),
         ("Far", "alert_range_m: must be less than or equal to 1"),
         ("Sure", "collision_probability of a decision must be 0 to 1, got 7.0"),
-        ("Early", "time_s of a decision must be finite and within the recording, got -1000000.0"),
+        ("Early", "time_s of a decision must be within the recording's"),
+        ("Late", "time_s of a decision must be within the recording's"),
     ],
 )
 def test_a_cell_fails_with_the_reason(judged, name: str, reason: str) -> None:

@@ -170,6 +170,14 @@ def test_thresholds_are_those_that_cost_least():
     assert cost(model.thresholds) < cost((0.5, 0.5))
 
 
+def test_thresholds_take_walks_of_both_outcomes():
+    """Cause: of collisions alone the cost is NaN, and the first pair of thresholds was taken without a word."""
+    examples = _examples()
+    rows = np.flatnonzero(examples.collides)
+    with pytest.raises(ValueError, match="thresholds take walks that collide and others, got 200 beeps of one kind"):
+        with_thresholds(collision_model(), examples[rows], np.full(len(rows), 0.5))
+
+
 def _learned_again(folder, output):
     """Four walks to learn from and one of each recipe held out."""
     asked, found = ["--walks=4", "--whole=2", "--held-out=1", "--receptions=2", f"--examples={folder}"], []
