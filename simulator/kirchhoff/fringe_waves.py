@@ -13,7 +13,8 @@ x = t + t' from each face that both ends see. At the border of a reflection both
 difference does not: so the sum goes on smoothly where the point of reflection runs off the rim. A bin seen from above
 its rim comes within 0.1 dB of full-wave values, where the integral alone errs by 1.4 dB.
 
-Elements of which neither face is seen from both ends add nothing, nor does the body's own shadow.
+Elements of which neither face is seen from both ends add nothing, nor does the body's own shadow. What hides a face
+that both ends are before hides its reflection as well, and so the part of the wedge's wave that goes with it.
 """
 
 from __future__ import annotations
@@ -125,8 +126,9 @@ def _fringe(s, t, l, m, open_angle, first, second):
     for sign in (-1.0, 1.0):
         bracket += nu * _share(nu * (np.pi + sign * (s[1] - t[1])), np.cosh(nu * eta))
     # x grows past pi at the border of face 0, what is left of it to 2 open angles past that of face 1
-    for angle, seen in ((x, first), (beyond, second)):
-        if eta**2 + (np.pi - angle) ** 2 < ON_BORDER:
+    faces = max(s[1], t[1]) < np.pi, open_angle - min(s[1], t[1]) < np.pi
+    for angle, seen, faced in ((x, first, faces[0]), (beyond, second, faces[1])):
+        if (faced and not seen) or eta**2 + (np.pi - angle) ** 2 < ON_BORDER:
             continue
         bracket += nu * _share(nu * (np.pi - angle), np.cosh(nu * eta))
         if seen:
