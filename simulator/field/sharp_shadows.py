@@ -196,9 +196,10 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
     wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
     edges = wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex]
+    own = np.searchsorted(convex, found.edge[path])
     most = BORDER_REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(
-        *ends, *within, found.pose[path], borders, met, search.tracing.placed, *edges, world.edge_balls, most
+        *ends, *within, found.pose[path], own, borders, met, search.tracing.placed, *edges, world.edge_balls, most
     )  # type: ignore[call-arg]
     edge = np.append(convex, -1)[edge]
     shared = (met[:, 2:, None] == planes[edge, None]).any(axis=2) & (met[:, 2:] >= 0) & (edge >= 0)[:, None]
@@ -237,11 +238,12 @@ def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segme
 
 
 @compiled
-def _nearest(here, there, first, last, pose, apart, met, placed, start, end, obstacle, plane, at_ends, ball, most):
+def _nearest(here, there, first, last, pose, own, apart, met, placed, start, end, obstacle, plane, at_ends, ball, most):
     """(S,) least detour over an edge between here and there (S, 3), the number of the edge, and where above its start.
 
     Args:
         first, last: (S,) between which lengths from `here` the way is a segment, and passes edges.
+        own: (S,) the edge of the path, which the way passes in a mirror on which its face stands.
         apart: (S, 4) planes whose edges do not count.
         met: (S, 4) planes whose edges' ends do not count.
         placed: (N, O, 4) frames of the obstacles.
@@ -268,7 +270,8 @@ def _nearest(here, there, first, last, pose, apart, met, placed, start, end, obs
             detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
             aside = min(np.sqrt(max(to * to - along * along, 0.0)), CLOSE_M)
             low = max(first[s] - aside, 0.0)  # what the way passes right at a mirror is passed on either side of it
-            if detour >= best or not low <= along <= min(last[s] + aside, way) or min(to, fro) < CLOSE_M:
+            close = CLOSE_M if w != own[s] else COINCIDENT_M
+            if detour >= best or not low <= along <= min(last[s] + aside, way) or min(to, fro) < close:
                 continue
             if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
                 best, least[s], edge[s], height[s] = detour, max(detour, 0.0), w, h

@@ -85,11 +85,12 @@ def _hides(mirrors, n, p, own, point, end, height):
     there = dot(end, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
     if abs(there) <= RESOLVED_M:  # in the sheet's own plane, as the next reflection in a corner: it hides nothing there
         return False
+    if there < 0.0 and mirrors.one_sided[p]:  # nor does its back, which is inside a body, in a corner at its border
+        return False
     if distance(point, mirrors.center_m[n, p]) > 1.01 * mirrors.radius_m[p]:
         return False
     if abs(height) <= RESOLVED_M:
-        reflects = there > 0.0 or not mirrors.one_sided[p]
-        return p < own and reflects and inside_patch(mirrors, n, p, point[0], point[1], point[2])
+        return p < own and inside_patch(mirrors, n, p, point[0], point[1], point[2])
     if height * there >= 0.0:
         return False
     crossing, share = np.empty(3), height / (height - there)

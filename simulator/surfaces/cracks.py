@@ -3,6 +3,9 @@
 Walls in parts, boxes side by side and slits seldom meet to the last digit. A mirror point that falls between two such
 faces would find neither, and their borders count as touching (`contacts`), so that no edge wave fills the gap. Each
 crack gets a strip: it is added to the outline of one of the faces, and it casts a shadow.
+
+Nor do boxes stand on the ground to the last digit. What is reflected off both right in the corner would find neither,
+where phone and corner are in one plane. So a face that ends just before another plane goes down to it.
 """
 
 from __future__ import annotations
@@ -58,6 +61,31 @@ def closed(patches: PlanarPatches, patch: Ints, strip_m: Floats) -> PlanarPatche
     np.maximum.at(radius, patch, norm(flat - patches.center_m[patch][:, None]).max(axis=1))
     start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(patches)))]).astype(np.int64)
     return replace(patches, edge_m=edge[np.argsort(owner, kind="stable")], edge_start=start, radius_m=radius)
+
+
+def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
+    """The patches, with corners that end less than `WIDEST_M` before another patch at an angle moved onto its plane.
+
+    Args:
+        patches: of all obstacles, where they stand at time 0.
+        moves: (O,) obstacles that move: they reach for themselves alone.
+    """
+    owner, normal = np.repeat(np.arange(len(patches)), np.diff(patches.edge_start)), patches.normal
+    height = patches.edge_m @ normal.T - patches.offset_m  # edges x ends x patches
+    before = (patches.center_m @ normal.T - patches.offset_m)[owner]
+    own = patches.obstacle[owner, None] == patches.obstacle
+    apart = moves[patches.obstacle[owner]][:, None] | moves[patches.obstacle]
+    across = (np.abs(normal @ normal.T) < ALIKE)[owner] & (own | ~apart)
+    short = (np.abs(height) < WIDEST_M) & (height * before[:, None] > height**2) & across[:, None]
+    edge = patches.edge_m.copy()
+    for row, end, other in zip(*np.nonzero(short), strict=True):
+        point, face, off = patches.edge_m[row, end], normal[owner[row]], height[row, end, other]
+        inwards = patches.center_m[owner[row]] - point
+        foot = point - off * normal[other] + WIDEST_M * inwards / np.linalg.norm(inwards)
+        if any(_inside(patches, other, foot + side * WIDEST_M * face) for side in (-1.0, 1.0)):
+            towards = normal[other] - (normal[other] @ face) * face
+            edge[row, end] -= off / (towards @ towards) * towards
+    return replace(patches, edge_m=edge)
 
 
 def _near(patches: PlanarPatches, owner: Ints, moves: Flags) -> tuple[Ints, Ints]:

@@ -16,6 +16,7 @@ MISFIT = 1e-5  # of the radius: far above rounding, and a thousandth of what the
 ROUNDING = 2.0**-22  # of the largest coordinate: vertices that went through float32
 SPARE = 3  # vertices beyond the number of unknowns that must agree before a fit counts
 NO_CONE = 4.0  # times what a cone may miss by: what misses every quadric by more is none (its radius is a guess)
+ON_CIRCLE = 0.2  # of its radius: vertices rounded to 1 mm turn the facets of a pole of 2 cm by as much
 FEW = 96  # vertices that are asked first of a mesh of many: what they do not lie on, all of them do not
 
 
@@ -35,13 +36,21 @@ def recognised(point_m: Floats, facet_normal: Floats) -> tuple[Floats, Floats] |
     slack = ROUNDING * np.abs(point_m).max() / size
     scaled = (point_m - shift) / size
     found = _cone(scaled, facet_normal, slack) if len(point_m) >= 6 + SPARE else None
-    if found is None:  # last, as two rims of a cylinder lie on a sphere as well
+    if found is None and not _round_an_axis(facet_normal):  # two rims of a cylinder lie on a sphere as well
         found = _sphere(scaled, slack)
     return None if found is None else (found[0], found[1] / size)
 
 
 def _fits(misfit: Floats, radius: float, slack: float) -> bool:
     return bool(np.abs(misfit).max() <= MISFIT * radius + slack)
+
+
+def _round_an_axis(facet_normal: Floats) -> bool:
+    """Whether normals (T, 3) are those of one strip of a cylinder or cone: on a circle, unlike those of a sphere."""
+    basis = np.linalg.eigh(np.cov(facet_normal.T))[1][:, 1:]
+    across = facet_normal @ basis
+    x, y, radius = _circle(across)
+    return bool(np.abs(np.hypot(*(across - [x, y]).T) - radius).max() <= ON_CIRCLE * radius)
 
 
 def _sphere(point: Floats, slack: float) -> tuple[Floats, Floats] | None:

@@ -21,7 +21,7 @@ from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle, Scene
-from simulator.surfaces.cracks import closed, cracks
+from simulator.surfaces.cracks import closed, cracks, down_to_others
 from simulator.surfaces.reflectors import (
     MeshReading,
     PlanarPatches,
@@ -196,7 +196,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     first = np.cumsum([0] + [len(part.patches) for part in parts])
     faces = _patches(parts)
     crack, strip = cracks(faces, moves)
-    patches = closed(faces, crack, strip) if "specular" in mechanisms else merge_patches([])
+    patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
     follows = facing(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     meshes = [

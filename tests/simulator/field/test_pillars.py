@@ -130,3 +130,36 @@ def _erfc(phase_rad: float) -> complex:
     t = np.linspace(0.0, 8.0, 200_001)
     root = np.sqrt(1j * phase_rad)
     return complex(2.0 / np.sqrt(np.pi) * np.trapezoid(np.exp(-((root + t) ** 2)), t))
+
+
+@pytest.mark.parametrize("thick_m", [0.0045, 0.005, 0.006, 0.01])
+def test_a_plate_on_a_wall_echoes_as_the_integral_over_both_planes(thick_m):
+    """Beside the plate's border, where the integral over planes is good for what is thin re the wavelength.
+
+    Cause: the edge's image in the wall was nearer than 1 cm, and taken for the other edge of a rim (0.39 of a wall).
+    """
+    away_m, half_m, aside_m = 1.5, 0.4, 0.42
+    frequency_hz = np.linspace(18_000.0, 23_000.0, 6)
+    wavenumber = 2.0 * np.pi * frequency_hz / 343.0
+    speaker, mic = np.zeros(3), np.array([0.0, 0.05, 0.0])
+
+    def of_plate(ahead_m):
+        place = (np.arange(800) + 0.5) / 800 * 2.0 * half_m - half_m
+        y, z = np.meshgrid(place + aside_m, place, indexing="ij")
+        there, back = (np.sqrt(ahead_m**2 + (y - end[1]) ** 2 + (z - end[2]) ** 2) for end in (speaker, mic))
+        share = 0.5 * ahead_m * (1.0 / there + 1.0 / back) / (there * back) * (2.0 * half_m / 800) ** 2
+        wave = np.exp(-1j * wavenumber[:, None, None] * (there + back))
+        return 1j * wavenumber / (2.0 * np.pi) * (share * wave).sum(axis=(1, 2))
+
+    length = np.hypot(2.0 * away_m, mic[1])
+    exact = np.exp(-1j * wavenumber * length) / length - of_plate(away_m) + of_plate(away_m - thick_m)
+    wall = trimesh.creation.box(bounds=[[away_m, -4.0, -4.0], [away_m + 0.2, 4.0, 4.0]])
+    plate = trimesh.creation.box(
+        bounds=[[away_m - thick_m, aside_m - half_m, -half_m], [away_m, aside_m + half_m, half_m]]
+    )
+    scene = Scene(
+        [Obstacle(wall, Material.rigid(), "wall"), Obstacle(plate, Material.rigid(), "plate")], Air.lossless(343.0)
+    )
+    paths = trace_paths(scene, Phone.ideal(speaker, [mic, -mic]), Pose(np.zeros(3), UNTURNED))
+    echo = paths[paths.order > 0].transfer_function(frequency_hz)[0]
+    assert 2.0 * away_m * np.sqrt(np.mean(np.abs(echo - exact) ** 2)) < 0.1

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
+from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
 from tests.references.exact_images import Box, ImagePath, image_paths
 
 UNIT = 2.0**-16  # m; all coordinates are multiples, so floats hold them exactly
@@ -153,3 +153,31 @@ def test_corner_closer_to_the_mirror_point_than_any_tolerance(gap):
         exact = _agree([ground, wall], source, mics, 2)
         counts.append(sum(path.order == 1 for path in exact))
     assert counts == [3, 4, 4]  # two over the ground, and one or two off the wall
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 1e-10, 1e-9, 1e-7, 1e-4, 1.9e-3])
+def test_a_wall_that_ends_just_above_the_ground_makes_a_corner_with_it(gap_m):
+    """Cause: right in the corner of a wall and the ground, where a level phone has its echo off both, neither patch was
+    met, and no edge counts where faces touch: -71 dB of the image's."""
+    ground = trimesh.creation.box(bounds=[[-9.0, -9.0, -0.5], [9.0, 9.0, 0.0]])
+    wall = trimesh.creation.box(bounds=[[1.5, -4.0, gap_m], [1.7, 4.0, 2.0]])
+    scene = Scene([Obstacle(ground, Material.rigid(), "ground"), Obstacle(wall, Material.rigid(), "wall")])
+    pose = Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.5 * np.pi))
+    paths = trace_paths(scene, Phone.named("ideal"), pose)
+    corner = paths[(paths.kind == "specular") & (paths.order == 2)]
+    assert sorted(corner.mic[corner.obstacle == corner.obstacle[0]]) == [0, 1]
+    np.testing.assert_allclose(corner.delay_s * 343.0, 2.0 * np.hypot(1.5, 1.3), atol=0.02)
+
+
+@pytest.mark.parametrize("gap_m", [1e-9, 1e-3])
+@pytest.mark.parametrize("side", [0, 1])
+def test_walls_of_two_obstacles_make_a_corner_whichever_of_them_ends_before_the_other(gap_m, side):
+    short = [gap_m if side == k else 0.0 for k in range(2)]
+    one = trimesh.creation.box(bounds=[[1.5, -4.0, -3.0], [1.7, 1.0 - short[0], 3.0]])
+    other = trimesh.creation.box(bounds=[[-4.0, 1.0, -3.0], [1.5 - short[1], 1.2, 3.0]])
+    scene = Scene([Obstacle(one, Material.rigid(), "one"), Obstacle(other, Material.rigid(), "other")])
+    phone = Phone.ideal([0.0, 0.0, 0.0], [[0.0, 0.0, 0.07], [0.0, 0.0, -0.07]])
+    paths = trace_paths(scene, phone, Pose([0.0, 0.0, 0.0], held_rotation(heading_rad=0.0)))
+    corner = paths[(paths.kind == "specular") & (paths.order == 2)]
+    assert sorted(corner.mic) == [0, 1]
+    np.testing.assert_allclose(corner.delay_s * 343.0, 2.0 * np.hypot(1.5, 1.0), atol=0.01)

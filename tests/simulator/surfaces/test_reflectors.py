@@ -282,11 +282,34 @@ def test_what_is_no_round_body_is_not_taken_for_one(rng):
         meshes.stretched(meshes.icosphere(1.0, 2), np.array([0.2, 0.2, 0.21])),
     ):
         assert recognised(mesh.vertices, mesh.face_normals) is None
+    post = meshes.tube(0.1, 2.2, 32, 1)
+    assert recognised(post.vertices, post.face_normals) is not None
+    post.vertices = np.round(post.vertices, 4)  # both rims lie on a sphere of 1.1 m as well
+    assert recognised(post.vertices, post.face_normals) is None
     oval = meshes.tube(0.2, 1.0, 32, 1)
     oval.vertices = oval.vertices * [1.0, 1.002, 1.0]
     assert recognised(oval.vertices, oval.face_normals) is None
     ball = meshes.jittered_sphere(0.2, 16, rng)
     assert recognised(ball.vertices, ball.face_normals) is not None
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 5, 6])
+def test_a_post_from_a_file_of_few_decimals_echoes_as_it_should(decimals):
+    """Cause: its side was taken for a part of the sphere on which both rims lie: no echo with 4 decimals and with 5."""
+    post = trimesh.creation.cylinder(0.1, 2.2, sections=32)
+    post.apply_translation([1.2, 0.05, 1.1])
+    level_db = [
+        20.0 * np.log10(np.abs(_echo_of(trimesh.Trimesh(vertices, post.faces, process=False))).max())
+        for vertices in (post.vertices, np.round(post.vertices, decimals))
+    ]
+    assert abs(level_db[1] - level_db[0]) < 0.5
+
+
+def _echo_of(mesh):
+    """(2, F) of a mesh in front of a level phone."""
+    scene = Scene([Obstacle(mesh, Material.rigid(), "body")], Air.lossless(343.0))
+    paths = trace_paths(scene, Phone.named("ideal"), Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0)))
+    return paths[paths.order > 0].transfer_function(np.linspace(18_000.0, 23_000.0, 6))
 
 
 @pytest.mark.parametrize(
