@@ -27,6 +27,8 @@ from simulator.surfaces.vertex_normals import vertex_geometry
 COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
 CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
+MOST_BULGE_M = 0.025  # one and a half wavelengths: planes that rounding would raise by more are no facets of a curve
+SLIMMEST = 0.02  # of the square of its breadth, the area of a plane that is asked how broad it is
 PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
 PANEL_LEAST_M2 = 3e-4  # a wavelength at 20 kHz squared: smaller planes are not joined, such as those of scanned skin
 PANEL_BEND_RAD = np.deg2rad(1.0)  # by which planes of one panel may depart from their mean
@@ -157,7 +159,10 @@ def read_mesh(obstacle: Obstacle) -> MeshReading:
     solid = mesh if closed else None
     mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
     regions = _planar_regions(mesh)
-    smooth_edges = _smooth_adjacency(mesh, CREASE_RAD[obstacle.surface])
+    smooth = mesh.face_adjacency_angles < max(CREASE_RAD[obstacle.surface], 1e-6)
+    if obstacle.surface == "auto":
+        smooth[_broad_folds(mesh, regions, np.flatnonzero(smooth))] = False
+    smooth_edges = mesh.face_adjacency[smooth]
     curved = _curved_faces(mesh, regions, smooth_edges)
     rim, sheet_m = np.zeros(len(curved), dtype=bool), np.zeros(len(curved))
     if closed:
@@ -226,9 +231,24 @@ def _region_normals(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
     return normal / np.maximum(norm(normal)[..., None], 1e-300)
 
 
-def _smooth_adjacency(mesh: trimesh.Trimesh, crease_rad: float) -> Ints:
-    """(A, 2) pairs of facets that meet below the crease angle."""
-    return mesh.face_adjacency[mesh.face_adjacency_angles < max(crease_rad, 1e-6)]
+def _broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
+    """Those of some pairs of facets (R,) between planes that rounding would both raise by more than `MOST_BULGE_M`.
+
+    An arc over a chord w whose ends turn by half a fold each rises by w / 8 times the fold.
+    """
+    area = np.bincount(regions, mesh.area_faces)
+    pair, fold = regions[mesh.face_adjacency[rows]], mesh.face_adjacency_angles[rows]
+    least = 8.0 * MOST_BULGE_M / np.maximum(fold, 1e-9)  # of the chord
+    wide = (pair[:, 0] != pair[:, 1]) & (area[pair] > SLIMMEST * least[:, None] ** 2).all(axis=1)
+    corners = mesh.vertices[mesh.faces]
+    found = []
+    for row in np.flatnonzero(wide):
+        start, end = mesh.vertices[mesh.face_adjacency_edges[rows[row]]]
+        along = (end - start) / np.linalg.norm(end - start)
+        sides = (np.cross(corners[regions == region] - start, along) for region in pair[row])
+        if min(norm(side).max() for side in sides) > least[row]:
+            found.append(rows[row])
+    return np.array(found, dtype=np.int64)
 
 
 def _curved_faces(mesh: trimesh.Trimesh, regions: Ints, smooth_edges: Ints) -> Flags:

@@ -409,3 +409,23 @@ def test_a_phone_that_nearly_touches_a_ball_hears_it():
     assert (paths.kind == "curved").sum() == 2
     _, surface = _read(trimesh.Trimesh(ball.vertices - [0.69, 0.0, 0.0], ball.faces, process=False))
     np.testing.assert_allclose(np.trace(surface.curvature, axis1=2, axis2=3), 2.0 / 0.3, rtol=1e-6)
+
+
+@pytest.mark.parametrize("fold_deg", [5.0, 15.0, 30.0])
+def test_broad_planes_that_meet_at_less_than_the_crease_angle_stay_planes(fold_deg):
+    """Cause: a facade that folds back 2 m beside the phone, as one mesh, was bent round: its echo came from 5 to 14 cm
+    too near, and from elsewhere again where its triangles were smaller."""
+    back = np.tan(np.deg2rad(fold_deg))
+    low = np.array([[1.5, -3.0, -3.0], [1.5, 2.0, -3.0], [1.5 + 4.0 * back, 6.0, -3.0]])
+    vertices = np.vstack([low, low + [0.0, 0.0, 6.0]])
+    facade = trimesh.Trimesh(vertices, [[0, 4, 1], [0, 3, 4], [1, 5, 2], [1, 4, 5]], process=False)
+    for mesh in (facade, facade.subdivide()):
+        patches, smooth = _read(mesh)
+        assert len(patches) == 2
+        assert smooth is None
+
+
+def test_facets_of_a_broad_column_are_no_broad_planes():
+    patches, side = _read(trimesh.creation.cylinder(1.0, 3.0, sections=16))
+    assert len(patches) == 2
+    assert _pieces(side) == 1
