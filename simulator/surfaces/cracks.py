@@ -70,22 +70,23 @@ def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
         patches: of all obstacles, where they stand at time 0.
         moves: (O,) obstacles that move: they reach for themselves alone.
     """
-    owner, normal = np.repeat(np.arange(len(patches)), np.diff(patches.edge_start)), patches.normal
-    height = patches.edge_m @ normal.T - patches.offset_m  # edges x ends x patches
-    before = (patches.center_m @ normal.T - patches.offset_m)[owner]
-    own = patches.obstacle[owner, None] == patches.obstacle
-    apart = moves[patches.obstacle[owner]][:, None] | moves[patches.obstacle]
-    across = (np.abs(normal @ normal.T) < ALIKE)[owner] & (own | ~apart)
-    short = (np.abs(height) < WIDEST_M) & (height * before[:, None] > height**2) & across[:, None]
-    edge = patches.edge_m.copy()
-    for row, end, other in zip(*np.nonzero(short), strict=True):
-        point, face, off = patches.edge_m[row, end], normal[owner[row]], height[row, end, other]
-        inwards = patches.center_m[owner[row]] - point
-        foot = point - off * normal[other] + WIDEST_M * inwards / np.linalg.norm(inwards)
-        if any(_inside(patches, other, foot + side * WIDEST_M * face) for side in (-1.0, 1.0)):
-            towards = normal[other] - (normal[other] @ face) * face
-            edge[row, end] -= off / (towards @ towards) * towards
-    return replace(patches, edge_m=edge)
+    normal, point = patches.normal, patches.edge_m.reshape(-1, 3)
+    owner = np.repeat(np.arange(len(patches)), 2 * np.diff(patches.edge_start))
+    height = point @ normal.T - patches.offset_m
+    at, other = np.nonzero(np.abs(height) < WIDEST_M)
+    face, off = owner[at], height[at, other]
+    before = dot(patches.center_m[face], normal[other]) - patches.offset_m[other]
+    body, beside = patches.obstacle[face], patches.obstacle[other]
+    stays = (body == beside) | ~(moves[body] | moves[beside])
+    short = (off * before > off**2) & (np.abs(dot(normal[face], normal[other])) < ALIKE) & stays
+    reached = point.copy()
+    for k in np.flatnonzero(short):
+        inwards = patches.center_m[face[k]] - point[at[k]]
+        foot = point[at[k]] - off[k] * normal[other[k]] + WIDEST_M * inwards / np.linalg.norm(inwards)
+        if any(_inside(patches, other[k], foot + side * WIDEST_M * normal[face[k]]) for side in (-1.0, 1.0)):
+            towards = normal[other[k]] - (normal[other[k]] @ normal[face[k]]) * normal[face[k]]
+            reached[at[k]] -= off[k] / (towards @ towards) * towards
+    return replace(patches, edge_m=reached.reshape(-1, 2, 3))
 
 
 def _near(patches: PlanarPatches, owner: Ints, moves: Flags) -> tuple[Ints, Ints]:

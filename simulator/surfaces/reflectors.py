@@ -28,7 +28,6 @@ COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
 CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
 MOST_BULGE_M = 0.025  # one and a half wavelengths: planes that rounding would raise by more are no facets of a curve
-SLIMMEST = 0.02  # of the square of its breadth, the area of a plane that is asked how broad it is
 PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
 PANEL_LEAST_M2 = 3e-4  # a wavelength at 20 kHz squared: smaller planes are not joined, such as those of scanned skin
 PANEL_BEND_RAD = np.deg2rad(1.0)  # by which planes of one panel may depart from their mean
@@ -236,14 +235,16 @@ def _broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
 
     An arc over a chord w whose ends turn by half a fold each rises by w / 8 times the fold.
     """
-    area = np.bincount(regions, mesh.area_faces)
+    vertices = np.asarray(mesh.vertices)
+    corners, order = vertices[mesh.faces], np.argsort(regions)
+    first = np.searchsorted(regions[order], np.arange(regions.max() + 1))
+    high, low = (take.reduceat(corners[order].reshape(-1, 3), 3 * first) for take in (np.maximum, np.minimum))
     pair, fold = regions[mesh.face_adjacency[rows]], mesh.face_adjacency_angles[rows]
     least = 8.0 * MOST_BULGE_M / np.maximum(fold, 1e-9)  # of the chord
-    wide = (pair[:, 0] != pair[:, 1]) & (area[pair] > SLIMMEST * least[:, None] ** 2).all(axis=1)
-    corners = mesh.vertices[mesh.faces]
+    wide = (pair[:, 0] != pair[:, 1]) & (norm(high - low)[pair] > least[:, None]).all(axis=1)
     found = []
     for row in np.flatnonzero(wide):
-        start, end = mesh.vertices[mesh.face_adjacency_edges[rows[row]]]
+        start, end = vertices[mesh.face_adjacency_edges[rows[row]]]
         along = (end - start) / np.linalg.norm(end - start)
         sides = (np.cross(corners[regions == region] - start, along) for region in pair[row])
         if min(norm(side).max() for side in sides) > least[row]:
