@@ -37,6 +37,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
+LONGEST_S = 4.0 * 3600.0  # of a walk, as in scene files: a row for each beep is kept
 SOONEST_S = 1e-12  # after emission: levels are inverse to the delay
 BLOCK_BEEPS = 64  # traced and rendered at a time
 
@@ -147,11 +148,13 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     """Whole beep periods within a walk.
 
     Raises:
-        ValueError: there is none, or the duration is no finite number.
+        ValueError: there is none, or the duration is no finite number or above four hours.
     """
     check_numbers(duration_s=walk.duration_s)
     if not np.isfinite(walk.duration_s):
         raise ValueError(f"duration_s of the walk must be finite, got {walk.duration_s}")
+    if walk.duration_s > LONGEST_S:
+        raise ValueError(f"the walk must last at most {LONGEST_S:g} s, got {walk.duration_s:g} s")
     count = beep.beeps_in(walk.duration_s)
     if count < 1:
         raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")

@@ -94,6 +94,10 @@ def _rendered(walk=None, **rest):
             "phone must be of type Phone, got 'ideal'",
         ),
         (lambda: trace_paths(Scene([]), Phone.named("ideal"), None), "pose must be of type Pose, got None"),
+        (  # rows for 1e10 beeps filled the memory
+            lambda: _rendered(walk=StraightWalk([0.0, 0.0, 0.0], 0.0, 0.0, 1e9)),
+            r"the walk must last at most 14400 s, got 1e\+09 s",
+        ),
         (lambda: _rendered(seed=1.5), "seed must be a whole number, 0 or more, got 1.5"),
         (lambda: _rendered(seed=None), "seed must be a whole number, 0 or more, got None"),
         (lambda: _rendered(fidelity="auto"), "fidelity must be of type Fidelity, got 'auto'"),
