@@ -44,7 +44,7 @@ EXAMPLES = {
     "validate": ["validate paper", "validate mine.yaml"],
     "doctor": ["doctor"],
     "beep": ["beep beeps.wav --seconds 60"],
-    "calibrate": ["calibrate wall.flac --phone galaxy-s8-plus --wall 1.025 -o mine.yaml"],
+    "calibrate": ["calibrate wall.flac --phone galaxy-s8-plus --wall 1.025 -o my_phone.yaml"],
     "simulate": [
         "simulate supermarket --category wall --phone galaxy-s8-plus -o walk.flac",
         "simulate yard.yaml -o yard.wav",
