@@ -9,6 +9,8 @@ import traceback
 
 import click
 
+from benchmarks.interrupts import kept_interrupts
+
 COMMANDS = {
     "run": "Run a suite: simulate, detect, score, draw, report. Resumes what is there.",
     "export": "Write a labelled data set of a suite: recordings, truth, paths, splits, a card.",
@@ -42,7 +44,7 @@ EXAMPLES = {
     "validate": ["validate paper", "validate mine.yaml"],
     "doctor": ["doctor"],
     "beep": ["beep beeps.wav --seconds 60"],
-    "calibrate": ["calibrate wall.flac --phone galaxy-s8-plus --wall 1.025 -o mine.yaml"],
+    "calibrate": ["calibrate wall.flac --phone galaxy-s8-plus --wall 1.025 -o my_phone.yaml"],
     "simulate": [
         "simulate supermarket --category wall --phone galaxy-s8-plus -o walk.flac",
         "simulate yard.yaml -o yard.wav",
@@ -99,7 +101,8 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        cli(standalone_mode=False)
+        with kept_interrupts():
+            cli(standalone_mode=False)
     except click.exceptions.Abort:
         click.echo("interrupted; the same command goes on where it stopped", err=True)
         sys.exit(130)

@@ -17,6 +17,8 @@ from obstaclewatch.support.arrays import Floats
 
 LEAST_TAPER = 0.01  # what rises faster is a click
 LOWEST_HZ = 1000.0  # no phone makes a beam of lower sound; 18 stands for 18 kHz
+LONGEST_S = 10.0  # of a beep and of a gap: from 1.7 km sound is back; milliseconds given for seconds end here
+HIGHEST_RATE_HZ = 1e6  # five times that of any phone: a beep's samples must fit memory
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,10 @@ class BeepDesign:
             window, which emits more energy at the same peak.
 
     Raises:
-        ValueError: a time is not a positive number, a frequency is below 1 kHz (kHz given for Hz), the two frequencies
-            are equal, the band passes half the sample rate, the beep is shorter than two samples, the period is not
-            a whole number of samples, or the taper is not between 0.01 and 1.
+        ValueError: a time is not a positive number or above 10 s, the sample rate is above 1 MHz, a frequency is below
+            1 kHz (kHz given for Hz), the two frequencies are equal, the band passes half the sample rate, the beep is
+            shorter than two samples, the period is not a whole number of samples, or the taper is not between 0.01 and
+            1.
 
     >>> beep = BeepDesign()
     >>> beep.period_samples, len(beep.samples())
@@ -61,6 +64,11 @@ class BeepDesign:
                 raise ValueError(f"{name} must be positive, got {value}")
         if not (np.isfinite(self.gap_s) and self.gap_s >= 0):
             raise ValueError(f"gap_s must not be negative, got {self.gap_s}")
+        for name in ("duration_s", "gap_s"):
+            if getattr(self, name) > LONGEST_S:
+                raise ValueError(f"{name} must be at most {LONGEST_S:g} s, got {getattr(self, name):g} s")
+        if self.sample_rate_hz > HIGHEST_RATE_HZ:
+            raise ValueError(f"sample_rate_hz must be at most {HIGHEST_RATE_HZ:g} Hz, got {self.sample_rate_hz:g} Hz")
         if self.start_hz == self.stop_hz:
             raise ValueError(f"start_hz and stop_hz must differ, got {self.start_hz} for both")
         if min(self.start_hz, self.stop_hz) < LOWEST_HZ:

@@ -6,7 +6,7 @@ times and passes the microphones; then the samples in between are filled in.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from simulator.rendering.sample_rate import to_rate as to_rate
 from simulator.rendering.superposition import Sounds, add_sounds
 from simulator.scene.fidelity import Fidelity
 from simulator.scene.pose import Walk, poses_of
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Obstacle, Scene
 from simulator.trace import traced
 from simulator.waves import band
 from simulator.waves.sweep import Sweep
@@ -37,6 +37,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
+LONGEST_S = 4.0 * 3600.0  # of a walk, as in scene files: a row for each beep is kept
 SOONEST_S = 1e-12  # after emission: levels are inverse to the delay
 BLOCK_BEEPS = 64  # traced and rendered at a time
 
@@ -147,11 +148,13 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     """Whole beep periods within a walk.
 
     Raises:
-        ValueError: there is none, or the duration is no finite number.
+        ValueError: there is none, or the duration is no finite number or above four hours.
     """
     check_numbers(duration_s=walk.duration_s)
     if not np.isfinite(walk.duration_s):
         raise ValueError(f"duration_s of the walk must be finite, got {walk.duration_s}")
+    if walk.duration_s > LONGEST_S:
+        raise ValueError(f"the walk must last at most {LONGEST_S:g} s, got {walk.duration_s:g} s")
     count = beep.beeps_in(walk.duration_s)
     if count < 1:
         raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
@@ -227,7 +230,17 @@ def _check_speeds(scene: Scene | PreparedScene, walk: Walk, start_s: Floats, dur
     closing = fastest_closing_m_s(scene.obstacles, walk, start_s, duration_s)
     limit = FASTEST * scene.air.sound_speed_m_s
     if not closing < limit:
-        raise ValueError(f"phone and obstacles must close in at less than {limit:.1f} m/s, got up to {closing:.1f} m/s")
+        raise ValueError(
+            f"phone and obstacles must close in at less than {limit:.1f} m/s, got up to {closing:.1f} m/s"
+            f"{_fastest_named(scene.obstacles)}"
+        )
+
+
+def _fastest_named(obstacles: Sequence[Obstacle]) -> str:
+    """ " with 'car' at 30.0 m/s", or nothing where none moves."""
+    speeds = {obstacle.name: float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles if obstacle.moves}
+    name = max(speeds, key=speeds.__getitem__, default=None)
+    return "" if name is None else f" with '{name}' at {speeds[name]:.1f} m/s"
 
 
 def sum_envelopes(paths: Paths, motion: Motion, beep: BeepDesign, count: int, first_s: float = 0.0) -> Complexes:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
-from obstaclewatch.beep import LEAST_TAPER, LOWEST_HZ, BeepDesign
+from obstaclewatch.beep import HIGHEST_RATE_HZ, LEAST_TAPER, LONGEST_S, LOWEST_HZ, BeepDesign
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
@@ -23,9 +23,9 @@ class BeepSetting(BaseModel, extra="forbid", frozen=True):
 
     start_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 18_000.0
     stop_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 23_000.0
-    duration_s: Positive = 0.050
-    gap_s: Annotated[float, Field(ge=0.0)] = 0.040
-    sample_rate_hz: Positive = 192_000.0
+    duration_s: Annotated[float, Field(gt=0.0, le=LONGEST_S)] = 0.050
+    gap_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] = 0.040
+    sample_rate_hz: Annotated[float, Field(gt=0.0, le=HIGHEST_RATE_HZ)] = 192_000.0
     taper: Annotated[float, Field(ge=LEAST_TAPER, le=1.0)] = 1.0
 
     @property

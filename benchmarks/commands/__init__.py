@@ -5,7 +5,10 @@ They import what they work with when they run: `obstaclewatch run --help` answer
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -14,6 +17,40 @@ ALLOW_CODE = "allow the modules that a suite file, not one of this project, name
 """Help of the option `--allow-code`."""
 OF_APPROACH: tuple[str, ...] = ("index", "collision")
 """Options that say which approach of a category."""
+
+
+class Real(click.types.FloatParamType):
+    """A number; NaN and infinity are refused with the option's name."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number."""
+        return _finite(self, super().convert(value, param, ctx), param, ctx)
+
+
+class RealRange(click.FloatRange):
+    """A number within a range; so is NaN of `click.FloatRange`, as it compares with nothing."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number."""
+        return _finite(self, super().convert(value, param, ctx), param, ctx)
+
+
+def _finite(kind: click.ParamType, number: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    if not math.isfinite(number):
+        kind.fail(f"must be a finite number, got {number}", param, ctx)
+    return number
+
+
+def check_output(path: Path, option: str, suffixes: Sequence[str]) -> None:
+    """Refuse a file that will not be written, before it is computed.
+
+    Raises:
+        ValueError: another suffix, or no such folder; the message gives rule and value.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"{option} must end in {' or '.join(suffixes)}, got '{path}'")
+    if not path.parent.is_dir():
+        raise ValueError(f"the folder of '{path}' must exist")
 
 
 def given() -> set[str]:

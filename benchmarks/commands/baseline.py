@@ -20,11 +20,16 @@ def baseline() -> None:
 def update(run_folders: tuple[Path, ...], reason: str, gates_file: str, file: Path | None) -> None:
     """Take what RUN_FOLDERS measured as the new baseline of their suites, tiers and seeds."""
     from benchmarks.gates.baseline import load_baseline, save_baseline, updated
+    from benchmarks.runs.manifest import other_source
     from benchmarks.runs.results import load_run
 
     path = file or _of_gates(gates_file)
     before = load_baseline(path) if path.is_file() else None
-    after = updated(before, [load_run(folder) for folder in run_folders], reason)
+    runs = [load_run(folder) for folder in run_folders]
+    for folder, run in zip(run_folders, runs, strict=True):
+        if note := other_source(run.manifest):
+            click.echo(f"{folder}: {note}", err=True)
+    after = updated(before, runs, reason)
     save_baseline(path, after)
     for key, counts in after.history[-1]["runs"].items():
         for detector, text in counts.items():

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from benchmarks.commands import check_pitch
+from benchmarks.commands import Real, check_output, check_pitch
 from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of
 
 if TYPE_CHECKING:
@@ -28,18 +28,18 @@ LEGEND = """   time    candidates: range, bearing off the walking direction, r =
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
-@click.option("--live", type=float, metavar="SECONDS", help="play beeps and record here instead (extra `live`)")
+@click.option("--live", type=Real(), metavar="SECONDS", help="play beeps and record here instead (extra `live`)")
 @click.option(
     "--phone", default="galaxy-s5", show_default=True, help="of `ls phones`, of a file of `calibrate` or a scene file"
 )
 @click.option("--detector", type=click.Choice(DETECTORS), default=DETECTORS[0], show_default=True)
-@click.option("--pitch", type=float, help="pitch of the phone's top edge, degrees, if known")
+@click.option("--pitch", type=Real(), help="pitch of the phone's top edge, degrees, if known")
 @click.option(
-    "--mic-phase", type=float, help="of the bottom microphone's channel, degrees; TrackingDetector  [default: 0]"
+    "--mic-phase", type=Real(), help="of the bottom microphone's channel, degrees; TrackingDetector  [default: 0]"
 )
-@click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
+@click.option("--temperature", type=Real(), default=20.0, show_default=True, help="of the air, degrees Celsius")
 @beep_options
-@click.option("--reach", default=7.0, show_default=True, help="greatest range searched, m")
+@click.option("--reach", type=Real(), default=7.0, show_default=True, help="greatest range searched, m")
 @click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object a beep; what is wrong with the file on stderr")
 @click.option("--plot", type=click.Path(path_type=Path), help="also draw the echogram with track and alerts, PNG")
@@ -67,7 +67,7 @@ def detect(
     if pitch is not None:
         check_pitch(pitch)
     if plot is not None:
-        _check_picture(plot)
+        check_output(plot, "--plot", (".png",))  # before the detector runs: that may take long
     held = _phone(phone)
     geometry, shape = held.geometry, beep_shape(band, beep_ms, gap_ms)
     if recording is not None:
@@ -93,14 +93,6 @@ def detect(
     columns = Columns()
     _tell(_noting(found, columns), as_json)
     draw_echogram(pieces_of(Path(str(recording)), swap), beep, geometry, columns, plot)
-
-
-def _check_picture(path: Path) -> None:
-    """Before the detector runs: that may take long."""
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"--plot draws a .png, got '{path.name}'")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"no folder '{path.parent}' to draw '{path.name}' to")
 
 
 def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:

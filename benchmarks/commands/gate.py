@@ -30,11 +30,14 @@ def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: in
     from benchmarks.gates.judge import is_complete, judge
     from benchmarks.gates.output import table_lines, write_gate_files
     from benchmarks.gates.verdict import UNMEASURED, exit_code
+    from benchmarks.runs.manifest import other_source
     from benchmarks.runs.results import load_run
 
     path = gates_path(gates_file)
     gates = load_gates(path)
     run = load_run(run_folder)
+    if note := other_source(run.manifest):
+        click.echo(note, err=True)
     baseline = _baseline_path(gates, path, baseline_file)
     try:
         before = None if baseline is None else load_baseline(baseline)

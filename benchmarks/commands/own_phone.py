@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from benchmarks.commands import Real, RealRange, check_output
+
 if TYPE_CHECKING:
     from obstaclewatch import BeepDesign, PhoneGeometry, Recording
     from obstaclewatch.recordings.health import RecordingHealth
@@ -23,8 +25,8 @@ NAME = "my phone"
 def beep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say which beep is meant."""
     for option in (
-        click.option("--gap-ms", default=40.0, show_default=True, help="gap between two beeps"),
-        click.option("--beep-ms", default=50.0, show_default=True, help="length of the beep emitted"),
+        click.option("--gap-ms", type=Real(), default=40.0, show_default=True, help="gap between two beeps"),
+        click.option("--beep-ms", type=Real(), default=50.0, show_default=True, help="length of the beep emitted"),
         click.option("--band", default="18000-23000", show_default=True, metavar="HZ-HZ", help="of the beep emitted"),
     ):
         command = option(command)
@@ -46,9 +48,11 @@ def beep_shape(band: str, beep_ms: float, gap_ms: float) -> tuple[float, float, 
 
 @click.command()
 @click.argument("output", type=click.Path(path_type=Path))
-@click.option("--seconds", type=click.FloatRange(min=0.1, max=3600.0), default=60.0, show_default=True)
-@click.option("--rate", default=PLAY_RATE_HZ, show_default=True, help="samples per second, as the phone plays")
-@click.option("--level", type=click.FloatRange(0.0, 1.0, min_open=True), default=0.5, show_default=True,
+@click.option("--seconds", type=RealRange(min=0.1, max=3600.0), default=60.0, show_default=True)
+@click.option(
+    "--rate", type=Real(), default=PLAY_RATE_HZ, show_default=True, help="samples per second, as the phone plays"
+)
+@click.option("--level", type=RealRange(0.0, 1.0, min_open=True), default=0.5, show_default=True,
               help="amplitude, full scale is 1")  # fmt: skip
 @click.option("--side", type=click.Choice(["both", "left", "right"]), default="both", show_default=True,
               help="channel of the top speaker, if only that is to sound")  # fmt: skip
@@ -76,14 +80,14 @@ def beep(
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones` of the same build")
 @click.option(
-    "--speaker-cm", type=float, help="from the top microphone down to the speaker, by ruler, instead of --phone"
+    "--speaker-cm", type=Real(), help="from the top microphone down to the speaker, by ruler, instead of --phone"
 )
 @click.option(
-    "--mics-cm", type=float, help="between the microphones, by ruler  [from the direct sound, with --speaker-cm]"
+    "--mics-cm", type=Real(), help="between the microphones, by ruler  [from the direct sound, with --speaker-cm]"
 )
-@click.option("--wall", type=click.FloatRange(0.4, 5.0), metavar="M",
+@click.option("--wall", type=RealRange(0.4, 5.0), metavar="M",
               help="speaker to a wall at which the top edge points squarely, by tape")  # fmt: skip
-@click.option("--temperature", default=20.0, show_default=True, help="of the air, degrees Celsius")
+@click.option("--temperature", type=Real(), default=20.0, show_default=True, help="of the air, degrees Celsius")
 @click.option("--swap", is_flag=True, help="the file's first channel is the bottom microphone")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a .yaml file for `detect --phone`")
 @beep_options
@@ -109,6 +113,8 @@ def calibrate(
     from obstaclewatch import BeepDesign, assumed_sound_speed
     from simulator import Phone
 
+    if output is not None:
+        check_output(output, "--output", (".yaml", ".yml"))
     if mics_cm is not None and speaker_cm is None:
         raise click.UsageError("--mics-cm needs --speaker-cm")
     speed = assumed_sound_speed(temperature)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from benchmarks.commands import OF_APPROACH, refuse_given
+from benchmarks.commands import OF_APPROACH, check_output, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -135,11 +135,8 @@ def preview(name: str, output: Path, seed: int, category: str | None, index: int
 
     if category is None:
         refuse_given(OF_APPROACH, "there is no --category")
+    check_output(output, "--output", (".html", ".png"))
     suffix = output.suffix.lower()
-    if suffix not in (".html", ".png"):
-        raise ValueError(f"output must end in .html or .png, got '{output}'")
-    if not output.parent.is_dir():
-        raise ValueError(f"the folder of '{output}' must exist")
     met = _shown(name, seed, category, index, collision)
     if suffix == ".html":
         preview_html(met.scene, output, met.walk, met.phone)

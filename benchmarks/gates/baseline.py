@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, model_validator
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.runs.manifest import options_in
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically
 from benchmarks.runs.stored import check_stored, read_json
+from scenes.files.field_types import matching
 
 
 class IncompatibleBaselineError(ValueError):
@@ -27,7 +28,7 @@ FORMAT = 1
 DIGITS = 6
 
 
-Bits = Annotated[str, Field(pattern="^[01]*$")]
+Bits = Annotated[str, matching("[01]*", "0 and 1 only")]
 
 
 class _Columns(BaseModel, strict=True):

@@ -9,11 +9,14 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import Finite, Positive, first_error
-from benchmarks.gates.quantities import QUANTITIES
+from benchmarks.gates.quantities import check_exceedable, check_quantity, check_tolerance
 from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
 
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
+Confidence = Annotated[float, Field(ge=0.5, lt=1.0)]
+"""Below a half a bound lies on the good side of what was measured."""
+Points = Annotated[float, Field(gt=0.0, lt=100.0)]
 Tolerances = dict[str, Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
 
 
@@ -40,7 +43,7 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
     phone: str | None = None
     clear_cut: bool = False
     least_index_db: Finite | None = None
-    confidence: Share = 0.95
+    confidence: Confidence = 0.95
 
     @field_validator("left_m")
     @classmethod
@@ -73,12 +76,13 @@ class MedianClaim(BaseModel, extra="forbid", frozen=True):
     scene: str | None = None
     category: str | None = None
     standing_range_m: Positive | None = None
-    confidence: Share = 0.95
+    confidence: Confidence = 0.95
 
     @field_validator("quantity")
     @classmethod
     def _known(cls, name: str) -> str:
-        return _quantity(name)
+        check_quantity(name)
+        return name
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> MedianClaim:
@@ -86,6 +90,11 @@ class MedianClaim(BaseModel, extra="forbid", frozen=True):
             raise ValueError(
                 f"standing_range_m must be of kind 'standing', got {self.standing_range_m:g} of 'approach'"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _can_fail(self) -> MedianClaim:
+        check_tolerance(self.quantity, self.at_most)
         return self
 
 
@@ -129,8 +138,8 @@ class Regression(BaseModel, extra="forbid", frozen=True):
     @field_validator("approach", "standing")
     @classmethod
     def _known(cls, tolerances: dict[str, float]) -> dict[str, float]:
-        for name in tolerances:
-            _quantity(name)
+        for name, tolerance in tolerances.items():
+            check_tolerance(name, tolerance)
         return tolerances
 
     @model_validator(mode="after")
@@ -157,8 +166,8 @@ class Gates(BaseModel, extra="forbid", frozen=True):
     baseline: str | None = None
     split: Literal["dev", "test"] = "test"
     p_below: Share = 0.01
-    loss_points: Positive = 1.5
-    confidence: Share = 0.95
+    loss_points: Points = 1.5
+    confidence: Confidence = 0.95
     claims: tuple[Claim, ...] = ()
     regression: tuple[Regression, ...] = ()
     physics: dict[str, Positive] = {}
@@ -166,11 +175,13 @@ class Gates(BaseModel, extra="forbid", frozen=True):
     @field_validator("physics")
     @classmethod
     def _known_checks(cls, asked: dict[str, float]) -> dict[str, float]:
-        from benchmarks.gates.physics import CHECKS
+        from benchmarks.gates.physics import CHECKS, GREATEST
 
         unknown = sorted(set(asked) - set(CHECKS))
         if unknown:
             raise ValueError(f"physics checks must be among {sorted(CHECKS)}, got {unknown}")
+        for name, at_most in asked.items():
+            check_exceedable(name, at_most, GREATEST[name])
         return asked
 
     @model_validator(mode="after")
@@ -227,9 +238,3 @@ def _first(error: ValidationError) -> str:
     if len(place) < 3 or place[2] not in CLAIMS:
         return first_error(error, Gates)
     return dotted(place[:2] + place[3:]) + said(first | {"loc": place[3:]}, CLAIMS[str(place[2])])
-
-
-def _quantity(name: str) -> str:
-    if name not in QUANTITIES:
-        raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{name}'")
-    return name

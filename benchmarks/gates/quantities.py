@@ -21,6 +21,7 @@ class Quantity:
 
     Attributes:
         unit: for messages.
+        greatest: what no value and no shift exceeds: a tolerance of that much is a gate that cannot fail.
         worse: whether only growth is a loss ("up"), or any shift ("either").
         of: from a table to one value a row; NaN without an estimate.
         summary: of the values of a walk, and of the differences between walks: median, or mean for shares and counts.
@@ -28,26 +29,42 @@ class Quantity:
     """
 
     unit: str
+    greatest: float
     worse: Worse
     of: Callable[[Table], Floats]
     summary: Callable[..., Any]
     rows: Literal["beeps", "walks"] = "beeps"
 
 
+FARTHEST_M = 15.0
+"""Sound is back from there when the paper's next beep starts, 90 ms later: no range, and no error of one, is more."""
+WIDEST_M = 1.0
+"""Between the microphones of any phone: their ranges differ by no more."""
+LOUDEST_DB = 60.0
+"""From the noise of a recording to its full scale."""
+MOST_CANDIDATES = 100.0
+"""Resolved echoes within reach: a Hann chirp's pulses are wider than a hundredth of it."""
+
 QUANTITIES = {
-    "range_error": Quantity("m", "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), np.median),
-    "range_bias": Quantity("m", "either", lambda t: t["range_m"] - t["true_range_m"], np.median),
-    "range2_error": Quantity("m", "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), np.median),
+    "range_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), np.median),
+    "range_bias": Quantity("m", FARTHEST_M, "either", lambda t: t["range_m"] - t["true_range_m"], np.median),
+    "range2_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), np.median),
     "path_difference_bias": Quantity(
-        "m", "either", lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]), np.median
+        "m",
+        WIDEST_M,
+        "either",
+        lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]),
+        np.median,
     ),
-    "bearing_error": Quantity("rad", "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), np.median),
-    "radius_error": Quantity("m", "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), np.median),
-    "no_estimate": Quantity("", "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
-    "candidates": Quantity("", "either", lambda t: t["candidates"].astype(np.float64), np.mean),
-    "snr": Quantity("dB", "either", lambda t: t["snr_db"], np.median),
-    "alerts": Quantity("", "either", lambda t: t["alert"].astype(np.float64), np.mean, "walks"),
-    "alert_distance": Quantity("m", "either", lambda t: t["alert_distance_m"], np.median, "walks"),
+    "bearing_error": Quantity(
+        "rad", np.pi, "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), np.median
+    ),
+    "radius_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), np.median),
+    "no_estimate": Quantity("", 1.0, "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
+    "candidates": Quantity("", MOST_CANDIDATES, "either", lambda t: t["candidates"].astype(np.float64), np.mean),
+    "snr": Quantity("dB", LOUDEST_DB, "either", lambda t: t["snr_db"], np.median),
+    "alerts": Quantity("", 1.0, "either", lambda t: t["alert"].astype(np.float64), np.mean, "walks"),
+    "alert_distance": Quantity("m", FARTHEST_M, "either", lambda t: t["alert_distance_m"], np.median, "walks"),
 }
 """A channel that comes late shows in `path_difference_bias`; a threshold that has moved in `candidates`, `no_estimate`
 and `snr`; a vote that has become easier in `alerts`, before rates can tell."""
@@ -76,8 +93,7 @@ def per_walk(tables: WalkTables, quantity: str) -> dict[str, float]:
     Raises:
         ValueError: an unknown quantity.
     """
-    if quantity not in QUANTITIES:
-        raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{quantity}'")
+    check_quantity(quantity)
     asked = QUANTITIES[quantity]
     table = tables.beeps if asked.rows == "beeps" else tables.walks
     labels, owner = np.unique(table["label"], return_inverse=True)
@@ -88,6 +104,32 @@ def per_walk(tables: WalkTables, quantity: str) -> dict[str, float]:
         own = own[np.isfinite(own)]
         found[str(label)] = float(asked.summary(own)) if len(own) else float("nan")
     return found
+
+
+def check_tolerance(quantity: str, tolerance: float) -> None:
+    """Refuse a quantity that is unknown, and a tolerance that nothing exceeds.
+
+    Raises:
+        ValueError: the message names the quantity, the rule and the value.
+
+    >>> check_tolerance("alerts", 1.0)
+    Traceback (most recent call last):
+    ValueError: alerts must be below 1, which nothing exceeds, got 1
+    """
+    check_quantity(quantity)
+    check_exceedable(quantity, tolerance, QUANTITIES[quantity].greatest)
+
+
+def check_quantity(quantity: str) -> None:
+    """Refuse a quantity that is unknown, with a ValueError."""
+    if quantity not in QUANTITIES:
+        raise ValueError(f"a quantity must be one of {sorted(QUANTITIES)}, got '{quantity}'")
+
+
+def check_exceedable(name: str, at_most: float, greatest: float) -> None:
+    """Refuse a greatest value allowed which nothing exceeds, with a ValueError: such a gate cannot fail."""
+    if at_most >= greatest:
+        raise ValueError(f"{name} must be below {greatest:g}, which nothing exceeds, got {at_most:g}")
 
 
 def judged_right(run: RunData, detector: str) -> dict[str, tuple[bool, bool]]:

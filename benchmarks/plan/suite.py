@@ -16,10 +16,22 @@ from benchmarks.cells.spec import Conditions, did_you_mean, first_error
 from benchmarks.plan.figure_names import known_figures
 from benchmarks.plan.sweep import Sweep
 from scenes.files.bounded_yaml import parsed, read_text
+from scenes.files.field_types import matching
+from simulator.phone.presets import list_phones
 
-FolderName = Annotated[str, Field(pattern=r"^\w[\w .+-]*$")]
+FolderName = Annotated[str, matching(r"\w[\w .+-]*", "letters, digits, spaces and _ . + -, no sign or space first")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
 Count = Annotated[int, Field(ge=0, le=10**9)]
+
+
+def _preset(name: str) -> str:
+    known = list_phones()
+    if name not in known:
+        raise ValueError(f"must be one of the phones {', '.join(known)}, got '{name}'{did_you_mean(name, known)}")
+    return name
+
+
+Preset = Annotated[str, AfterValidator(_preset)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -38,7 +50,7 @@ class Group(BaseModel, extra="forbid", frozen=True):
     """Walks towards obstacles of one scene: how many for each category, with which phones in turn."""
 
     scene: str
-    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    phones: Annotated[tuple[Preset, ...], Field(min_length=1)]
     counts: dict[str, Count]
     approach: dict[str, Any] = {}
 
@@ -54,7 +66,7 @@ class OwnScene(BaseModel, extra="forbid", frozen=True):
 
     file: str
     count: Count
-    phones: tuple[str, ...] = ()
+    phones: tuple[Preset, ...] = ()
 
 
 class Standing(BaseModel, extra="forbid", frozen=True):
@@ -63,7 +75,7 @@ class Standing(BaseModel, extra="forbid", frozen=True):
     Static peaks are kept there: a standing walker has no others.
     """
 
-    phones: Annotated[tuple[str, ...], Field(min_length=1)]
+    phones: Annotated[tuple[Preset, ...], Field(min_length=1)]
     counts: dict[str, Count]
     range_m: tuple[Annotated[float, Field(gt=0.0, allow_inf_nan=False)], ...] = (1.5, 3.0, 5.0)
     bearing_rad: Annotated[tuple[Annotated[float, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
@@ -86,7 +98,7 @@ class Probe(BaseModel, extra="forbid", frozen=True):
 
     kind: Literal["signal", "numerics", "fidelity", "tessellation", "motion", "speed"]
     name: str
-    phones: Annotated[tuple[str, ...], Field(min_length=1)] = ("ideal",)
+    phones: Annotated[tuple[Preset, ...], Field(min_length=1)] = ("ideal",)
     parameters: dict[str, Any] = {}
     over: dict[str, tuple[Any, ...]] = {}
 
@@ -123,7 +135,7 @@ class Suite(Conditions, frozen=True):
     title: str
     reproduces: str = ""
     seed: Annotated[int, Field(ge=0)]
-    split: Annotated[str, Field(pattern="^(dev|test)$")] = "test"
+    split: Literal["dev", "test"] = "test"
     recipe: Literal["paper", "mixed"] = "mixed"
     collision_fraction: Fraction = 0.5
     groups: tuple[Group, ...] = ()

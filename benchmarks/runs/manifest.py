@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -43,6 +43,20 @@ def manifest(suite: Suite, tier: str, cells: Sequence[Cell], argv: Sequence[str]
         "cpu": _cpu(),
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+
+
+def other_source(run: Mapping[str, Any]) -> str | None:
+    """What to say of a run that another version of the source measured, by its manifest; None of today's."""
+    here = source_fingerprint()
+    if run["source_sha256"] == here:
+        return None
+    measured = _version_text(run["git_revision"], run["source_sha256"])
+    return f"the run was measured by {measured}; today's is {_version_text(_git('rev-parse', 'HEAD'), here)}"
+
+
+def _version_text(revision: str | None, fingerprint: str) -> str:
+    """ "revision 50e8da1 (source 0f3a9c1b2d)"."""
+    return f"revision {revision[:7] if revision else 'unknown'} (source {fingerprint[:10]})"
 
 
 def options_in(argv: Sequence[str], *names: str) -> list[str]:

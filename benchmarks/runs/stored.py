@@ -10,12 +10,13 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from benchmarks.cells.association import BEEP_COLUMNS
 from benchmarks.cells.spec import first_error
+from scenes.files.field_types import matching
 
 Number = Annotated[float, Field(ge=-1e18, le=1e18)] | None
 """JSON lacks NaN: no number is null. The bound is that of 64-bit integers, as which beeps are counted."""
 Natural = Annotated[int, Field(ge=0, lt=1 << 63)]
 COUNTS = ("beep", "candidates")
-Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+Digest = Annotated[str, matching("[0-9a-f]{64}", "64 hexadecimal digits")]
 """Names a file of the run, so it must be no path."""
 
 

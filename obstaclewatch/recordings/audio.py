@@ -150,7 +150,7 @@ def _whole_rate(sample_rate_hz: float) -> int:
 
 def _format_of(path: Path) -> str:
     if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"recordings are written as {' or '.join(FORMATS)}, got '{path.name}'")
+        raise ValueError(f"recordings are written as {' or '.join(FORMATS)}, got '{path}'")
     return FORMATS[path.suffix.lower()]
 
 

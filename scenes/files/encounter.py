@@ -59,6 +59,7 @@ def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) ->
 
     Raises:
         ValueError: the file does not fit the schema, has no walk, or nothing to walk to; with file, line and field.
+            Or an unknown phone was asked for.
         FileNotFoundError: the file or one of its meshes is missing.
 
     Example:
@@ -80,8 +81,11 @@ def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) ->
         raise ValueError(source.message((), "walk: is missing, and without one nothing can be simulated"))
     with source.at("walk"):
         walk = walk_of(spec.walk, seed)
+    chosen = spec.phone or PhoneSpec()
+    if phone is not None:
+        Phone.named(phone)  # in no line of the file, and without pydantic's words
+        chosen = PhoneSpec(preset=phone)
     with source.at("phone"):
-        chosen = spec.phone or PhoneSpec() if phone is None else PhoneSpec(preset=phone)
         held = phone_of(chosen, spec.walk)
     with source.at("target" if spec.target is not None else "obstacles"):
         return Encounter(scene, walk, held, (_target(scene, walk, spec.target),))

@@ -27,7 +27,7 @@ import numpy as np
 import trimesh
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from scenes.files.field_types import Number, Plan, Positive, Strict
+from scenes.files.field_types import FASTEST_M_S, Number, Plan, Positive, Strict
 from scenes.files.mesh_file import mesh_path, read_mesh
 from scenes.files.obstacle_kinds import KINDS, Kind
 from scenes.files.walk_schema import PhoneSpec, WalkSpec
@@ -112,6 +112,14 @@ class ObstacleSpec(Strict):
             if hints.get(name) in (int, float) and (isinstance(value, bool) or not isinstance(value, int | float)):
                 hint = "; YAML reads 1.0e-3 as a number, 1e-3 as a text" if isinstance(value, str) else ""
                 raise ValueError(f"{name} of kind '{kind}' must be a number, got {value!r}{hint}")
+
+    @field_validator("velocity_m_s")
+    @classmethod
+    def _slow_enough(cls, velocity: tuple[float, float, float]) -> tuple[float, float, float]:
+        speed = float(np.linalg.norm(velocity))
+        if speed > FASTEST_M_S:
+            raise ValueError(f"must be at most {FASTEST_M_S:g} m/s in size, got {speed:g} m/s, {list(velocity)}")
+        return velocity
 
     @field_validator("kind")
     @classmethod

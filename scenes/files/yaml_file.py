@@ -117,8 +117,31 @@ def said(error: Any, model: type[BaseModel]) -> str:
         )
     if kind == "value_error":
         return str(error["ctx"]["error"])
+    found = "nothing" if error["input"] is None else repr(error["input"])
+    return f"{_rule(error)}, got {found}"
+
+
+RULES = {
+    **dict.fromkeys(("list_type", "tuple_type", "set_type"), "must be a list"),
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "must be a table of keys"),
+    "invalid_key": "must have texts as keys",
+    "string_type": "must be a text",
+}
+"""What pydantic says with the names of Python's types and of our classes."""
+
+
+def _rule(error: Any) -> str:
+    """The rule that one of pydantic's errors is about."""
+    kind, limits = error["type"], error.get("ctx", {})
+    if kind in RULES:
+        return RULES[kind]
+    if kind == "too_short":
+        least = limits["min_length"]
+        return "must not be empty" if least == 1 else f"must have {least} values or more"
+    if kind == "too_long":
+        return f"must have {limits['max_length']} values at most"
     text = error["msg"].replace("Input should", "must")
-    return f"{text[:1].lower()}{text[1:]}, got {error['input']!r}"
+    return f"{text[:1].lower()}{text[1:]}"
 
 
 def _known_fields(model: type[BaseModel], place: Place) -> list[str]:

@@ -17,7 +17,7 @@ from benchmarks.gates.physics.truth import truth_error_m
 from benchmarks.gates.physics.wall import wall_delay_samples, wall_level_db
 from benchmarks.gates.verdict import Verdict
 
-__all__ = ["CHECKS", "Measured", "judge_physics"]
+__all__ = ["CHECKS", "GREATEST", "Measured", "judge_physics"]
 
 CHECKS: dict[str, Check] = {
     "wall_level": wall_level_db,
@@ -36,6 +36,25 @@ CHECKS: dict[str, Check] = {
     "truth": truth_error_m,
     **{f"extremes_{group}": partial(extremes_share, group=group) for group in GROUPS},
 }
+
+GREATEST: dict[str, float] = {
+    "wall_level": 60.0,  # dB: from the wall's echo to what is no longer received
+    "wall_delay": 7800.0,  # samples to 7 m and back at 192 kHz: the whole delay
+    "air_absorption": 1.5,  # dB/m: of all climates at 25 kHz
+    "reciprocity": 1.0,  # of the field: as wrong as silence
+    "translation": 1.0,
+    "motion": 1.0,
+    "moving_range_bias": 0.5,  # m: estimates farther off are none of the wall's
+    "range_deviation_20db": 12.0,  # bounds within 6 cm: estimates farther off are none of the point's
+    "range_deviation_30db": 39.0,
+    "range_deviation_40db": 120.0,
+    "path_difference_deviation_20db": 10.0,
+    "path_difference_deviation_30db": 34.0,
+    "path_difference_deviation_40db": 100.0,
+    "truth": 5.0,  # m: the whole distance to the box
+    **{f"extremes_{group}": 100.0 for group in GROUPS},  # limits: of most references their whole value
+}
+"""Of each check, what its worst exceeds only where nothing is right, if at all: a gate must ask for less."""
 
 GROUP = "physics"
 

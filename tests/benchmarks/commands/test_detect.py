@@ -112,8 +112,11 @@ def test_the_band_must_fit_the_files_rate(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("wrong", "rule"),
     [
-        (("--plot", "missing/walk.png"), "no folder 'missing' to draw 'walk.png' to"),
-        (("--plot", "walk.txt"), "--plot draws a .png, got 'walk.txt'"),
+        (("--plot", "missing/walk.png"), "the folder of 'missing/walk.png' must exist"),
+        (("--plot", "walk.txt"), "--plot must end in .png, got 'walk.txt'"),
+        (("--plot", "."), "--plot must end in .png, got '.'"),
+        (("--pitch", "nan"), "Invalid value for '--pitch': must be a finite number, got nan"),
+        (("--beep-ms", "1e9"), "duration_s must be at most 10 s, got 1e+06 s"),
         (("--reach", "20"), "far_m must be received within one beep period, got 20.0 m"),
         (("--temperature", "200"), "temperature_c must lie within -80..70, got 200.0"),
     ],

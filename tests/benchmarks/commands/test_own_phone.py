@@ -113,3 +113,27 @@ def test_one_channel_twice_is_said_with_what_to_do(tmp_path: Path):
     recording = before_a_wall()
     write_recording(Recording(recording.samples[[0, 0]], RATE_HZ), tmp_path / "twice.wav")
     assert "to mend identical channels: choose stereo" in run("detect", tmp_path / "twice.wav")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        (["beep", "b.wav", "--seconds", "nan"], "'--seconds': must be a finite number, got nan"),
+        (["beep", "b.wav", "--level", "nan"], "'--level': must be a finite number, got nan"),
+        (["beep", "b.wav", "--gap-ms", "inf"], "'--gap-ms': must be a finite number, got inf"),
+        (["calibrate", "b.wav", "--wall", "nan"], "'--wall': must be a finite number, got nan"),
+        (["beep", "b.wav", "--rate", "1e12"], r"sample_rate_hz must be at most 1e\+06 Hz, got 1e\+12 Hz"),
+        (["beep", "b.wav", "--gap-ms", "1e6"], "gap_s must be at most 10 s, got 1000 s"),
+        (["beep", "b.wav", "--beep-ms", "1e7"], "duration_s must be at most 10 s, got 10000 s"),
+        (["beep", "."], "got '.'"),
+        (["calibrate", "b.wav", "-o", "nowhere/x.yaml"], "the folder of 'nowhere/x.yaml' must exist"),
+        (["calibrate", "b.wav", "-o", "."], "--output must end in .yaml or .yml, got '.'"),
+    ],
+)
+def test_what_cannot_be_is_refused_at_once(tmp_path: Path, monkeypatch, arguments, rule):
+    """NaN passes ranges, as it compares with nothing; any length was a beep's, and 1e12 samples a second a defect of
+    the program; `calibrate` made the folder of what it wrote."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(cli, arguments)
+    assert re.search(rule, done.output + str(done.exception))
+    assert not list(tmp_path.iterdir())

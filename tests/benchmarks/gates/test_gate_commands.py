@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 from click.testing import CliRunner
 
+from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cli import cli
 from benchmarks.gates.output import junit_xml, markdown
 from benchmarks.gates.verdict import Verdict, exit_code
@@ -66,6 +67,25 @@ def test_the_command_line_from_baseline_to_red(tmp_path):
     old = call("gate", str(good))
     assert old.exit_code == 4
     assert "must have format 1, got 0" in old.stderr
+
+
+def test_a_run_of_another_source_is_named(tmp_path):
+    """What an older source measured was judged, and became a baseline, without a word."""
+    run = good_run(tmp_path)
+    today = run.manifest | {"source_sha256": source_fingerprint()}
+    old = stored(
+        RunData(run.folder, today | {"source_sha256": "0" * 64, "git_revision": None}, run.cells), tmp_path / "old"
+    )
+    same = stored(RunData(run.folder, today, run.cells), tmp_path / "same")
+    ends = ["--reason", "first", "--baseline", str(tmp_path / "b.json")]
+    said = CliRunner().invoke(cli, ["baseline", "update", str(old), *ends], catch_exceptions=False).stderr
+    assert f"{old}: the run was measured by revision unknown (source 0000000000); today's is revision" in said
+    assert source_fingerprint()[:10] in said
+    assert "measured by" not in CliRunner().invoke(cli, ["baseline", "update", str(same), *ends]).stderr
+    gates = tmp_path / "gates.yaml"
+    gates.write_text(to_json({"title": "one", "physics": {"air_absorption": 0.001}}))
+    assert "measured by" in CliRunner().invoke(cli, ["gate", str(old), "--gates", str(gates)]).stderr
+    assert "measured by" not in CliRunner().invoke(cli, ["gate", str(same), "--gates", str(gates)]).stderr
 
 
 def test_an_incomplete_run_is_neither_green_nor_red(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.gates.config import gates_path, list_gates, load_gates
+from benchmarks.gates.physics import CHECKS, GREATEST
 
 MEDIAN = "title: x\nclaims: [{detector: D"
 
@@ -56,3 +57,28 @@ def test_gates_files_that_cannot_be_are_refused(tmp_path, text, says):
     (tmp_path / "gates.yaml").write_text(text)
     with pytest.raises(ValueError, match=says):
         load_gates(tmp_path / "gates.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "title: x\nclaims: [{detector: D, rate: TN, at_least: 0.5, confidence: 0.0001}]",
+            r"confidence: .*0\.5.*0\.0001",
+        ),
+        ("title: x\nregression: [{detector: D, approach: {alerts: 1.0}}]", "alerts must be below 1, .* got 1$"),
+        ("title: x\nregression: [{detector: D, standing: {snr: 1000000}}]", r"snr must be below 60, .* got 1e\+06$"),
+        ("title: x\nphysics: {wall_level: 1000000}", r"physics: wall_level must be below 60, .* got 1e\+06$"),
+        (f"{MEDIAN}, quantity: no_estimate, at_most: 1}}]", r"claims\[0\]: no_estimate must be below 1, .* got 1$"),
+        ("title: x\nloss_points: 100\nphysics: {truth: 1}", "loss_points: .* got 100$"),
+    ],
+)
+def test_a_gate_that_cannot_fail_is_refused(tmp_path, text, says):
+    """Tolerances were any positive number, confidence any share: 2 of 2 walks passed with 0.01 % confidence."""
+    (tmp_path / "gates.yaml").write_text(text)
+    with pytest.raises(ValueError, match=says):
+        load_gates(tmp_path / "gates.yaml")
+
+
+def test_every_physics_check_has_a_greatest_value():
+    assert CHECKS.keys() == GREATEST.keys()

@@ -166,7 +166,7 @@ def test_unknown_names_and_broken_files_say_what_there_is(tmp_path: Path) -> Non
         ("paper", ["colision_fraction=0.3"], "n: is not a field here; did you mean 'collision_fraction'?"),
         ("paper", ["walk.speed=1.3"], "walk.speed: is not a field here; did you mean 'speed_m_s'?"),
         ("paper", ["standing.rang_m=[1.0]"], "standing.rang_m: is not a field here; did you mean 'range_m'?"),
-        ("paper", ["groups=[{scene: campus, phones: [a], counts: {}, aproach: {}}]"], "did you mean 'approach'?"),
+        ("paper", ["groups=[{scene: campus, phones: [ideal], counts: {}, aproach: {}}]"], "did you mean 'approach'?"),
         ("paper", ["figures=[fig116]"], "did you mean 'fig16'?"),
         ("paper", ["zzz=1"], "zzz: is not a field here"),
     ],
@@ -176,3 +176,21 @@ def test_what_was_meant_is_said(name, settings, says):
     with pytest.raises(ValueError) as error:
         load_suite(name, settings)
     assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("scenes=[{file: a.yaml, count: 1, phones: [galaxy]}]", r"scenes\[0\].phones\[0\]: .*nexus-6p, got 'galaxy'"),
+        ("name=../x", "name: must be letters, digits, spaces and _ . \\+ -, .* got '../x'"),
+        ("tiers={smoke: }", "tiers.smoke: must be a table of keys, got nothing"),
+        ("detectors=[]", r"detectors: must not be empty, got \[\]"),
+        ("detectors=x", "detectors: must be a list, got 'x'"),
+        ("split=all", "split: must be 'dev' or 'test', got 'all'"),
+        ("title=3", "title: must be a text, got 3"),
+    ],
+)
+def test_what_breaks_the_schema_is_said_in_plain_words(setting, says):
+    """Pydantic's words were passed on: patterns, tuples, our classes; and for a scene's phone its whole dump."""
+    with pytest.raises(ValueError, match=f"^suite 'paper': {says}"):
+        load_suite("paper", [setting])

@@ -33,6 +33,14 @@ def test_kilohertz_are_refused():
         BeepDesign(18, 23)
 
 
+@pytest.mark.parametrize("change", [{"duration_s": 50.0}, {"gap_s": 40.0}, {"sample_rate_hz": 192e6}])
+def test_milliseconds_are_refused(change):
+    """No time of a beep was too long: samples of 1e7 ms filled the memory."""
+    name = next(iter(change))
+    with pytest.raises(ValueError, match=f"{name} must be at most"):
+        BeepDesign(**change)
+
+
 @pytest.mark.parametrize("change", [{"pitch_rad": 30.0}, {"speed_m_s": 130.0}])
 def test_suites_refuse_other_units(change):
     with pytest.raises(ValueError, match="less than or equal"):

@@ -96,6 +96,7 @@ MISTAKES = [
     ("{kind: wall, name: x, material: cheese}", 4, r"obstacles\[0\].material: material must be one of .*got 'cheese'"),
     ("{kind: wall, name: x, at_m: [3]}", 4, r"obstacles\[0\].at_m\[1\]: is missing"),
     ("{kind: wall, name: x, at_m: [3, far]}", 4, r"obstacles\[0\].at_m\[1\]: must be a valid number.*got 'far'"),
+    ("{kind: wall, name: x, velocity_m_s: [-100, 0, 0]}", 4, r"obstacles\[0\].velocity_m_s: .*30 m/s.*got 100 m/s"),
     ("{kind: wall, name: x, yaw_deg: yes}", 4, r"obstacles\[0\].yaw_deg: must be a number, got True"),
     ("{kind: wall, name: x, yaw_deg: .nan}", 4, r"obstacles\[0\].yaw_deg: must be a finite number, got nan"),
     ("{kind: wall, name: x, name: y}", 4, r"a scene file must give each key of a mapping once, got 'name'"),
@@ -283,3 +284,9 @@ def test_every_obstacle_is_a_kind(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, "name: all\nobstacles:\n" + "\n".join(lines) + "\n"))
     assert {one.name for one in scene.obstacles} == {"ground", *free}
     assert all(one.category == "ground" or one.category == KINDS[one.name].category for one in scene.obstacles)
+
+
+def test_an_unknown_phone_asked_for_is_said_without_a_line_of_the_file(tmp_path):
+    """The phone of a suite was checked as a field of the scene file: pydantic's dump, with a wrong place."""
+    with pytest.raises(ValueError, match=r"^phone must be one of ideal, .*nexus-6p, got 'galaxy'$"):
+        load_encounter(written(tmp_path, WALK), phone="galaxy")

@@ -94,6 +94,10 @@ def _rendered(walk=None, **rest):
             "phone must be of type Phone, got 'ideal'",
         ),
         (lambda: trace_paths(Scene([]), Phone.named("ideal"), None), "pose must be of type Pose, got None"),
+        (  # rows for 1e10 beeps filled the memory
+            lambda: _rendered(walk=StraightWalk([0.0, 0.0, 0.0], 0.0, 0.0, 1e9)),
+            r"the walk must last at most 14400 s, got 1e\+09 s",
+        ),
         (lambda: _rendered(seed=1.5), "seed must be a whole number, 0 or more, got 1.5"),
         (lambda: _rendered(seed=None), "seed must be a whole number, 0 or more, got None"),
         (lambda: _rendered(fidelity="auto"), "fidelity must be of type Fidelity, got 'auto'"),
@@ -114,7 +118,8 @@ def test_nothing_may_close_in_nearly_as_fast_as_sound(walking, wall):
     # Cause: retarded times did not settle, and the samples were made up.
     scene = Scene([Obstacle(BOX, RIGID, "box", velocity_m_s=[wall, 0.0, 0.0])], Air.lossless())
     walk = StraightWalk([0.0, 0.0, 0.0], 0.0, walking, 0.2)
-    with pytest.raises(ValueError, match=f"close in at less than 34.3 m/s, got up to {walking - wall:.1f} m/s"):
+    named = f" with 'box' at {-wall:.1f} m/s$" if wall else "$"
+    with pytest.raises(ValueError, match=f"less than 34.3 m/s, got up to {walking - wall:.1f} m/s{named}"):
         render_walk(scene, Phone.named("ideal"), walk, BeepDesign())
 
 
