@@ -140,13 +140,14 @@ def _process_bytes(cells: list[Cell]) -> float:
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:
-    """The last lines of a few failures, and how many cells failed or are missing."""
+    """The reasons of a few failures, and how many cells failed or are missing."""
+    from benchmarks.runs.reasons import reason
     from benchmarks.runs.store import cell_path, read_cell
 
     for digest in tally.failed[:5]:
         record = read_cell(cell_path(folder, digest), digest)
         if record is not None:
-            click.echo(f"failed: {record['label']}: {record['error'].strip().splitlines()[-1]}", err=True)
+            click.echo(f"failed: {record['label']}: {reason(record['error'])}", err=True)
     if tally.failed:
         click.echo(f"{len(tally.failed)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
     if tally.missing:
