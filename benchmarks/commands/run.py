@@ -138,10 +138,12 @@ def _process_bytes(cells: list[Cell]) -> float:
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:
-    """The reasons of a few failures, and how many cells failed or are missing."""
+    """The reasons of a few failures, how many cells failed or are missing, and which were tried again."""
     from benchmarks.runs.reasons import reason
     from benchmarks.runs.store import cell_path, read_cell
 
+    for line in tally.remarks():
+        click.echo(line, err=True)
     for digest in tally.failed[:5]:
         record = read_cell(cell_path(folder, digest), digest)
         if record is not None:
