@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 import tempfile
+import threading
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
 
@@ -59,6 +63,12 @@ USAGE = 2
 CRASH = 70
 """EX_SOFTWARE of sysexits.h: never 1, which says that a gate is red."""
 LONGEST_MESSAGE = 200
+INTERRUPTED, TERMINATED = 130, 143
+"""As shells have it: 128 and the number of the signal, SIGINT or SIGTERM."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, as `timeout`, a CI that gives up or a batch system sends it: the end is that of Ctrl-C."""
 
 
 class LazyGroup(click.Group):
@@ -89,7 +99,7 @@ def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
     Exit codes: 0 good; 1 a gate is red or an extreme silently wrong; 2 usage or input; 3 failed or missing cells;
-    4 nothing measured; 70 a defect of this program; 130 interrupted, resumable.
+    4 nothing measured; 70 a defect of this program; 130 interrupted, 143 terminated, both resumable.
     """
 
 
@@ -99,10 +109,15 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        cli(standalone_mode=False)
-    except click.exceptions.Abort:
-        click.echo("interrupted; the same command goes on where it stopped", err=True)
-        sys.exit(130)
+        with _terminable():
+            cli(standalone_mode=False)
+    except click.exceptions.Abort as error:
+        _end_workers()
+        ended, code = (
+            ("terminated", TERMINATED) if isinstance(error.__cause__, Terminated) else ("interrupted", INTERRUPTED)
+        )
+        click.echo(f"{ended}; the same command goes on where it stopped", err=True)
+        sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(USAGE)
@@ -115,6 +130,32 @@ def main() -> None:
     except Exception as error:
         _complain(f"a defect of this program: {_first_words(error)}; {_kept_trace(error)}")
         sys.exit(CRASH)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM interrupts, unless the caller does something else at it; a second one ends the process at once."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _terminate(number: int, frame: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    raise Terminated
+
+
+def _end_workers() -> None:
+    """Worker processes would finish their cells and keep standard output open, on which a pipe waits."""
+    if "joblib" in sys.modules:
+        from benchmarks.runs.executors.local import end_workers
+
+        end_workers()
 
 
 def _first_words(error: Exception) -> str:
