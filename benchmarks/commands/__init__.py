@@ -5,7 +5,8 @@ They import what they work with when they run: `obstaclewatch run --help` answer
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import click
 from click.core import ParameterSource
@@ -31,6 +32,27 @@ def refuse_given(useless: Iterable[str], reason: str) -> None:
     clash = [name for name in useless if name in given()]
     if clash:
         raise ValueError(f"{reason}, so --{', --'.join(clash)} must not be given")
+
+
+def check_written(option: str, path: Path, endings: Sequence[str], others: Iterable[Path]) -> None:
+    """Refuse, before anything is computed, a file that nothing would read, or that the command itself reads or writes.
+
+    Args:
+        option: that names the file, for the message.
+        path: the file to be written.
+        endings: of its name, one of these.
+        others: what the command reads, or writes as well.
+
+    Raises:
+        ValueError: another ending, or one of the others, by whichever name.
+
+    >>> check_written("--paths", Path("paths.json"), (".json",), [Path("walk.flac")])
+    """
+    if path.suffix not in endings:
+        raise ValueError(f"{option} must end in {' or '.join(endings)}, got '{path}'")
+    for other in others:
+        if path == other or (path.exists() and other.exists() and path.samefile(other)):
+            raise ValueError(f"{option} must be another file than '{other}', got '{path}'")
 
 
 def check_pitch(degrees: float) -> None:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from benchmarks.commands import check_written
+
 if TYPE_CHECKING:
     from obstaclewatch import BeepDesign, PhoneGeometry, Recording
     from obstaclewatch.recordings.health import RecordingHealth
@@ -98,7 +100,9 @@ def calibrate(
     channels, which TrackingDetector needs for bearings.
     """
     from benchmarks.own_phone import (
+        SUFFIXES,
         TAPE_M,
+        check_replaceable,
         measured_at_wall,
         measured_separation_m,
         middle_line,
@@ -111,6 +115,9 @@ def calibrate(
 
     if mics_cm is not None and speaker_cm is None:
         raise click.UsageError("--mics-cm needs --speaker-cm")
+    if output is not None:
+        check_written("--output", output, SUFFIXES, [recording])
+        check_replaceable(output)
     speed = assumed_sound_speed(temperature)
     first = next(pieces_of(recording, swap))
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), first.sample_rate_hz)

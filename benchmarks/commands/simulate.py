@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from benchmarks.commands import OF_APPROACH, check_pitch, given, refuse_given
+from benchmarks.commands import OF_APPROACH, check_pitch, check_written, given, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -56,6 +56,8 @@ def simulate(
 
     if output.suffix.lower() not in SUFFIXES:
         raise ValueError(f"output must end in .wav or .flac, got '{output}'")
+    if paths is not None:
+        check_written("--paths", paths, (".json",), [Path(scene), output])
     for path in (output, paths):
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"the folder of '{path}' must exist")
