@@ -9,7 +9,7 @@ import traceback
 
 import click
 
-from benchmarks.interrupts import kept_interrupts
+from benchmarks.interrupts import Terminated, interruptible
 
 COMMANDS = {
     "run": "Run a suite: simulate, detect, score, draw, report. Resumes what is there.",
@@ -61,6 +61,8 @@ USAGE = 2
 CRASH = 70
 """EX_SOFTWARE of sysexits.h: never 1, which says that a gate is red."""
 LONGEST_MESSAGE = 200
+INTERRUPTED, TERMINATED = 130, 143
+"""As shells have it: 128 and the number of the signal, SIGINT or SIGTERM."""
 
 
 class LazyGroup(click.Group):
@@ -91,7 +93,7 @@ def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
     Exit codes: 0 good; 1 a gate is red or an extreme silently wrong; 2 usage or input; 3 failed or missing cells;
-    4 nothing measured; 70 a defect of this program; 130 interrupted, resumable.
+    4 nothing measured; 70 a defect of this program; 130 interrupted, 143 terminated, both resumable.
     """
 
 
@@ -101,11 +103,15 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        with kept_interrupts():
+        with interruptible():
             cli(standalone_mode=False)
-    except click.exceptions.Abort:
-        click.echo("interrupted; the same command goes on where it stopped", err=True)
-        sys.exit(130)
+    except click.exceptions.Abort as error:
+        _end_workers()
+        ended, code = (
+            ("terminated", TERMINATED) if isinstance(error.__cause__, Terminated) else ("interrupted", INTERRUPTED)
+        )
+        click.echo(f"{ended}; the same command goes on where it stopped", err=True)
+        sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(USAGE)
@@ -118,6 +124,14 @@ def main() -> None:
     except Exception as error:
         _complain(f"a defect of this program: {_first_words(error)}; {_kept_trace(error)}")
         sys.exit(CRASH)
+
+
+def _end_workers() -> None:
+    """Worker processes would finish their cells and keep standard output open, on which a pipe waits."""
+    if "joblib" in sys.modules:
+        from benchmarks.runs.executors.local import end_workers
+
+        end_workers()
 
 
 def _first_words(error: Exception) -> str:

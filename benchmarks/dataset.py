@@ -62,16 +62,17 @@ def write_data_set(
     without a row in its table, and to remove them would throw away hours of simulation for a mistyped number.
 
     Raises:
-        ValueError: the folder holds a data set of another suite or source, or more walks than these, or files that
-            are missing or have changed since they were written; or another process works on it.
+        ValueError: the folder holds something else than a data set, or one of another suite or source, or more walks
+            than these, or files that are missing or have changed since they were written; or another process works on
+            it.
         OSError: a file cannot be written; what is done is kept.
     """
     _check_same(folder, suite)
     _check_not_fewer(folder, walks)
+    write_atomically(folder / "suite.yaml", _resolved(suite))  # first: by it the folder is known to be a data set's
     for part in FOLDERS:
         (folder / part).mkdir(parents=True, exist_ok=True)
     cells, books = [cell for _, cell in walks], folder / BOOKS
-    write_atomically(folder / "suite.yaml", _resolved(suite))
     write_atomically(books / "manifest.json", to_json(manifest(suite, "full", cells, argv)))
     tally = run_cells(books, cells, executor, work=partial(write_walk, folder=folder))
     table = frame_of(list(_rows(folder, walks)))
@@ -114,6 +115,9 @@ def _enlarged(suite: Suite, times: int) -> Suite:
 
 def _check_same(folder: Path, suite: Suite) -> None:
     there = folder / "suite.yaml"
+    other = [] if there.is_file() or not folder.is_dir() else sorted(path.name for path in folder.iterdir())
+    if other:
+        raise ValueError(f"'{folder}' must be new, empty or hold a data set, but it has no suite.yaml and '{other[0]}'")
     if there.is_file() and there.read_text(encoding="utf-8") != _resolved(suite):
         raise ValueError(f"'{folder}' must be new or hold a data set of the same suite and source, but {there} differs")
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while libraries are imported."""
+"""Ctrl-C and SIGTERM while a command runs."""
 
 from __future__ import annotations
 
@@ -13,18 +13,36 @@ DEAF = "trimesh"
 """Takes whatever ends the import of an optional package for the package's absence, Ctrl-C as well."""
 
 
-@contextmanager
-def kept_interrupts() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, but during the import of trimesh, which swallows it: then right after.
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, as `timeout`, a CI that gives up or a batch system sends it: the end is that of Ctrl-C."""
 
-    >>> with kept_interrupts():
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt, also where the import of trimesh swallows it, and SIGTERM raises `Terminated`.
+
+    What a caller does at SIGTERM remains; a second SIGTERM ends the process at once.
+
+    >>> with interruptible():
     ...     import trimesh
     """
-    before = signal.signal(signal.SIGINT, _interrupt)
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    at_interrupt, at_end = signal.signal(signal.SIGINT, _interrupt), signal.getsignal(signal.SIGTERM)
+    if at_end == signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _terminate)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, at_interrupt)
+        if at_end == signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _terminate(_number: int, _frame: FrameType | None) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    raise Terminated
 
 
 def _interrupt(_number: int, frame: FrameType | None) -> None:

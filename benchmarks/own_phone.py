@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, ValidationError
 from benchmarks.cells.spec import Angle, first_error
 from obstaclewatch import BeepDesign, Fault, MicPhase, PhoneGeometry, Recording, measure_mic_phase
 from obstaclewatch.recordings.calibration import Calibration
+from obstaclewatch.recordings.streaming import check_size
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from scenes import load_encounter
 from scenes.files.bounded_yaml import parsed, read_text
@@ -36,6 +37,8 @@ ADVICE = {
 Metres = Annotated[float, Field(ge=-10.0, le=10.0)]
 """Of the suite `extremes`: microphones farther apart are not tried. A detector's memory grows with their distance."""
 Place = tuple[Metres, Metres, Metres]
+SUFFIXES = (".yaml", ".yml")
+"""Of the files of phones."""
 TAPE_M = 0.005
 """Standard deviation of a distance to a wall by tape."""
 TILT_RAD = math.radians(2.0)
@@ -90,6 +93,20 @@ def load_phone(path: Path) -> PhoneFile:
         raise ValueError(f"phone '{path}': {first_error(error, PhoneFile)}") from error
 
 
+def check_replaceable(path: Path) -> None:
+    """Whether a calibration may be written there: nothing is there, or another calibration.
+
+    Raises:
+        ValueError: another file, such as a scene.
+    """
+    if not path.exists():
+        return
+    try:
+        PhoneFile.model_validate(parsed(read_text(path, "phone"), str(path), "phone")[0])
+    except ValueError as error:
+        raise ValueError(f"--output must be new or hold a phone that `calibrate` wrote, got '{path}'") from error
+
+
 def phone_text(phone: PhoneFile) -> str:
     """The file's text."""
     return yaml.safe_dump(phone.model_dump(mode="json"), sort_keys=False)
@@ -99,7 +116,7 @@ def middle_line(name: str, mics_m: float, speaker_m: float) -> PhoneGeometry:
     """A phone with microphones at the ends of its middle line, and the speaker so far below the top one.
 
     Raises:
-        ValueError: the speaker is not between the microphones.
+        ValueError: the speaker is not between the microphones, or these are too far apart for a detector.
 
     >>> middle_line("mine", mics_m=0.14, speaker_m=0.03).speaker_to_mic_m.round(2).tolist()
     [0.03, 0.11]
@@ -107,7 +124,9 @@ def middle_line(name: str, mics_m: float, speaker_m: float) -> PhoneGeometry:
     if not 0.0 <= speaker_m < mics_m:
         raise ValueError(f"the speaker must be between the microphones, {mics_m:g} m apart, got {speaker_m:g} m")
     top = 0.5 * mics_m
-    return PhoneGeometry(name, np.array([0.0, top - speaker_m, 0.0]), np.array([[0.0, top, 0.0], [0.0, -top, 0.0]]))
+    phone = PhoneGeometry(name, np.array([0.0, top - speaker_m, 0.0]), np.array([[0.0, top, 0.0], [0.0, -top, 0.0]]))
+    check_size(phone)
+    return phone
 
 
 def measured_separation_m(found: Calibration, speaker_m: float, sound_speed_m_s: float) -> float:

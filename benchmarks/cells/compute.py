@@ -31,7 +31,8 @@ from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.situations.standing import standing_situation
 from benchmarks.cells.situations.variation import varied
 from benchmarks.cells.spec import Cell
-from obstaclewatch import BeepDesign, NoBeepError
+from benchmarks.cells.stream_contract import detections_of
+from obstaclewatch import BeepDesign
 from obstaclewatch.recording import Recording
 from obstaclewatch.support.arrays import Flags, Floats
 from scenes import ground_truth
@@ -139,7 +140,7 @@ def _judged(
     detector = detector_for(cell, name, setting, beep)
     before = crc32(recording.samples.data)
     begin, begin_cpu = perf_counter(), process_time()
-    detections, no_beep = detections_of(detector, recording)
+    detections, no_beep = detections_of(detector, beep, recording)
     cost = {"detect_s": perf_counter() - begin, "detect_cpu_s": process_time() - begin_cpu}
     if crc32(recording.samples.data) != before:
         _simulated.cache_clear()
@@ -151,14 +152,6 @@ def _judged(
     entry["outcome"] = outcome(alert["alert"], entry["alert_distance_m"], truths[0].collides)
     entry["beeps"] = [_beep_table(cell, detections, truth) for truth in truths]
     return entry
-
-
-def detections_of(detector: Any, recording: Recording) -> tuple[list[Any], bool]:
-    """All detections, and whether the detector found no beep at all: a result, not a failure of the bench."""
-    try:
-        return list(detector.stream(recording)), False
-    except NoBeepError:
-        return [], True
 
 
 def first_alert(detections: Sequence[Any], duration_s: float) -> dict[str, Any]:

@@ -41,16 +41,27 @@ def _finite(kind: click.ParamType, number: float, param: click.Parameter | None,
     return number
 
 
-def check_output(path: Path, option: str, suffixes: Sequence[str]) -> None:
-    """Refuse a file that will not be written, before it is computed.
+def check_output(path: Path, option: str, suffixes: Sequence[str], others: Iterable[Path] = ()) -> None:
+    """Refuse, before anything is computed, a file that cannot be written or read again, or that the command uses.
+
+    Args:
+        path: the file to be written.
+        option: that names it, for the message.
+        suffixes: of its name, one of these.
+        others: what the command reads, or writes as well.
 
     Raises:
-        ValueError: another suffix, or no such folder; the message gives rule and value.
+        ValueError: another suffix, no such folder, or one of the others, by whichever name.
+
+    >>> check_output(Path("paths.json"), "--paths", (".json",), [Path("walk.flac")])
     """
     if path.suffix.lower() not in suffixes:
         raise ValueError(f"{option} must end in {' or '.join(suffixes)}, got '{path}'")
     if not path.parent.is_dir():
         raise ValueError(f"the folder of '{path}' must exist")
+    for other in others:
+        if path == other or (path.exists() and other.exists() and path.samefile(other)):
+            raise ValueError(f"{option} must be another file than '{other}', got '{path}'")
 
 
 def given() -> set[str]:

@@ -127,10 +127,10 @@ def _tell(found: Iterable[Detection], as_json: bool) -> None:
 
 def _phone(text: str) -> PhoneFile:
     """The preset of that name, the phone of a scene file, or one that was calibrated."""
-    from benchmarks.own_phone import load_phone, phone_file
+    from benchmarks.own_phone import SUFFIXES, load_phone, phone_file
     from simulator import Phone
 
-    return load_phone(Path(text)) if text.endswith((".yaml", ".yml")) else phone_file(Phone.named(text).geometry)
+    return load_phone(Path(text)) if text.endswith(SUFFIXES) else phone_file(Phone.named(text).geometry)
 
 
 def _entry(detection: Detection) -> dict[str, Any]:

@@ -36,6 +36,8 @@ def export(
     click.echo(f"{len(cells)} walks of suite '{chosen.name}' into {out}")
     tally = write_data_set(out, chosen, cells, choose_executor(None, jobs), sys.argv[1:])
     click.echo(f"{out / 'README.md'}: {len(tally.ok)} walks")
+    for line in tally.remarks():
+        click.echo(line, err=True)
     if not tally.complete:
         click.echo(f"{len(tally.failed)} walks failed, {len(tally.missing)} are missing", err=True)
         sys.exit(INCOMPLETE)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: int) -> None:
     """Judge RUN_FOLDER and leave gate.json, junit.xml and gate.md in it.
 
-    Exit codes: 0 all green; 1 a gate is red; 3 the run is incomplete; 4 a gate measured nothing, or the baseline
-    cannot be compared.
+    Exit codes: 0 all green; 1 a gate is red; 3 none is, but cells failed or are missing; 4 a gate measured nothing, or
+    the baseline cannot be compared.
     """
     from benchmarks.gates.baseline import IncompatibleBaselineError, load_baseline
     from benchmarks.gates.config import gates_path, load_gates

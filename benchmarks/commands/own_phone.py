@@ -102,7 +102,9 @@ def calibrate(
     channels, which TrackingDetector needs for bearings.
     """
     from benchmarks.own_phone import (
+        SUFFIXES,
         TAPE_M,
+        check_replaceable,
         measured_at_wall,
         measured_separation_m,
         middle_line,
@@ -113,10 +115,11 @@ def calibrate(
     from obstaclewatch import BeepDesign, assumed_sound_speed
     from simulator import Phone
 
-    if output is not None:
-        check_output(output, "--output", (".yaml", ".yml"))
     if mics_cm is not None and speaker_cm is None:
         raise click.UsageError("--mics-cm needs --speaker-cm")
+    if output is not None:
+        check_output(output, "--output", SUFFIXES, [recording])
+        check_replaceable(output)
     speed = assumed_sound_speed(temperature)
     first = next(pieces_of(recording, swap))
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), first.sample_rate_hz)

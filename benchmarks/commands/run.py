@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from benchmarks.commands import ALLOW_CODE
-from benchmarks.gates.verdict import FAILED, INCOMPLETE, UNMEASURED
+from benchmarks.gates.verdict import FAILED, INCOMPLETE
 from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs import EXECUTORS
 
@@ -86,8 +86,6 @@ def run(
         click.echo(f"cannot store results: {error}; what is done is kept, the same command goes on", err=True)
         sys.exit(INCOMPLETE)
     _say_what_failed(folder, tally)
-    if not tally.ok:
-        sys.exit(UNMEASURED)
     if wrong := _wrong(folder):
         click.echo("\n".join(wrong), err=True)
         sys.exit(FAILED)
@@ -140,13 +138,16 @@ def _process_bytes(cells: list[Cell]) -> float:
 
 
 def _say_what_failed(folder: Path, tally: Tally) -> None:
-    """The last lines of a few failures, and how many cells failed or are missing."""
+    """The reasons of a few failures, how many cells failed or are missing, and which were tried again."""
+    from benchmarks.runs.reasons import reason
     from benchmarks.runs.store import cell_path, read_cell
 
+    for line in tally.remarks():
+        click.echo(line, err=True)
     for digest in tally.failed[:5]:
         record = read_cell(cell_path(folder, digest), digest)
         if record is not None:
-            click.echo(f"failed: {record['label']}: {record['error'].strip().splitlines()[-1]}", err=True)
+            click.echo(f"failed: {record['label']}: {reason(record['error'])}", err=True)
     if tally.failed:
         click.echo(f"{len(tally.failed)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
     if tally.missing:

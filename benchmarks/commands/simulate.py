@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from benchmarks.commands import OF_APPROACH, check_pitch, given, refuse_given
+from benchmarks.commands import OF_APPROACH, Real, check_output, check_pitch, given, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -33,10 +33,10 @@ STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
 )
 @click.option("--collision/--no-collision", default=True, show_default=True, help="whether the approach ends in one")
 @click.option("--start", default="0,0,1.3", show_default=True, metavar="X,Y,Z", help="start of a walk, m")
-@click.option("--heading", default=0.0, show_default=True, help="direction of a walk, degrees from +x")
-@click.option("--speed", default=1.3, show_default=True, help="of a walk, m/s")
-@click.option("--duration", default=4.5, show_default=True, help="of a walk, s")
-@click.option("--pitch", default=30.0, show_default=True, help="pitch of the phone's top edge, degrees")
+@click.option("--heading", type=Real(), default=0.0, show_default=True, help="direction of a walk, degrees from +x")
+@click.option("--speed", type=Real(), default=1.3, show_default=True, help="of a walk, m/s")
+@click.option("--duration", type=Real(), default=4.5, show_default=True, help="of a walk, s")
+@click.option("--pitch", type=Real(), default=30.0, show_default=True, help="pitch of the phone's top edge, degrees")
 @click.option("--paths", type=click.Path(path_type=Path), help="also write the traced paths as JSON")
 def simulate(
     scene: str, output: Path, phone: str, seed: int, category: str | None, index: int, collision: bool,
@@ -54,11 +54,9 @@ def simulate(
     from simulator import Fidelity, Phone, render_pieces
     from simulator.render import beep_count, trace_walk
 
-    if output.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"output must end in .wav or .flac, got '{output}'")
-    for path in (output, paths):
-        if path is not None and not path.parent.is_dir():
-            raise ValueError(f"the folder of '{path}' must exist")
+    check_output(output, "--output", SUFFIXES, [Path(scene)])
+    if paths is not None:
+        check_output(paths, "--paths", (".json",), [Path(scene), output])
     beep, fidelity = BeepDesign(), Fidelity()
     _check_given(category, has_walk(scene))
     check_pitch(pitch)

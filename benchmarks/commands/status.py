@@ -52,12 +52,14 @@ def _counts(run: RunData) -> dict[str, Any]:
 
 
 def _lines(run: RunData, found: dict[str, Any], failures: int) -> Iterator[str]:
+    from benchmarks.runs.reasons import reason
+
     yield ", ".join(f"{found[name]} {name}" for name in ("planned", "ok", "failed", "missing"))
     if found["ok"] and found["computing_s"]:
         left_s = found["computing_s"] / found["ok"] * (found["planned"] - found["ok"])
         yield f"{found['computing_s']:.0f} s of computing so far, about {left_s:.0f} s left, over all processes"
     broken = [cell for cell in run.cells if cell["status"] == "failed"]
     for cell in broken[:failures]:
-        yield f"failed: {cell['label']}: {cell['error'].strip().splitlines()[-1]}"
+        yield f"failed: {cell['label']}: {reason(cell['error'])}"
     if found["missing"] or found["failed"]:
         yield f"to go on: obstaclewatch {shlex.join(run.manifest['argv'])}"

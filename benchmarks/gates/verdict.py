@@ -48,10 +48,10 @@ PASSED, FAILED, INCOMPLETE, UNMEASURED = 0, 1, 3, 4
 
 
 def exit_code(verdicts: Iterable[Verdict], complete: bool = True) -> int:
-    """1 if a gate failed, else 4 if one measured nothing or there is none, else 3 if the run is incomplete, else 0."""
+    """1 if a gate failed, else 3 if the run is incomplete, else 4 if one measured nothing or there is none, else 0."""
     states = [verdict.state for verdict in verdicts]
     if State.FAILED in states:
         return FAILED
-    if State.UNMEASURED in states or not states:
-        return UNMEASURED
-    return PASSED if complete else INCOMPLETE
+    if not complete:
+        return INCOMPLETE
+    return UNMEASURED if State.UNMEASURED in states or not states else PASSED

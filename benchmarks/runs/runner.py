@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,8 +17,12 @@ from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.runs.executors import Executor, Task, WorkersLost, serial
 from benchmarks.runs.executors.work import Done, Work, done_by
+from benchmarks.runs.reasons import reason
 from benchmarks.runs.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
 from benchmarks.runs.stored import check_file
+
+MOST_NAMED = 3
+"""Cells that a remark names."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +32,33 @@ class Tally:
     Attributes:
         ok, failed, missing: digests of cells, in the order of the plan. Missing are those whose workers died, or that
             were not begun because an earlier one failed.
+        tried_again: label and reasons of each cell that is ok now, but failed before: a detector whose result depends
+            on more than the recording, or a machine that was short of something.
     """
 
     ok: tuple[str, ...]
     failed: tuple[str, ...]
     missing: tuple[str, ...]
+    tried_again: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @property
     def complete(self) -> bool:
         """Whether every cell is there and none failed."""
         return not self.failed and not self.missing
+
+    def remarks(self) -> list[str]:
+        """What is to be said of cells that are ok, in words; a few of them stand for all.
+
+        >>> Tally(("ab12",), (), (), (("campus/wall/0", ("RuntimeError: boom",)),)).remarks()
+        ['1 cell failed once and was tried again: campus/wall/0, RuntimeError: boom']
+        """
+        if not self.tried_again:
+            return []
+        count, most = len(self.tried_again), max(len(reasons) for _, reasons in self.tried_again)
+        named = "; ".join(f"{label}, {reasons[0]}" for label, reasons in self.tried_again[:MOST_NAMED])
+        often = "once" if most == 1 else f"up to {most} times"
+        were, rest = "cell {} and was" if count == 1 else "cells {} and were", "; ..." * (count > MOST_NAMED)
+        return [f"{count} {were.format(f'failed {often}')} tried again: {named}{rest}"]
 
 
 def run_cells(
@@ -72,6 +95,7 @@ def run_cells(
     with only_one_process(run):
         state = {digest: _stored_status(run, digest) for digest in digests}
         planned = dict(zip(digests, cells, strict=True))
+        failures: dict[str, list[str]] = defaultdict(list)
         with tqdm(total=len(planned), unit="cell", disable=not (progress and sys.stderr.isatty())) as bar:
             bar.update(sum(status == "ok" for status in state.values()))
             for _ in range(retries + 1):
@@ -80,9 +104,11 @@ def run_cells(
                     _store(run, done)
                     state[done.digest] = "ok" if done.ok else "failed"
                     bar.update(int(done.ok))
-                    if not (done.ok or keep_going):
-                        return _tally(state)
-    return _tally(state)
+                    if not done.ok:
+                        failures[done.digest].append(reason(json.loads(done.record)["error"]))
+                        if not keep_going:
+                            return _tally(state, planned, failures)
+    return _tally(state, planned, failures)
 
 
 def _computed(todo: dict[str, Cell], executor: Executor, task: Task) -> Iterator[Done]:
@@ -100,10 +126,14 @@ def _computed(todo: dict[str, Cell], executor: Executor, task: Task) -> Iterator
                 return
 
 
-def _tally(state: dict[str, str | None]) -> Tally:
-    return Tally(
-        *(tuple(digest for digest, found in state.items() if found == kind) for kind in ("ok", "failed", None))
+def _tally(
+    state: Mapping[str, str | None], planned: Mapping[str, Cell], failures: Mapping[str, Sequence[str]]
+) -> Tally:
+    ok, failed, missing = (
+        tuple(digest for digest, found in state.items() if found == kind) for kind in ("ok", "failed", None)
     )
+    again = tuple((planned[digest].label, tuple(failures[digest])) for digest in ok if digest in failures)
+    return Tally(ok, failed, missing, again)
 
 
 def _compute(cell: Cell) -> dict[str, Any]:

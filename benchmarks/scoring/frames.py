@@ -18,6 +18,7 @@ import pandas as pd
 
 from benchmarks.cells.spec import variant_text
 from benchmarks.plan.sweep import NAME, value_at
+from benchmarks.runs.reasons import reason
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
 from benchmarks.scoring.scores import TRUE, beeps_of, walk_row
@@ -92,7 +93,7 @@ def cell_row(record: Mapping[str, Any], swept: Sequence[str]) -> Row:
         {"label": record["label"]}
         | {name: cell[name] for name in CELL}
         | {"standing_range_m": cell["range_m"], "standing_bearing_rad": cell.get("bearing_rad")}
-        | {"status": record["status"], "error": None if error is None else error.strip().splitlines()[-1]}
+        | {"status": record["status"], "error": None if error is None else reason(error)}
         | {"point": variant_text(cell.get("variant") or {}).strip("[]") or None}
         | {name: _scalar(value_at(cell, name)) for name in swept}
         | {f"probe.{name}": _scalar(value) for name, value in (cell.get("probe") or {}).items()}

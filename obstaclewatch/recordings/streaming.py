@@ -112,9 +112,7 @@ def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: flo
             degrees or more.
     """
     check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
-    apart_m = max(phone.mic_separation_m, *phone.speaker_to_mic_m.tolist())
-    if apart_m > MOST_APART_M:
-        raise ValueError(f"speaker and microphones must be within {MOST_APART_M:g} m, got {apart_m:g} m: in mm?")
+    check_size(phone)
     check_numbers(sound_speed_m_s=sound_speed_m_s)
     if pitch_rad is not None:
         check_numbers(pitch_rad=pitch_rad)
@@ -122,6 +120,19 @@ def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: flo
         raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
     if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
         raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+
+
+def check_size(phone: PhoneGeometry) -> None:
+    """Refuse a phone whose speaker and microphones are farther apart than any phone is long.
+
+    Raises:
+        ValueError: they are; with the distance and the greatest one.
+
+    >>> check_size(PhoneGeometry("mine", [0, 0.04, 0], [[0, 0.07, 0], [0, -0.07, 0]]))
+    """
+    apart_m = max(phone.mic_separation_m, *phone.speaker_to_mic_m.tolist())
+    if apart_m > MOST_APART_M:
+        raise ValueError(f"speaker and microphones must be within {MOST_APART_M:g} m, got {apart_m:g} m: in mm?")
 
 
 def reach_s(beep: BeepDesign, far_m: float, sound_speed_m_s: float) -> float:

@@ -98,6 +98,30 @@ def test_a_set_does_not_shrink(tmp_path: Path):
     assert (tmp_path / "walks.parquet").read_bytes() == before
 
 
+def test_a_folder_with_something_else_stays_as_it_is(tmp_path: Path):
+    """Cause: README.md, LICENSE and load.py of one's own project were replaced by those of the data set."""
+    suite = load_suite("ranging", ONE_WALL)
+    (tmp_path / "README.md").write_text("mine")
+    with pytest.raises(ValueError, match=r"must be new, empty or hold a data set, but it has no suite\.yaml and 'READ"):
+        write_data_set(tmp_path, suite, split_walks(suite, 1), serial, ["export"])
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"README.md": "mine"}
+
+
+def test_a_set_that_was_stopped_before_its_first_walk_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The folder is known to be a data set's as soon as there is anything in it."""
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    suite = load_suite("ranging", ONE_WALL)
+    for name in ("manifest", "run_cells"):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"benchmarks.dataset.{name}", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                write_data_set(tmp_path, suite, split_walks(suite, 1), serial, ["export"])
+    assert write_data_set(tmp_path, suite, split_walks(suite, 1), serial, ["export"]).complete
+
+
 def test_the_card_says_where_the_licence_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Cause: sources that are not installed have no licence, and the card named a file that was not there."""
 

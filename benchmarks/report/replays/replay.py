@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.compute import detections_of, echo_range_m, first_alert, recording_of, truths_at_beeps
+from benchmarks.cells.compute import echo_range_m, first_alert, recording_of, truths_at_beeps
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.equipment import detector_for
 from benchmarks.cells.situations.situation import Situation
 from benchmarks.cells.spec import Cell
+from benchmarks.cells.stream_contract import detections_of
 from benchmarks.echogram import LEVELS_DB, beep_levels
 from benchmarks.report.replays.outline import PlanFrame, Window, outline
 from obstaclewatch import BeepDesign, Detection
@@ -152,7 +153,7 @@ def _truth(name: str, truth: GroundTruth) -> dict[str, Any]:
 
 
 def _judged(cell: Cell, name: str, setting: Situation, beep: BeepDesign, recording: Recording) -> dict[str, Any]:
-    detections, no_beep = detections_of(detector_for(cell, name, setting, beep), recording)
+    detections, no_beep = detections_of(detector_for(cell, name, setting, beep), beep, recording)
     alert = first_alert(detections, recording.duration_s)
     return {
         "name": detector_label(name),

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 
 import joblib
+from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from benchmarks.cells.memory import return_freed_memory
@@ -27,6 +28,16 @@ def worker_processes(task: Task, cells: Sequence[Cell], jobs: int) -> Iterator[D
             yield from parallel(joblib.delayed(_done_and_freed)(task, cell) for cell in cells)
         except TerminatedWorkerError as error:
             raise WorkersLost("a worker process died: killed, or out of memory") from error
+
+
+def end_workers() -> None:
+    """Kill the worker processes of this process, whatever they compute: it ends, and nobody waits for that.
+
+    >>> end_workers()
+    """
+    # What is cancelled is known: joblib would say so once more.
+    warnings.filterwarnings("ignore", r"\d+ tasks (have been|which were)", UserWarning)
+    get_reusable_executor(max_workers=1, reuse=False, kill_workers=True)
 
 
 def _done_and_freed(task: Task, cell: Cell) -> Done:

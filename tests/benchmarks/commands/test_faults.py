@@ -10,10 +10,13 @@ import sys
 import time
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
+from benchmarks.cells.compute import compute
+from benchmarks.cells.spec import Cell
 from benchmarks.cli import cli
 from benchmarks.runs import manifest, store
 
@@ -126,3 +129,37 @@ def test_no_home_and_a_locale_without_unicode_are_no_hindrance(tmp_path: Path, c
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert contents(out) == contents(calm)
+
+
+def test_a_run_of_which_every_cell_fails_is_incomplete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cause: it ended with 4, which is for gates that measure nothing of a complete run, and so did its gate."""
+
+    def broken(_: Cell) -> None:
+        raise RuntimeError("boom\nsecond line")
+
+    monkeypatch.setattr("benchmarks.cells.compute.compute", broken)
+    done = called(tmp_path)
+    assert done.exit_code == 3
+    assert "slivers/0: RuntimeError: boom\n" in done.stderr
+    assert "2 cells failed; their tracebacks are in" in done.stderr
+    shown = CliRunner().invoke(cli, ["status", str(folder_of(tmp_path))])
+    assert shown.exit_code == 3
+    assert "slivers/0: RuntimeError: boom\n" in shown.output
+    gates = tmp_path / "gates.yaml"
+    gates.write_text("title: one\nphysics: {air_absorption: 0.001}\n")
+    assert CliRunner().invoke(cli, ["gate", str(folder_of(tmp_path)), "--gates", str(gates)]).exit_code == 3
+
+
+def test_a_cell_that_is_tried_again_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cause: its first failure was overwritten without a word."""
+    calls = itertools.count()
+
+    def broken_once(cell: Cell) -> dict[str, Any]:
+        if next(calls) == 0:
+            raise RuntimeError("boom")
+        return compute(cell)
+
+    monkeypatch.setattr("benchmarks.cells.compute.compute", broken_once)
+    done = called(tmp_path)
+    assert done.exit_code == 0
+    assert "1 cell failed once and was tried again: " in done.stderr

@@ -68,6 +68,43 @@ def test_microphones_0_cm_apart_are_refused(tmp_path: Path):
     assert "must be between the microphones, 0 m apart, got 0.03 m" in str(done.exception)
 
 
+def test_a_phone_that_detect_would_refuse_is_not_written(tmp_path: Path):
+    """Cause: a phone 10 m long was written, and refused by `detect` alone."""
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    ruler = ["--speaker-cm", "3", "--mics-cm", "1000", "-o", str(tmp_path / "mine.yaml")]
+    done = CliRunner().invoke(cli, ["calibrate", str(tmp_path / "wall.wav"), *ruler])
+    assert "speaker and microphones must be within 1.5 m, got 10 m" in str(done.exception)
+    assert not (tmp_path / "mine.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("wall.wav", "--output must end in .yaml or .yml, got '.*wall.wav'"),
+        ("foo.txt", "--output must end in .yaml or .yml, got '.*foo.txt'"),
+        ("same.yaml", "--output must be another file than '.*wall.wav', got '.*same.yaml'"),
+        ("scene.yml", "--output must be new or hold a phone that `calibrate` wrote, got '.*scene.yml'"),
+    ],
+)
+def test_calibrate_replaces_nothing_but_a_calibration(tmp_path: Path, name: str, rule: str):
+    """Cause: -o took any name. That of the recording was replaced by YAML, and `detect` did not take foo.txt."""
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    (tmp_path / "same.yaml").symlink_to("wall.wav")
+    (tmp_path / "scene.yml").write_text("name: mine\nobstacles: []\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    done = CliRunner().invoke(cli, ["calibrate", str(tmp_path / "wall.wav"), "-o", str(tmp_path / name)])
+    assert isinstance(done.exception, ValueError)
+    assert re.search(rule, str(done.exception))
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_phone_may_be_calibrated_again(tmp_path: Path):
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    for _ in range(2):
+        run("calibrate", tmp_path / "wall.wav", "--wall", WALL_M, "-o", tmp_path / "mine.yaml")
+    assert load_phone(tmp_path / "mine.yaml").mic_phase_rad is not None
+
+
 def test_a_phone_as_large_as_the_sky_is_refused(tmp_path: Path):
     """Cause: any finite place passed, and the delay of its direct sound overflowed within the detector."""
     path = tmp_path / "mine.yaml"

@@ -34,6 +34,11 @@ class Writes(PaperDetector):
         return super().stream(recording)
 
 
+class Short(PaperDetector):
+    def stream(self, recording):
+        return list(super().stream(recording))[:3]
+
+
 class Decides(PaperDetector):
     changes = {}
 
@@ -82,6 +87,7 @@ def judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     [
         ("Exits", "SystemExit: 0"),
         ("Writes", "a detector must leave the recording as it is"),
+        ("Short", "ValueError: stream must yield one Detection a beep, in order: 46, got 3"),
         ("Far", "alert_range_m: must be less than or equal to 1"),
         ("Sure", "collision_probability of a decision must be 0 to 1, got 7.0"),
         ("Early", "time_s of a decision must be within the recording's"),

@@ -110,6 +110,24 @@ def test_failed_cells_are_tried_again_so_often(tmp_path, retries, left):
     tally = run_cells(tmp_path, fake_plan(3), retries=retries, work=at_the_third_try)
     assert len(tally.failed) == left
     assert calls == {0: 1, 1: retries + 1, 2: 1}
+    said = "1 cell failed up to 2 times and was tried again: street/thing/1, ValueError: no such thing as 1"
+    assert tally.remarks() == ([] if left else [said])
+
+
+def test_cells_that_were_tried_again_are_counted_and_a_few_named(tmp_path):
+    """Cause: a detector that fails every other time ended as "0 failed"."""
+    calls: list[str] = []
+
+    def at_the_second_try(cell):
+        calls.append(cell.label)
+        return fake_work(failing=() if calls.count(cell.label) > 1 else tuple(range(4)))(cell)
+
+    tally = run_cells(tmp_path, fake_plan(4), work=at_the_second_try)
+    assert tally.complete
+    (said,) = tally.remarks()
+    assert said.startswith("4 cells failed once and were tried again: street/thing/0, ValueError: no such thing as 0; ")
+    assert said.endswith("street/thing/2, ValueError: no such thing as 2; ...")
+    assert run_cells(tmp_path, fake_plan(4), work=fake_work()).remarks() == []
 
 
 def dies_once(flag: str):
