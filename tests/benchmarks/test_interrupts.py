@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.interrupts import kept_interrupts
+from benchmarks.interrupts import interruptible
 
 SWALLOWS = """
 import signal
@@ -28,7 +28,7 @@ def test_ctrl_c_within_the_import_of_trimesh_comes_right_after():
     assert "swallowed" not in module
 
 
-@kept_interrupts()
+@interruptible()
 def _import_and_go_on(module: dict[str, Any]) -> None:
     exec(compile(SWALLOWS, "creation.py", "exec"), module)
     time.sleep(10.0)
@@ -36,6 +36,6 @@ def _import_and_go_on(module: dict[str, Any]) -> None:
 
 def test_ctrl_c_elsewhere_comes_at_once():
     before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt), kept_interrupts():
+    with pytest.raises(KeyboardInterrupt), interruptible():
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
