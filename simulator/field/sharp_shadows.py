@@ -35,6 +35,7 @@ from simulator.field.free_segments import displaced_segments, free_segments
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between
+from simulator.world.mirrors import FLUSH_M
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M, OFFSET
 from simulator.world.world import Tracing
@@ -196,7 +197,9 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
     wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
     edges = wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex]
-    own = np.searchsorted(convex, found.edge[path])
+    among = np.full(len(world.wedges), -1)
+    among[convex] = np.arange(len(convex))
+    own = among[found.edge[path]]
     most = BORDER_REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(
         *ends, *within, found.pose[path], own, borders, met, search.tracing.placed, *edges, world.edge_balls, most
@@ -243,7 +246,7 @@ def _nearest(here, there, first, last, pose, own, apart, met, placed, start, end
 
     Args:
         first, last: (S,) between which lengths from `here` the way is a segment, and passes edges.
-        own: (S,) the edge of the path, which the way passes in a mirror on which its face stands.
+        own: (S,) the edge of the path, which the way passes in a mirror on which its face stands; -1 for others.
         apart: (S, 4) planes whose edges do not count.
         met: (S, 4) planes whose edges' ends do not count.
         placed: (N, O, 4) frames of the obstacles.
@@ -270,7 +273,7 @@ def _nearest(here, there, first, last, pose, own, apart, met, placed, start, end
             detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
             aside = min(np.sqrt(max(to * to - along * along, 0.0)), CLOSE_M)
             low = max(first[s] - aside, 0.0)  # what the way passes right at a mirror is passed on either side of it
-            close = CLOSE_M if w != own[s] else COINCIDENT_M
+            close = CLOSE_M if w != own[s] else FLUSH_M
             if detour >= best or not low <= along <= min(last[s] + aside, way) or min(to, fro) < close:
                 continue
             if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
