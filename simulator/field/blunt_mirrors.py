@@ -16,14 +16,14 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats
 from obstaclewatch.support.vectors import norm
-from simulator.field.outlines import DIRECTION, OUTLINE_REACH_RAD, behind_outlines
+from simulator.field.outlines import DIRECTION, behind_outlines, reach_at
 from simulator.field.unfolded_segments import at_rest, segments_of
 from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
 
 
 def off_blunt_mirrors(search: Search, found: Candidates, frequency_hz: Floats) -> Complexes:
-    """(C, K) gain of each path at K frequencies, re that with all its mirrors without end."""
+    """(C, K) gain of each path at K frequencies, re that with all its mirrors without end (`images.image_method`)."""
     world, placed = search.tracing.world, search.tracing.placed
     factor = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     row, slot = np.nonzero(world.is_blunt(found.sequence) & (found.edge < 0)[:, None] & (found.cell < 0)[:, None])
@@ -43,7 +43,7 @@ def off_blunt_mirrors(search: Search, found: Candidates, frequency_hz: Floats) -
         corner, ball, first, np.searchsorted(np.flatnonzero(world.blunt), patch), seen.start_m, seen.end_m, seen.ahead,
         seen.across, np.zeros((len(row), 2, 3)), seen.before_m, seen.total_m, np.arange(len(row)),
         2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s,
-        float(np.sqrt(2.0 * OUTLINE_REACH_RAD / search.wavenumber_1_m)), DIRECTION, left,
+        reach_at(search.wavenumber_1_m), DIRECTION, left,
     )  # type: ignore[call-arg]  # fmt: skip
     np.multiply.at(factor, row, 1.0 - left)
     return factor

@@ -21,6 +21,11 @@ _TURN = 2.0 * np.pi / 180.0 * np.arange(180)  # twice as many directions change 
 DIRECTION = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 
 
+def reach_at(wavenumber_1_m: float) -> float:
+    """Greatest |w| that counts, sqrt(m), at a wavenumber in the middle of the band."""
+    return float(np.sqrt(2.0 * OUTLINE_REACH_RAD / wavenumber_1_m))
+
+
 @compiled
 def behind_outlines(
     corner, ball, first, part, start, end, ahead, across, facing, before, total, ray, wavenumber, reach, direction,

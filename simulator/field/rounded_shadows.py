@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats
-from simulator.field.outlines import DIRECTION, OUTLINE_REACH_RAD, behind_outlines
+from simulator.field.outlines import DIRECTION, behind_outlines, reach_at
 from simulator.field.unfolded_segments import Segments, at_rest, segments_of
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -49,7 +49,7 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     rows = np.flatnonzero(passes_around(found))
     if not len(rows):
         return factor
-    reach = float(np.sqrt(2.0 * OUTLINE_REACH_RAD / search.wavenumber_1_m))
+    reach = reach_at(search.wavenumber_1_m)
     segments, met = segments_of(found[rows]), search.tracing.world.parts_met(found.sequence[rows])
     frame = placed[found.pose[rows[segments.ray]]][:, parts.obstacle]
     near = _near(segments, frame, parts.box_m, reach) & ~met[segments.ray]
