@@ -82,9 +82,8 @@ def facing(patches: PlanarPatches, moves: Flags) -> Flags:
     count = len(patches)
     if count == 0:
         return np.zeros((0, 0), dtype=bool)
-    corners = patches.edge_m[:, 0]
-    height = corners @ patches.normal.T - patches.offset_m
-    span = patches.edge_start[:-1]
+    height = patches.edge_m.reshape(-1, 3) @ patches.normal.T - patches.offset_m  # segments run either way: both ends
+    span = 2 * patches.edge_start[:-1]
     highest = np.maximum.reduceat(height, span, axis=0).T
     lowest = np.minimum.reduceat(height, span, axis=0).T
     ahead = np.where(patches.one_sided[:, None], highest > FLUSH_M, (highest > FLUSH_M) | (lowest < -FLUSH_M))

@@ -181,3 +181,23 @@ def test_walls_of_two_obstacles_make_a_corner_whichever_of_them_ends_before_the_
     corner = paths[(paths.kind == "specular") & (paths.order == 2)]
     assert sorted(corner.mic) == [0, 1]
     np.testing.assert_allclose(corner.delay_s * 343.0, 2.0 * np.hypot(1.5, 1.0), atol=0.01)
+
+
+def test_walls_of_triangles_that_are_no_plane_make_corners_as_flat_ones_do():
+    """Cause: a triangle's segments run either way, and of its corners one was not asked which patches it faces: a room
+    whose vertices are off by 0.1 mm had lost 16 of 56 paths, the echoes of its upright corners among them."""
+    room = trimesh.creation.box(bounds=[[-2.0, -2.0, 0.0], [3.0, 2.5, 2.6]])
+    room.invert()
+    bent = room.copy()
+    bent.vertices = bent.vertices + np.random.default_rng(0).normal(scale=1e-4, size=bent.vertices.shape)
+    phone = Phone.ideal([0.0, 0.05, 0.01], [[0.01, 0.07, 0.0], [-0.01, -0.07, 0.0]])
+    pose = Pose([0.13, 0.21, 1.32], held_rotation(heading_rad=0.3))
+    flat, bent = (
+        trace_paths(Scene([Obstacle(mesh, Material.rigid(), "room")], Air.lossless(343.0)), phone, pose)
+        for mesh in (room, bent)
+    )
+    flat, bent = (paths[(paths.kind == "specular") & (paths.mic == 0)] for paths in (flat, bent))
+    apart_m = np.linalg.norm(np.diff(flat.points_m[:, 1:4], axis=1), axis=2)
+    clear = np.all((apart_m > 5e-3) | (np.arange(2) >= flat.order[:, None] - 1), axis=1)  # no two points in one corner
+    assert clear.sum() > 50
+    assert max(np.abs(bent.delay_s - delay_s).min() for delay_s in flat.delay_s[clear]) < 2.5e-3 / 343.0
