@@ -37,7 +37,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 FASTEST = 0.1  # of the speed of sound
-LONGEST_S = 4.0 * 3600.0  # of a walk, as in scene files: a row for each beep is kept
+LONGEST_S = 4.0 * 3600.0  # of a walk: a row for each beep is kept, and its steps are followed, 100 a second
 SOONEST_S = 1e-12  # after emission: levels are inverse to the delay
 BLOCK_BEEPS = 64  # traced and rendered at a time
 

@@ -17,10 +17,9 @@ from scenes.walks.routes import Pace, Route, RouteWalk, Stop, time_to_walk
 from simulator.phone.phone import Phone
 from simulator.phone.presets import list_phones
 from simulator.phone.transducers import StructureBorne
+from simulator.render import LONGEST_S
 
 Point = tuple[Number, Number, Number]
-LONGEST_S = 4.0 * 3600.0
-"""A walk is followed step by step, 100 a second."""
 STRAIGHT_S = 4.0
 """How long a straight walk lasts if the file does not say."""
 FASTEST_M_S = 100.0

@@ -75,11 +75,14 @@ class World:
         flags: Flags = ends & ~np.isin(np.arange(len(self.patches)), self.wedges.patch)
         return flags
 
+    @cached_property
+    def _blunt_reflectors(self) -> Flags:
+        """(R + 1,) whether every reflector is a blunt patch; not what comes at the end."""
+        return np.pad(self.blunt, (0, len(self._owner) - len(self.blunt)))
+
     def is_blunt(self, number: Ints) -> Flags:
-        """Whether reflectors, by their numbers, are blunt patches."""
-        within = (number >= 0) & (number < len(self.patches))
-        flags: Flags = within & self.blunt[np.where(within, number, 0)] if len(self.patches) else within
-        return flags
+        """Whether reflectors, by their numbers, are blunt patches; not for -1."""
+        return self._blunt_reflectors[number]
 
     @cached_property
     def blunt_facets(self) -> tuple[Floats, Floats, Ints]:
