@@ -22,7 +22,7 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate, quantile_with_interval
+from benchmarks.scoring.statistics import Rate, quantile, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
@@ -100,9 +100,9 @@ def rate_pair(group: str, table: Table, paper: RatePair | None) -> list[Bar]:
 
 
 def finite_quantile(values: Floats, q: float) -> float:
-    """Quantile of the finite values; NaN without any."""
+    """`quantile` of the finite values; NaN without any."""
     finite = values[np.isfinite(values)]
-    return float(np.quantile(finite, q)) if len(finite) else np.nan
+    return float(quantile(finite, q)) if len(finite) else np.nan
 
 
 def error_curve(

@@ -22,7 +22,7 @@ from benchmarks.runs.reasons import reason
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
 from benchmarks.scoring.scores import TRUE, beeps_of, walk_row
-from obstaclewatch.support.arrays import Floats
+from benchmarks.scoring.statistics import median
 
 CELL = ("kind", "scene", "category", "index", "phone", "seed")
 WORDS = ("error", "point", "detector")
@@ -122,13 +122,8 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
         error = error[~np.isnan(error)]
         row[f"{quantity}_estimates"] = len(error)
         for kind, values in (("error", np.abs(error)), ("bias", error)):
-            row[f"{quantity}_{kind}_median_{unit}"] = _median(values)
+            row[f"{quantity}_{kind}_median_{unit}"] = float(median(values)) if len(values) else math.nan
     return row
-
-
-def _median(values: Floats) -> float:
-    """Of an even number the lower middle; NaN of none."""
-    return float(np.quantile(values, 0.5, method="lower")) if len(values) else math.nan
 
 
 def _numbers(result: Mapping[str, Any] | None) -> Row:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import scipy
@@ -74,6 +75,32 @@ def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
     return enough
 
 
+def quantile(values: ArrayLike, q: float, axis: int = -1) -> Any:
+    """The least of the values that a share q of them does not pass: what tables, gates and figures call a quantile.
+
+    It is one of the values, as the ends of its intervals are (`upper_quantile_bound`, `quantile_with_interval`), and
+    not what lies between two of them.
+
+    Args:
+        values: finite, at least one along the axis.
+        q: 0 to 1.
+        axis: which one goes.
+
+    >>> float(quantile([4.0, 1.0, 2.0, 3.0, 5.0], 0.8))
+    4.0
+    """
+    return np.quantile(np.asarray(values, dtype=np.float64), q, axis=axis, method="inverted_cdf")
+
+
+def median(values: ArrayLike, axis: int = -1) -> Any:
+    """The `quantile` that half of the values do not pass: of an even number the lower one of the two in the middle.
+
+    >>> float(median([4.0, 1.0, 2.0, 3.0]))
+    2.0
+    """
+    return quantile(values, 0.5, axis)
+
+
 def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) -> float:
     """One-sided exact upper bound of a quantile: an order statistic (Conover 1999, 3.2), NaN with too few values.
 
@@ -114,7 +141,7 @@ def paired_interval(gained: int, lost: int, n: int) -> tuple[float, float]:
 def quantile_with_interval(
     values: ArrayLike, q: float, clusters: ArrayLike | None = None
 ) -> tuple[float, float, float, int]:
-    """Quantile of the finite values with a 95 % percentile interval of a cluster bootstrap.
+    """`quantile` of the finite values with a 95 % percentile interval of a cluster bootstrap.
 
     Args:
         values: (n,) NaN is left out.
@@ -131,7 +158,7 @@ def quantile_with_interval(
     data, labels = data[keep], labels[keep]
     if len(data) == 0:
         return float("nan"), float("nan"), float("nan"), 0
-    value = float(np.quantile(data, q, method="inverted_cdf"))
+    value = float(quantile(data, q))
     if len(np.unique(labels)) < 2:
         return value, float("nan"), float("nan"), len(data)
     return value, *_cluster_bootstrap(data, labels, q), len(data)

@@ -12,6 +12,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
+from benchmarks.scoring.statistics import median, quantile
 
 PERIOD_S = 0.090
 MODEL_NOTE = (
@@ -42,8 +43,8 @@ def energy_figure(run: RunData) -> PlotFigure:
     names = [name for name in plain_detectors(run) if len(cpu_per_beep_s(run, name))]
     times = [1e3 * cpu_per_beep_s(run, name) for name in names]
     cpu = [
-        Line(name, name, np.array([float(k)]), np.quantile(t, [0.5]), "points",
-             *(np.quantile(t, [q]) for q in (0.1, 0.9)))
+        Line(name, name, np.array([float(k)]), np.array([median(t)]), "points",
+             *(np.array([quantile(t, q)]) for q in (0.1, 0.9)))
         for k, (name, t) in enumerate(zip(names, times, strict=True))
     ]  # fmt: skip
     phones = paper_values.ENERGY
@@ -54,7 +55,7 @@ def energy_figure(run: RunData) -> PlotFigure:
             np.arange(len(phones)) + 0.12 * (k - 1),
             np.full(len(phones), _charge(t)),
             "points",
-            *(np.full(len(phones), end) for end in charge_range_mah(float(np.median(t)) / 1e3, PERIOD_S)),
+            *(np.full(len(phones), end) for end in charge_range_mah(float(median(t)) / 1e3, PERIOD_S)),
         )
         for k, (name, t) in enumerate(zip(names, times, strict=True))
     ]
@@ -85,7 +86,7 @@ def energy_figure(run: RunData) -> PlotFigure:
         ),
     )
     said = [
-        f"{name}: {significant(float(np.median(t)))} ms a beep, {_charge(t):.0f} mAh in 30 minutes by the model"
+        f"{name}: {significant(float(median(t)))} ms a beep, {_charge(t):.0f} mAh in 30 minutes by the model"
         for name, t in zip(names, times, strict=True)
     ]
     return PlotFigure(
@@ -103,7 +104,7 @@ def energy_table(run: RunData) -> TableFigure:
     rows = []
     for row in paper_values.ENERGY:
         for name in names:
-            cpu = float(np.median(cpu_per_beep_s(run, name)))
+            cpu = float(median(cpu_per_beep_s(run, name)))
             charge = EnergyModel().charge_mah(cpu, PERIOD_S)
             low, high = charge_range_mah(cpu, PERIOD_S)
             rows.append(
@@ -130,4 +131,4 @@ def energy_table(run: RunData) -> TableFigure:
 
 
 def _charge(times_ms: np.ndarray) -> float:
-    return EnergyModel().charge_mah(float(np.median(times_ms)) / 1e3, PERIOD_S)
+    return EnergyModel().charge_mah(float(median(times_ms)) / 1e3, PERIOD_S)

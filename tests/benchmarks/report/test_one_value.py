@@ -15,8 +15,10 @@ import pytest
 from benchmarks.bench import tabulated
 from benchmarks.figures import figures_of, write_figures
 from benchmarks.figures.paper.paper_claims import claim_rows, claims_markdown
+from benchmarks.gates.quantities import per_walk, walk_tables
 from benchmarks.report.report import write_report
 from benchmarks.report.verdict_lines import verdict_lines
+from benchmarks.runs.results import load_run
 from benchmarks.runs.store import cell_path, to_json, write_cell
 from tests.benchmarks.synthetic_run import MANIFEST, standing, walk
 
@@ -27,7 +29,8 @@ RANGE, BEARING, RADIUS = ("range_m", CM), ("bearing_rad", DEGREES), ("radius_m",
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Seven collisions, six other walks and five standing phones, each beep with errors of its own; one wide target,
+    """Seven collisions, six other walks and five standing phones, each beep with errors of its own; some walks with an
+    even number of estimates, of which two are in the middle; one wide target,
     whose radius counts nowhere; stored, tabulated, drawn and reported as `run` does."""
     kept, rng = tmp_path_factory.mktemp("run"), np.random.default_rng(5)
     cells = [walk(index=k, alert_distance_m=(2.0, 0.7, None)[k % 3], detectors=(DETECTOR,)) for k in range(7)]
@@ -35,11 +38,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
                    radius_m=2.0 if k == 9 else 0.3) for k in range(7, 13)]  # fmt: skip
     cells += [standing(1.5, k, detectors=(DETECTOR,)) for k in range(5)]
     plan = [f"{k:064x}" for k in range(len(cells))]
-    for digest, cell in zip(plan, cells, strict=True):
+    for k, (digest, cell) in enumerate(zip(plan, cells, strict=True)):
         own = json.loads(json.dumps(cell)) | {"digest": digest}
         beeps = own["result"]["detectors"][DETECTOR]["beeps"][0]
         for name, _ in (RANGE, BEARING, RADIUS):
             beeps[name] = [None if value is None else value + rng.normal(0.0, 0.05) for value in beeps[name]]
+            beeps[name][-1] = None if k % 2 else beeps[name][-1]  # so that an odd and an even number are left
         write_cell(cell_path(kept, digest), to_json(own))
     (kept / "manifest.json").write_text(to_json(MANIFEST | {"plan": plan}))
     run, found = tabulated(kept)
@@ -100,9 +104,22 @@ def test_a_row_of_results_is_the_median_of_its_beeps(folder: Path, quantity: str
     unit = "rad" if quantity == "bearing" else "m"
     table, beeps = pd.read_csv(folder / "results.csv"), pd.read_parquet(folder / "beeps.parquet")
     error = (beeps[f"{quantity}_{unit}"] - beeps[f"true_{quantity}_{unit}"]).abs()
-    expected = error.groupby(beeps.label).median()
+    assert set(error.groupby(beeps.label).count() % 2) == {0, 1}
+    expected = error.groupby(beeps.label).quantile(0.5, interpolation="lower")
     found = table.set_index("label")[f"{quantity}_error_median_{unit}"]
     np.testing.assert_allclose(found, expected[found.index], rtol=1e-12)
+
+
+@pytest.mark.parametrize("quantity", ["range_error", "range_bias", "range2_error", "bearing_error"])
+def test_a_gate_sees_the_row_of_results(folder: Path, quantity: str) -> None:
+    """Gates took the mean of the two values in the middle, and results the lower one."""
+    table, run = pd.read_csv(folder / "results.csv").set_index("label"), load_run(folder)
+    name, _, kind = quantity.rpartition("_")
+    column = table[f"{name}_{kind}_median_{'rad' if name == 'bearing' else 'm'}"]
+    for cells in ("approach", "standing"):
+        gated = per_walk(walk_tables(run, DETECTOR, cells), quantity)
+        assert len(gated) == (table.kind == cells).sum() > 0
+        np.testing.assert_allclose(list(gated.values()), column[list(gated)], rtol=1e-12)
 
 
 def _after(path: Path, label: str) -> str:
