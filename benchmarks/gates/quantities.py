@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen, rows_where
+from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen, is_narrow, rows_where
 from benchmarks.scoring.statistics import median
 from obstaclewatch.support.arrays import Floats
 
@@ -58,7 +58,13 @@ QUANTITIES = {
         median,
     ),
     "bearing_error": Quantity("rad", np.pi, "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), median),
-    "radius_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["radius_m"] - t["true_radius_m"]), median),
+    "radius_error": Quantity(
+        "m",
+        FARTHEST_M,
+        "up",
+        lambda t: np.where(is_narrow(t), np.abs(t["radius_m"] - t["true_radius_m"]), np.nan),
+        median,
+    ),
     "no_estimate": Quantity("", 1.0, "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
     "candidates": Quantity("", MOST_CANDIDATES, "either", lambda t: t["candidates"].astype(np.float64), np.mean),
     "snr": Quantity("dB", LOUDEST_DB, "either", lambda t: t["snr_db"], median),

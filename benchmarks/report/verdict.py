@@ -34,7 +34,7 @@ from benchmarks.scoring.scores import (
     chosen,
     false_alerts_over_all,
     false_alerts_over_negatives,
-    narrow_alone,
+    judged,
     recipe_of,
     rows_where,
     swept,
@@ -210,8 +210,8 @@ def _quantities(standing_m: Sequence[float]) -> list[tuple[str, str, Quantity, P
         ("Walking", "distance, median with its sign", error("walking", "range_m", "m", 0.5, signed=True), None),
         ("Walking", "bearing, median", error("walking", "bearing_rad", "rad", 0.5), paper_values.BEARING_MEDIAN),
         ("Walking", "bearing, P80", error("walking", "bearing_rad", "rad", 0.8), paper_values.BEARING_P80),
-        ("Walking", _NARROW + ", median", partial(_narrow_radius, quantile=0.5), paper_values.RADIUS_MEDIAN),
-        ("Walking", _NARROW + ", P80", partial(_narrow_radius, quantile=0.8), paper_values.RADIUS_P80),
+        ("Walking", _NARROW + ", median", error("walking", "radius_m", "m", 0.5), paper_values.RADIUS_MEDIAN),
+        ("Walking", _NARROW + ", P80", error("walking", "radius_m", "m", 0.8), paper_values.RADIUS_P80),
     ]
 
 
@@ -239,7 +239,7 @@ _NARROW = f"radius of targets up to {2 * NARROW_M:g} m wide"
 def _error(
     state: str, column: str, unit: str, quantile: float, tables: Tables, paper: PaperValue | None, signed: bool = False
 ) -> Measured:
-    table: Table = getattr(tables, state)
+    table = judged(getattr(tables, state), column)
     error = table[column] - table[f"true_{column}"]
     return _quantile(error if signed else np.abs(error), quantile, table["label"], *SHOWN[unit], paper)
 
@@ -247,11 +247,6 @@ def _error(
 def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quantile: float, range_m: float) -> Measured:
     there = Tables(tables.walks, tables.walking, rows_where(tables.standing, standing_range_m=range_m))
     return _error("standing", column, "m", quantile, there, paper)
-
-
-def _narrow_radius(tables: Tables, paper: PaperValue | None, quantile: float) -> Measured:
-    narrow = Tables(tables.walks, narrow_alone(tables.walking), tables.standing)
-    return _error("walking", "radius_m", "m", quantile, narrow, paper)
 
 
 def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, unit: str) -> Measured:

@@ -7,6 +7,7 @@ cells.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,7 +22,7 @@ from benchmarks.plan.sweep import NAME, value_at
 from benchmarks.runs.reasons import reason
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
-from benchmarks.scoring.scores import TRUE, beeps_of, walk_row
+from benchmarks.scoring.scores import TRUE, beeps_of, judged, walk_row
 from benchmarks.scoring.statistics import median
 
 CELL = ("kind", "scene", "category", "index", "phone", "seed")
@@ -33,8 +34,9 @@ def results_frame(run: RunData) -> pd.DataFrame:
     """One row per cell and detector; of a cell that failed, or is a probe, one row without a detector.
 
     Columns: label, what the cell is, its status and error, the parameters of its sweep or probe under their dotted
-    names with the values that the cell has, those of `scores.approach_table`, and by quantity the median over beeps of
-    the absolute and of the signed error, and how many beeps have an estimate, of how many.
+    names with the values that the cell has, those of `scores.approach_table`, and by quantity the median of the
+    absolute and of the signed error over the beeps of which it is judged (`scores.judged`), and how many of these have
+    an estimate; and how many beeps there are.
     """
     swept = swept_names(record["cell"].get("variant") or {} for record in run.cells)
     return frame_of([row for record in run.cells for row in _rows(record, swept)])
@@ -111,14 +113,15 @@ def _rows(record: Mapping[str, Any], swept: Sequence[str]) -> list[Row]:
 def _errors(record: Mapping[str, Any], detector: str) -> Row:
     """Medians over the beeps of all targets."""
     parts = beeps_of(record, detector)
+    table = {
+        column: np.array([value for columns in parts for value in columns[column]], dtype=np.float64)
+        for column in itertools.chain.from_iterable(TRUE.values())
+    }
     row: Row = {"beeps": sum(len(columns["beep"]) for columns in parts)}
     for name, (estimate, truth) in TRUE.items():
         quantity, _, unit = name.rpartition("_")
-        found, true = (
-            np.array([value for columns in parts for value in columns[column]], dtype=np.float64)
-            for column in (estimate, truth)
-        )
-        error = found - true
+        rows = judged(table, estimate)
+        error = rows[estimate] - rows[truth]
         error = error[~np.isnan(error)]
         row[f"{quantity}_estimates"] = len(error)
         for kind, values in (("error", np.abs(error)), ("bias", error)):

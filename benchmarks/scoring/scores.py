@@ -243,15 +243,25 @@ def _errors(table: Table, pairs: Mapping[str, tuple[str, str]] = TRUE) -> dict[s
     """Median absolute errors by name, of pairs of estimate and what it is held against."""
     entries = {}
     for name, (estimate, truth) in pairs.items():
-        rows = narrow_alone(table) if name == "radius_m" else table
+        rows = judged(table, estimate)
         value, low, high, count = quantile_with_interval(absolute_errors(rows, estimate, truth), 0.5, rows["label"])
         entries[name] = {"median": value, "low": low, "high": high, "n": count, "of": len(rows[truth])}
     return entries
 
 
-def narrow_alone(table: Table) -> Table:
-    """The beeps whose targets are narrow: radii are judged of these."""
-    return chosen(table, table["true_radius_m"] <= NARROW_M)
+def judged(table: Table, estimate: str) -> Table:
+    """The beeps of which an estimate is judged: of a radius those of narrow targets, of all else every one.
+
+    >>> judged({"true_radius_m": np.array([0.3, 2.0]), "radius_m": np.array([0.4, 0.5])}, "radius_m")["radius_m"]
+    array([0.4])
+    """
+    return chosen(table, is_narrow(table)) if estimate == "radius_m" else table
+
+
+def is_narrow(table: Table) -> Flags:
+    """(n,) whether the target of a beep is up to `NARROW_M` in radius."""
+    narrow: Flags = table["true_radius_m"] <= NARROW_M
+    return narrow
 
 
 def _nearest_echoes(result: Mapping[str, Any], beeps: Mapping[str, Any], kind: str) -> dict[str, list[float]]:

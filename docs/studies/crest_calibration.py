@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.figures.measured import detectors_of
 from benchmarks.runs.results import RunData, load_run
-from benchmarks.scoring.scores import beep_table, narrow_alone
+from benchmarks.scoring.scores import beep_table, judged
 from obstaclewatch.support.arrays import Floats
 
 
@@ -31,7 +31,7 @@ def calibration_lines(run: RunData) -> list[str]:
     """One line for each detector whose radii are those of crests as printed."""
     lines = []
     for name in detectors_of(run):
-        table = narrow_alone(beep_table(run, name, "approach"))
+        table = judged(beep_table(run, name, "approach"), "radius_m")
         known = np.isfinite(table["radius_m"])
         if "pulse_width_removed=False" not in name or known.sum() < 3:
             continue

@@ -19,7 +19,7 @@ from benchmarks.scoring import scores
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.paper_values import SHOWN
-from benchmarks.scoring.scores import PAPER_RECIPE, Table, approach_table, beep_table, chosen, narrow_alone, recipe_of
+from benchmarks.scoring.scores import PAPER_RECIPE, Table, approach_table, beep_table, chosen, judged, recipe_of
 from benchmarks.scoring.statistics import Rate, mcnemar, median, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats
 
@@ -118,7 +118,7 @@ def error_of(column: str, quantile: float, standing_m: float | None = None) -> M
         table = beep_table(_first(run), detector, "approach" if standing_m is None else "standing")
         if standing_m is not None:
             table = chosen(table, table["standing_range_m"] == standing_m)
-        table = narrow_alone(table) if column == "radius_m" else table
+        table = judged(table, column)
         errors = scores.absolute_errors(table, column, f"true_{column}")
         value, low, high, count = quantile_with_interval(errors, quantile, table["label"])
         return Measurement(value, low, high, count, f"{count} of {len(errors)} beeps", unit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -19,7 +19,7 @@ from benchmarks.figures.measured import (
 )
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
-from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, narrow_alone, rows_where
+from benchmarks.scoring.scores import NARROW_M, Table, absolute_errors, beep_table, judged, rows_where
 from benchmarks.scoring.statistics import quantile_with_interval
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
@@ -104,7 +104,7 @@ def _standing_bearings(run: RunData) -> list[str]:
 
 def radius_errors(run: RunData) -> CurveFigure:
     """Figure 25, over targets up to `NARROW_M` in radius, as in the paper's Figure 11: people, signs, dustbins."""
-    curves = _state_curves(run, "radius_m", "m", narrow_alone)
+    curves = _state_curves(run, "radius_m", "m")
     return CurveFigure(
         name="fig25",
         title=f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide",
@@ -157,15 +157,12 @@ def _distance_marks(range_m: float) -> tuple[Mark, ...]:
     return (*middle, *(Mark(label, 0.9, value) for label, value in upper))
 
 
-def _state_curves(
-    run: RunData, column: str, unit: str, keep: Callable[[Table], Table] | None = None
-) -> tuple[Curve, ...]:
-    """One curve a detector and state, walking solid and standing dashed; `keep` chooses rows."""
+def _state_curves(run: RunData, column: str, unit: str) -> tuple[Curve, ...]:
+    """One curve a detector and state, walking solid and standing dashed."""
     curves = []
     for detector in judged_detectors(run):
         for kind, state in (("approach", "walking"), ("standing", "standing")):
-            table = beep_table(run, detector, kind)
-            table = table if keep is None else keep(table)
+            table = judged(beep_table(run, detector, kind), column)
             label = f"{detector}, {state}"
             curves.append(error_curve(table, column, f"true_{column}", unit, label, detector, 0.8, kind == "standing"))
     return tuple(curves)
