@@ -36,7 +36,8 @@ def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: in
     path = gates_path(gates_file)
     gates = load_gates(path)
     run = load_run(run_folder)
-    if note := other_source(run.manifest):
+    note = other_source(run.manifest)
+    if note is not None:
         click.echo(note, err=True)
     baseline = _baseline_path(gates, path, baseline_file)
     try:
@@ -46,7 +47,7 @@ def gate(run_folder: Path, gates_file: str, baseline_file: Path | None, seed: in
         sys.exit(UNMEASURED)
     verdicts = judge(run, gates, before, seed)
     code = exit_code(verdicts, is_complete(run))
-    write_gate_files(run_folder, gates.title, verdicts, code)
+    write_gate_files(run_folder, gates.title, verdicts, code, note)
     click.echo("\n".join(table_lines(verdicts)))
     if not run.ok:
         click.echo("the run holds no measured cell: nothing was judged of it", err=True)

@@ -28,11 +28,17 @@ def counts_line(verdicts: Sequence[Verdict]) -> str:
     return f"{count[State.PASSED]} gates green, {count[State.FAILED]} red, {count[State.UNMEASURED]} measured nothing"
 
 
-def write_gate_files(folder: Path, title: str, verdicts: Sequence[Verdict], code: int) -> None:
-    """gate.json, junit.xml and gate.md in a run's folder."""
-    write_atomically(folder / "gate.json", to_json(_as_data(title, verdicts, code)))
+def write_gate_files(
+    folder: Path, title: str, verdicts: Sequence[Verdict], code: int, other_source: str | None = None
+) -> None:
+    """gate.json, junit.xml and gate.md in a run's folder.
+
+    Args:
+        other_source: what to say of a run that another version of the source measured, in gate.json and gate.md.
+    """
+    write_atomically(folder / "gate.json", to_json(_as_data(title, verdicts, code) | {"other_source": other_source}))
     write_atomically(folder / "junit.xml", junit_xml(title, verdicts))
-    write_atomically(folder / "gate.md", markdown(title, verdicts, code))
+    write_atomically(folder / "gate.md", markdown(title, verdicts, code, other_source))
 
 
 def junit_xml(title: str, verdicts: Sequence[Verdict]) -> str:
@@ -55,10 +61,11 @@ def junit_xml(title: str, verdicts: Sequence[Verdict]) -> str:
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
 
 
-def markdown(title: str, verdicts: Sequence[Verdict], code: int) -> str:
+def markdown(title: str, verdicts: Sequence[Verdict], code: int, other_source: str | None = None) -> str:
     """A summary for a pull request: what is not green first, then a table of all."""
     bad = [verdict for verdict in verdicts if verdict.state is not State.PASSED]
     lines = [f"# {plain(title)}", "", f"Exit code {code}: {counts_line(verdicts)}.", ""]
+    lines += [] if other_source is None else [f"Note: {plain(other_source)}.", ""]
     lines += [f"- **{MARKS[verdict.state]}** {plain(verdict.message)}" for verdict in bad] + ([""] if bad else [])
     lines += ["| | gate | n | measured |", "|---|---|---|---|"]
     lines += [f"| {MARKS[v.state]} | {v.group}: {plain(v.name)} | {v.n or ''} | {plain(v.message)} |" for v in verdicts]

@@ -70,7 +70,7 @@ def test_the_command_line_from_baseline_to_red(tmp_path):
 
 
 def test_a_run_of_another_source_is_named(tmp_path):
-    """What an older source measured was judged, and became a baseline, without a word."""
+    """What an older source measured was judged, and became a baseline, without a word; later only the terminal told."""
     run = good_run(tmp_path)
     today = run.manifest | {"source_sha256": source_fingerprint()}
     old = stored(
@@ -86,6 +86,9 @@ def test_a_run_of_another_source_is_named(tmp_path):
     gates.write_text(to_json({"title": "one", "physics": {"air_absorption": 0.001}}))
     assert "measured by" in CliRunner().invoke(cli, ["gate", str(old), "--gates", str(gates)]).stderr
     assert "measured by" not in CliRunner().invoke(cli, ["gate", str(same), "--gates", str(gates)]).stderr
+    told = [json.loads((folder / "gate.json").read_text())["other_source"] for folder in (old, same)]
+    assert told == [said.removeprefix(f"{old}: ").splitlines()[0], None]
+    assert ["measured by" in (folder / "gate.md").read_text() for folder in (old, same)] == [True, False]
 
 
 def test_an_incomplete_run_is_neither_green_nor_red(tmp_path):
