@@ -18,7 +18,7 @@ from benchmarks.cells.situations.situation import Situation, rendered
 from benchmarks.cells.spec import Cell
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
-from benchmarks.plan.unknowns import UNKNOWNS, with_unknowns
+from benchmarks.plan.unknowns import Offsets, drawn_offsets, with_unknowns
 from obstaclewatch import BeepDesign, Detection, TrackingDetector
 from obstaclewatch.support.arrays import Floats, Halves, Ints, Singles
 from obstaclewatch.tracking.bearing_evidence import NUMBERS
@@ -106,10 +106,10 @@ def recorded(cell: Cell) -> Walk:
 def received(walk: Walk, reception: int) -> Singles:
     """(2, n) the walk with noise; reception 0 at the levels that are assumed, others at levels drawn."""
     rng = np.random.default_rng(np.random.SeedSequence(walk.cell.seed, spawn_key=(reception,)))
-    beep_db, noise_db, _, rear_db = (rng.uniform(u.low_db, u.high_db) for u in UNKNOWNS) if reception else (0.0,) * 4
+    offsets = drawn_offsets(rng) if reception else Offsets()
     beep = walk.cell.beep.design()
-    rms = noise_rms(walk.setting.phone, beep.sample_rate_hz) * 10.0 ** ((noise_db - beep_db) / 20.0)
-    samples = walk.samples * np.array([[1.0], [10.0 ** (rear_db / 20.0)]], dtype=np.float32)
+    rms = noise_rms(walk.setting.phone, beep.sample_rate_hz) * 10.0 ** ((offsets.noise_db - offsets.beep_db) / 20.0)
+    samples = walk.samples * np.array([[1.0], [10.0 ** (offsets.rear_db / 20.0)]], dtype=np.float32)
     noise = rng.standard_normal(samples.shape, dtype=np.float32)
     noise *= np.float32(rms)
     return noise + samples
