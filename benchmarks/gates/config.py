@@ -13,7 +13,10 @@ from benchmarks.gates.quantities import check_exceedable, check_quantity, check_
 from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
 
+LEAST_SHARE = 0.01
+"""A single right walk of five shows that much with 95 % confidence: who claims less claims hardly more than one."""
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
+ClaimedShare = Annotated[float, Field(ge=LEAST_SHARE, lt=1.0)]
 Confidence = Annotated[float, Field(ge=0.5, lt=1.0)]
 """Below a half a bound lies on the good side of what was measured."""
 Points = Annotated[float, Field(gt=0.0, lt=100.0)]
@@ -34,9 +37,9 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
 
     detector: str = ""
     rate: Literal["TP", "TN"]
-    at_least: Share
+    at_least: ClaimedShare
     left_m: float = 0.0
-    at_tnr: Share | None = None
+    at_tnr: ClaimedShare | None = None
     recipe: Literal["paper", "mixed"] | None = None
     scene: str | None = None
     category: str | None = None

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.gates.config import gates_path, list_gates, load_gates
+from benchmarks.gates.config import LEAST_SHARE, gates_path, list_gates, load_gates
 from benchmarks.gates.physics import CHECKS, GREATEST
+from benchmarks.scoring.statistics import lower_bound
 
 MEDIAN = "title: x\nclaims: [{detector: D"
 
@@ -66,6 +67,14 @@ def test_gates_files_that_cannot_be_are_refused(tmp_path, text, says):
             "title: x\nclaims: [{detector: D, rate: TN, at_least: 0.5, confidence: 0.0001}]",
             r"confidence: .*0\.5.*0\.0001",
         ),
+        (
+            "title: x\nclaims: [{detector: D, rate: TN, at_least: 1.0e-9}]",
+            r"claims\[0\].at_least: must be .*0\.01, got 1e-09$",
+        ),
+        (
+            "title: x\nclaims: [{detector: D, rate: TP, at_least: 0.9, at_tnr: 1.0e-9}]",
+            r"claims\[0\].at_tnr: must be .*0\.01, got 1e-09$",
+        ),
         ("title: x\nregression: [{detector: D, approach: {alerts: 1.0}}]", "alerts must be below 1, .* got 1$"),
         ("title: x\nregression: [{detector: D, standing: {snr: 1000000}}]", r"snr must be below 60, .* got 1e\+06$"),
         ("title: x\nphysics: {wall_level: 1000000}", r"physics: wall_level must be below 60, .* got 1e\+06$"),
@@ -74,10 +83,15 @@ def test_gates_files_that_cannot_be_are_refused(tmp_path, text, says):
     ],
 )
 def test_a_gate_that_cannot_fail_is_refused(tmp_path, text, says):
-    """Tolerances were any positive number, confidence any share: 2 of 2 walks passed with 0.01 % confidence."""
+    """Tolerances were any positive number, confidence any share: 2 of 2 walks passed with 0.01 % confidence. Claimed
+    rates were any share: one right walk of 1299 passed, and TP with a threshold at which all others alert."""
     (tmp_path / "gates.yaml").write_text(text)
     with pytest.raises(ValueError, match=says):
         load_gates(tmp_path / "gates.yaml")
+
+
+def test_a_single_right_walk_of_five_shows_the_least_that_is_claimed():
+    assert lower_bound(1, 5) > LEAST_SHARE > lower_bound(1, 6)
 
 
 def test_every_physics_check_has_a_greatest_value():
