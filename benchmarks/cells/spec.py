@@ -239,11 +239,21 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     return f", did you mean '{near[0]}'?" if near else ""
 
 
-def first_error(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first thing that pydantic found wrong with data for a model, in one line: where, the rule, and the value."""
+def first_error(
+    error: ValidationError, model: type[BaseModel], members: Mapping[str, type[BaseModel]] | None = None
+) -> str:
+    """The first thing that pydantic found wrong with data for a model, in one line: where, the rule, and the value.
+
+    Args:
+        members: of a union in a list of the model, by the names that pydantic puts into a place; people did not write
+            these.
+    """
     from scenes.files.yaml_file import dotted, said  # slow to import, and needed by errors alone
 
     first = error.errors()[0]
+    outer, inner = first["loc"][:2], first["loc"][2:]
+    if members and inner and inner[0] in members:
+        return dotted(outer + inner[1:]) + said(first | {"loc": inner[1:]}, members[str(inner[0])])
     return dotted(first["loc"]) + said(first, model)
 
 

@@ -229,15 +229,4 @@ def load_gates(path: Path) -> Gates:
     try:
         return Gates.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"gates file '{path}': {_first(error)}") from error
-
-
-def _first(error: ValidationError) -> str:
-    """What `first_error` says, without the name of a class, and with the fields of the claim that is meant."""
-    from scenes.files.yaml_file import dotted, said  # slow to import, and needed by errors alone
-
-    first = error.errors()[0]
-    place = first["loc"]
-    if len(place) < 3 or place[2] not in CLAIMS:
-        return first_error(error, Gates)
-    return dotted(place[:2] + place[3:]) + said(first | {"loc": place[3:]}, CLAIMS[str(place[2])])
+        raise ValueError(f"gates file '{path}': {first_error(error, Gates, CLAIMS)}") from error
