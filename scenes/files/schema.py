@@ -42,17 +42,6 @@ from simulator.scene.scene import Obstacle, Scene
 UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 
 
-GREATEST = 1000.0
-"""Metres of a side, or segments of a curve: the triangles of a mesh grow with both."""
-
-
-def _exceeds(value: Any, greatest: float) -> bool:
-    """Whether a number, or one within a list, is not finite or larger in size."""
-    if isinstance(value, list):
-        return any(_exceeds(each, greatest) for each in value)
-    return isinstance(value, int | float) and not abs(value) <= greatest
-
-
 class AirSpec(Strict):
     """Weather."""
 
@@ -150,9 +139,6 @@ class ObstacleSpec(Strict):
             missing = [name for name in known if known[name].default is inspect.Parameter.empty]
             if left := sorted(set(missing) - set(self.parameters)):
                 raise ValueError(f"parameters of kind '{self.kind}' must include {left}")
-            large = {name: value for name, value in self.parameters.items() if _exceeds(value, GREATEST)}
-            if large:
-                raise ValueError(f"parameters of kind '{self.kind}' must be at most {GREATEST:g}, got {large}")
         return self
 
 

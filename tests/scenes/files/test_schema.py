@@ -145,7 +145,12 @@ MISTAKES = [
     ("{kind: wall, name: x}\nphone: {preset: nokia}", 5, r"phone.preset: phone must be one of .*got 'nokia'"),
     ("{kind: box, name: x, parameters: {size_m: [1]}}", 4, r"obstacles\[0\]: size_m must be three numbers, got \[1\]"),
     ("{kind: fence, name: x, parameters: {height_m: 0.1}}", 4, r"obstacles\[0\]: height_m must be at least 0.2 m, for"),
-    ("{kind: wall, name: x, parameters: {length_m: 1.0e+9}}", 4, r"obstacles\[0\]: parameters .*at most 1000, got"),
+    ("{kind: wall, name: x, parameters: {length_m: 1.0e+9}}", 4, r"obstacles\[0\]: length_m .* 1000 m, got 1e\+09"),
+    (
+        "{kind: box, name: x, parameters: {size_m: [1, .inf, 1]}}",
+        4,
+        r"obstacles\[0\]: size_m must be finite, got",
+    ),
     ("[unclosed", 5, r"a scene file must be YAML"),
 ]
 
