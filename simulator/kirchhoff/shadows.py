@@ -33,7 +33,7 @@ def hidden_share(tracing: Tracing, found: Candidates, slot: Ints, wavenumber: fl
     l, m = (norm(end - point) for end in ends)
     radius = np.sqrt(2.0 * np.pi / wavenumber * l * m / np.maximum(l + m, 1e-300))
     lifted = point + (found.standoff_m[each, slot] + tracing.world.clear_m)[:, None] * normal
-    spokes, sides = radius[:, None, None] * _spokes(normal), _mirrors_beside(found, slot)
+    spokes, sides = radius[:, None, None] * _spokes(normal), _planes_beside(found, slot)
 
     def counted(row: Ints, spoke: Ints, reach: Floats) -> Flags:
         return _this_side(sides, row, lifted[row] + reach[:, None] * spokes[row, spoke])
@@ -74,28 +74,28 @@ def _spokes(normal: Floats) -> Floats:
     return np.cos(angle) * east[:, None] + np.sin(angle) * np.cross(normal, east)[:, None]
 
 
-def _mirrors_beside(found: Candidates, slot: Ints) -> list[tuple[Flags, Floats, Floats]]:
-    """Of the places just before and after: (C,) whether there is a mirror, its normals (C, 3) on the side of the
-    reflection point, and (C, 3) points on it.
+def _planes_beside(found: Candidates, slot: Ints) -> list[tuple[Flags, Floats, Floats]]:
+    """Of what is met just before and just after reflection point `slot`, flat or curved: (C,) whether anything is, (C,
+    3) normals of its tangent plane that point to where the reflection point lies, and (C, 3) points on the plane.
 
-    Beyond it the zone goes on over the obstacle's image in it, which the path that meets the mirror on the other side
-    makes up for.
+    Beyond a mirror the zone goes on over the obstacle's image in it, which the path that meets the mirror on the other
+    side makes up for.
     """
     each, sides = np.arange(len(found)), []
     for step in (-1, 1):
         other = np.clip(slot + step, 0, found.normal.shape[1] - 1)
-        mirror = (slot + step == other) & (other < found.order)
+        met = (slot + step == other) & (other < found.order)
         normal, on_it = found.normal[each, other], found.points_m[each, other + 1]
         above = dot(normal, found.points_m[each, slot + 1] - on_it)
-        sides.append((mirror, np.where(above < 0.0, -1.0, 1.0)[:, None] * normal, on_it))
+        sides.append((met, np.where(above < 0.0, -1.0, 1.0)[:, None] * normal, on_it))
     return sides
 
 
 def _this_side(sides: list[tuple[Flags, Floats, Floats]], row: Ints, place: Floats) -> Flags:
-    """(R,) whether places of rows (R,) lie before the mirrors beside them, as the reflection point does."""
+    """(R,) whether places of rows (R,) lie before the planes beside them, as the reflection point does."""
     before = np.ones(len(row), dtype=bool)
-    for mirror, normal, on_it in sides:
-        before &= ~mirror[row] | (dot(normal[row], place - on_it[row]) >= 0.0)
+    for met, normal, on_it in sides:
+        before &= ~met[row] | (dot(normal[row], place - on_it[row]) >= 0.0)
     return before
 
 
