@@ -32,12 +32,6 @@ class Cells(Rows):
     length_m: Floats
     gain: Complexes
 
-    @property
-    def loudest(self) -> Floats:
-        """(M,) greatest magnitude over the band."""
-        found: Floats = np.abs(self.gain).max(axis=1, initial=0.0)
-        return found
-
 
 @dataclass(frozen=True)
 class CellSums(Rows):

@@ -15,7 +15,7 @@ from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
 from simulator.images.image_pairs import Pairs, Taken
 from simulator.images.unfolding import Turns, straightened, unfolded
-from simulator.kirchhoff.cells import Cells, with_stand_ins
+from simulator.kirchhoff.cells import Cells, CellSums, with_stand_ins
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
 from simulator.kirchhoff.light.lighting import Light, lit_facets, seeing, share_light
@@ -77,8 +77,8 @@ def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted:
     grid = Grid.over(facets.radius_m + ends.strays_m(facets), search.band_wavenumber_1_m)
     skin = facets, ends, one, other, grid
     sums = cell_sums(*skin, reflection)
-    gain, at = np.abs(sums.gain).max(axis=1, initial=0.0), pairs[seen[sums.pair]]
-    kept = faintest(search)(gain, _strongest(at, gain))
+    loudest = _loudest(sums)
+    kept = faintest(search)(loudest, _strongest(pairs[seen[sums.pair]], loudest))
     faint = np.flatnonzero(~kept)
 
     def turns(cells: Cells) -> Turns:
@@ -86,11 +86,11 @@ def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted:
 
     def described() -> Rejected:
         cells = with_stand_ins(*skin, sums[faint])
-        return Rejected(cells.loudest, partial(straightened, search, turns(cells)))
+        return Rejected(_loudest(cells), partial(straightened, search, turns(cells)))
 
     search.reject(Reason.FAINT_CELL, len(faint), described)
     cells = with_stand_ins(*skin, sums[np.flatnonzero(kept)])
-    found, ok = unfolded(search, turns(cells), lambda: cells.loudest)
+    found, ok = unfolded(search, turns(cells), lambda: _loudest(cells))
     return replace(found, cell=ok, share=wanted.share[seen[cells.pair[ok]]]), cells.gain
 
 
@@ -130,6 +130,12 @@ def faintest(search: Search) -> Audible:
     share = np.clip(CELL_SHARE_A_DB * tolerance_db, *CELL_SHARES)
     least = search.lost_in_noise * min(NOISE_SHARE_A_DB * tolerance_db, NOISE_SHARE)
     return replace(audible, share=min(audible.share, float(share)), least=least)
+
+
+def _loudest(cells: Cells | CellSums) -> Floats:
+    """(M,) greatest magnitude over the band."""
+    found: Floats = np.abs(cells.gain).max(axis=1, initial=0.0)
+    return found
 
 
 def _strongest(pairs: Pairs, gain: Floats) -> Floats:
