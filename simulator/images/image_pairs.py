@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -54,6 +55,18 @@ class Pairs:
     def pose(self) -> Ints:
         """(R,)."""
         return self.before.pose
+
+    def mirror_slots(self, between: int) -> Iterator[tuple[int, Ints, int, Ints]]:
+        """Where the mirrors of paths come that meet `between` surfaces or edges after those of the speaker's image.
+
+        Yields:
+            0 before these and 1 behind them, rows of the R, which mirror of the image it is, and its slots (rows,).
+        """
+        place, late_order = self.before.order, self.after.order
+        for k in range(self.before.sequence.shape[1]):
+            early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
+            yield 0, early, k, np.full(len(early), k)
+            yield 1, late, k, place[late] + between + late_order[late] - 1 - k  # met in reverse
 
 
 @dataclass(frozen=True)

@@ -90,13 +90,10 @@ def _assembled(search: Search, turns: Turns, hits_before: Floats, hits_after: Fl
     """Candidates out of turning points and their mirrors' reflection points."""
     pairs, count, width = turns.pairs, len(turns.pairs), search.max_order
     sequence, hits = np.full((count, width), -1), np.zeros((count, width, 3))
-    each, place, late_order = np.arange(count), pairs.before.order, pairs.after.order
-    met = turns.reflector.shape[1]
-    for k in range(pairs.before.sequence.shape[1]):
-        early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
-        sequence[early, k], hits[early, k] = pairs.before.sequence[early, k], hits_before[early, k]
-        slot = place[late] + met - 1 + late_order[late] - k  # mirrors behind the points are met in reverse
-        sequence[late, slot], hits[late, slot] = pairs.after.sequence[late, k], hits_after[late, k]
+    each, place, met = np.arange(count), pairs.before.order, turns.reflector.shape[1]
+    mirrors, crossings = (pairs.before.sequence, pairs.after.sequence), (hits_before, hits_after)
+    for side, rows, k, slot in pairs.mirror_slots(met):
+        sequence[rows, slot], hits[rows, slot] = mirrors[side][rows, k], crossings[side][rows, k]
     for k in range(met):
         sequence[each, place + k], hits[each, place + k] = turns.reflector[:, k], turns.point_m[:, k]
     found = with_plane_normals(search.tracing, candidates(search.tracing, pairs.pose, pairs.mic, sequence, hits))

@@ -60,10 +60,8 @@ def _numbered(tracing: Tracing, found: Candidates, pairs: Pairs) -> tuple[Ints, 
 def _sequences_of(tracing: Tracing, pairs: Pairs, width: int) -> Ints:
     """(R, 2 + width) pose, microphone and the reflectors met in order, -1 padded."""
     sequence = np.full((len(pairs), width), -1)
-    each, place, late_order = np.arange(len(pairs)), pairs.before.order, pairs.after.order
-    for k in range(pairs.before.sequence.shape[1]):
-        early, late = np.flatnonzero(place > k), np.flatnonzero(late_order > k)
-        sequence[early, k] = pairs.before.sequence[early, k]
-        sequence[late, place[late] + late_order[late] - k] = pairs.after.sequence[late, k]
-    sequence[each, place] = tracing.world.numbering.number(Interaction.KIRCHHOFF, pairs.obstacle)
+    for side, rows, k, slot in pairs.mirror_slots(1):
+        sequence[rows, slot] = (pairs.before, pairs.after)[side].sequence[rows, k]
+    body = tracing.world.numbering.number(Interaction.KIRCHHOFF, pairs.obstacle)
+    sequence[np.arange(len(pairs)), pairs.before.order] = body
     return np.column_stack([pairs.pose, pairs.mic, sequence])
