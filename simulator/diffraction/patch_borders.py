@@ -28,6 +28,7 @@ from simulator.diffraction.edge_view import EdgeView
 from simulator.images.given_planes import last_image, planes_met
 from simulator.images.image_method import OUTSIDE, REACHED, backtrack, fill_images
 from simulator.world.candidates import Candidates
+from simulator.world.frames import fill_rest
 from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
@@ -148,14 +149,6 @@ def _crossed(mirrors, pose, sequence, one, other, ends):
             if dot(a, ends.outwards[i]) <= dot(ends.start_m[i], ends.outwards[i]):  # behind it is the image
                 least[r] = min(least[r], _detour(a, b, ends.start_m[i], ends.end_m[i]))
     return code, least
-
-
-@compiled
-def fill_rest(point, frame, local):
-    """Fill in a world point as seen in a rest frame."""
-    c, s = np.cos(frame[3]), np.sin(frame[3])
-    x, y = point[0] - frame[0], point[1] - frame[1]
-    local[0], local[1], local[2] = c * x + s * y, c * y - s * x, point[2] - frame[2]
 
 
 @inlined

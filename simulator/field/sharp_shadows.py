@@ -28,11 +28,12 @@ from obstaclewatch.support.compiled_vectors import distance
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.faces_in_mirrors import SQUARE_COSINE
-from simulator.diffraction.patch_borders import BORDER_REACH_RAD, fill_rest, over_edge, own_detours_m, shadow_share
+from simulator.diffraction.patch_borders import BORDER_REACH_RAD, over_edge, own_detours_m, shadow_share
 from simulator.diffraction.single import clear_of_faces, point_slot, views_of, within
 from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
 from simulator.world.candidates import Candidates
+from simulator.world.frames import fill_rest
 from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between
 from simulator.world.mirrors import FLUSH_M

@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import norm
+from simulator.images.given_planes import fill_image
 from simulator.scene.pose import Walk
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -137,9 +138,7 @@ def _unfold_back(reflections, images):
     for k in range(len(mirror) - 1, -1, -1):
         here, there = images[k + 1], images[k + 2]
         if mirror[k]:
-            twice = 2.0 * (there[0] * normal[k, 0] + there[1] * normal[k, 1] + there[2] * normal[k, 2] - offset[k])
-            for i in range(3):
-                here[i] = there[i] - twice * normal[k, i]
+            fill_image(there, normal[k], offset[k], here)
         else:
             for i in range(3):
                 here[i] = point[k, i]
@@ -159,10 +158,7 @@ def _unfold(reflections, k, frame, images, planes, fixed):
     if mirror[k]:
         height = offset[k] + x * frame[0] + y * frame[1] + z * frame[2]
         planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] = x, y, z, height
-        twice = 2.0 * (images[k, 0] * x + images[k, 1] * y + images[k, 2] * z - height)
-        images[k + 1, 0] = images[k, 0] - twice * x
-        images[k + 1, 1] = images[k, 1] - twice * y
-        images[k + 1, 2] = images[k, 2] - twice * z
+        fill_image(images[k], planes[k], height, images[k + 1])
         fixed[k + 1] = fixed[k]
     else:
         images[k + 1, 0], images[k + 1, 1], images[k + 1, 2] = x + frame[0], y + frame[1], z + frame[2]

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import inlined
+from obstaclewatch.support.compiled_vectors import dot as scalar_product
 from obstaclewatch.support.vectors import dot
 from simulator.world.candidates import Candidates
 from simulator.world.mirrors import Mirrors
@@ -31,6 +33,14 @@ def planes_met(found: Candidates) -> tuple[Floats, Floats]:
 def mirrored(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:
     """(R, 3) images of points in planes, one plane a row."""
     return point_m - 2.0 * _heights(point_m, normal, offset_m)[..., None] * normal
+
+
+@inlined
+def fill_image(point, normal, offset, image):
+    """Fill in the mirror image of a point (3,) in a plane, in its own place, too; of a vector with an offset of 0."""
+    twice = 2.0 * (scalar_product(point, normal) - offset)
+    for x in range(3):
+        image[x] = point[x] - twice * normal[x]
 
 
 def _heights(point_m: Floats, normal: Floats, offset_m: Floats) -> Floats:

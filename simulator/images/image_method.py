@@ -15,8 +15,10 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance, dot
+from simulator.images.given_planes import fill_image
 from simulator.images.image_tree import Goal, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
+from simulator.world.frames import fill_rest, rotated_back
 from simulator.world.mirrors import BORDER_M
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
@@ -159,10 +161,7 @@ def fill_images(mirrors, n, source, sequence, order, images):
     for x in range(3):
         images[0, x] = source[x]
     for k in range(order):
-        normal = mirrors.normal[n, sequence[k]]
-        height = dot(images[k], normal) - mirrors.offset_m[n, sequence[k]]
-        for x in range(3):
-            images[k + 1, x] = images[k, x] - 2.0 * height * normal[x]
+        fill_image(images[k], mirrors.normal[n, sequence[k]], mirrors.offset_m[n, sequence[k]], images[k + 1])
 
 
 @compiled
@@ -235,8 +234,7 @@ def inside_patch(mirrors, n, p, x, y, z):
     frames, o = mirrors.frames, mirrors.obstacle[p]
     x, y, z, yaw = x - frames[n, o, 0], y - frames[n, o, 1], z - frames[n, o, 2], frames[n, o, 3]
     if yaw != 0.0:
-        c, s = np.cos(yaw), np.sin(yaw)
-        x, y = c * x + s * y, -s * x + c * y
+        x, y = rotated_back(x, y, np.cos(yaw), np.sin(yaw))
     a, b, c = abs(mirrors.rest_normal[p, 0]), abs(mirrors.rest_normal[p, 1]), abs(mirrors.rest_normal[p, 2])
     i, j, u, v = 1, 2, y, z
     if c > max(a, b):
@@ -262,14 +260,13 @@ def inside_patch(mirrors, n, p, x, y, z):
 @compiled
 def nearest_border_m(mirrors, point, pose, sequence):
     """(R,) distance of points (N, 3) at poses (R,) from outlines of mirrors (R, K), -1 padded; infinite from none."""
-    least = np.full(len(pose), np.inf)
+    least, at = np.full(len(pose), np.inf), np.empty(3)
     for r in range(len(pose)):
         for p in sequence[r]:
             if p < 0:
                 continue
             frame = mirrors.frames[pose[r], mirrors.obstacle[p]]
-            x, y, c, s = point[pose[r], 0] - frame[0], point[pose[r], 1] - frame[1], np.cos(frame[3]), np.sin(frame[3])
-            at = (c * x + s * y, c * y - s * x, point[pose[r], 2] - frame[2])
+            fill_rest(point[pose[r]], frame, at)
             for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
                 least[r] = min(least[r], _from_segment(at, mirrors.edge_m[e]))
     return least

@@ -17,6 +17,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance, dot
 from obstaclewatch.support.rows import Rows
+from simulator.images.given_planes import fill_image
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import FLUSH_M, Mirrors
 
@@ -191,14 +192,10 @@ def _mirror(mirrors, depth, pose, patch, images, beam, beside):
     for r in range(len(pose)):
         n, p = pose[r], patch[r]
         normal = mirrors.normal[n, p]
-        height = dot(images[r, depth], normal) - mirrors.offset_m[n, p]
-        for x in range(3):
-            images[r, depth + 1, x] = images[r, depth, x] - 2.0 * height * normal[x]
+        fill_image(images[r, depth], normal, mirrors.offset_m[n, p], images[r, depth + 1])
         for k in range(depth):
             for side in range(4):
-                along = dot(beam[r, k, side], normal)
-                for x in range(3):
-                    beam[r, k, side, x] -= 2.0 * along * normal[x]
+                fill_image(beam[r, k, side], normal, 0.0, beam[r, k, side])
         wide = max(beside, PENUMBRA_M) if mirrors.endless[p] else beside
         bound(images[r, depth + 1], mirrors.corner_m[n, p], wide, beam[r, depth])
 

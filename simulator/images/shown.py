@@ -7,7 +7,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import dot
+from simulator.images.given_planes import fill_image
 from simulator.images.image_tree import Images, bound
+from simulator.world.frames import rotated_back
 from simulator.world.world import Tracing
 
 
@@ -37,9 +39,7 @@ def _shown(mirrors, pose, order, sequence, image, frame, beside):
             for later in range(k + 1, order[r]):
                 normal, offset = mirrors.normal[n, sequence[r, later]], mirrors.offset_m[n, sequence[r, later]]
                 for i in range(4):
-                    height = dot(corner[i], normal) - offset
-                    for x in range(3):
-                        corner[i, x] -= 2.0 * height * normal[x]
+                    fill_image(corner[i], normal, offset, corner[i])
             bound(image[r], corner, beside, beam)
             for side in range(4):
                 _at_rest(beam[side], dot(beam[side], image[r]), frame[n], out[r, 5 * k + side])
@@ -55,6 +55,5 @@ def _shown(mirrors, pose, order, sequence, image, frame, beside):
 @inlined
 def _at_rest(normal, offset, frame, out):
     """Fill in a half-space as it is seen in a rest frame."""
-    c, s = np.cos(frame[3]), np.sin(frame[3])
-    out[0], out[1], out[2] = c * normal[0] + s * normal[1], c * normal[1] - s * normal[0], normal[2]
-    out[3] = offset - dot(normal, frame)
+    out[0], out[1] = rotated_back(normal[0], normal[1], np.cos(frame[3]), np.sin(frame[3]))
+    out[2], out[3] = normal[2], offset - dot(normal, frame)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled, inlined
 from simulator.surfaces.wedges import Wedges
 
 Carrier = Callable[[Ints, Floats], tuple[Floats, Floats]]
@@ -73,6 +74,20 @@ def wedges_out_of_rest(wedges: Wedges, frame: Floats) -> Wedges:
         wedges, start_m=out_of_rest(wedges.start_m, frame), end_m=out_of_rest(wedges.end_m, frame),
         inwards=rotated(wedges.inwards, frame[:, 3]), normal=rotated(wedges.normal, frame[:, 3]),
     )  # fmt: skip
+
+
+@inlined
+def rotated_back(x, y, cosine, sine):
+    """The level parts of a vector of the world as a frame sees it whose yaw has this cosine and sine."""
+    return cosine * x + sine * y, cosine * y - sine * x
+
+
+@compiled
+def fill_rest(point, frame, local):
+    """Fill in a world point (3,) as seen in a rest frame (4,)."""
+    x, y = point[0] - frame[0], point[1] - frame[1]
+    local[0], local[1] = rotated_back(x, y, np.cos(frame[3]), np.sin(frame[3]))
+    local[2] = point[2] - frame[2]
 
 
 def rotated_tensor(tensor: Floats, yaw: Floats) -> Floats:

@@ -18,6 +18,7 @@ from embreex.rtcore_scene import EmbreeScene
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import dot, unit
+from simulator.world.frames import rotated_back
 
 OFFSET = 2e-6  # of the largest coordinate: several float32 roundings, micrometres in a street
 GRAZING = 1e-6  # sine between a ray and a triangle in whose plane it runs, but for rounding
@@ -108,8 +109,9 @@ def _aimed(start, end, frame, pose, asked, origin, half):
         x, y, z, yaw = frame[pose[r]]
         if pose[r] != last:
             last, c, s = pose[r], np.cos(yaw), np.sin(yaw)
-        _turn_back(start[r, 0] - x, start[r, 1] - y, start[r, 2] - z, c, s, here)
-        _turn_back(end[r, 0] - start[r, 0], end[r, 1] - start[r, 1], end[r, 2] - start[r, 2], c, s, step)
+        here[0], here[1] = rotated_back(start[r, 0] - x, start[r, 1] - y, c, s)
+        step[0], step[1] = rotated_back(end[r, 0] - start[r, 0], end[r, 1] - start[r, 1], c, s)
+        here[2], step[2] = start[r, 2] - z, end[r, 2] - start[r, 2]
         largest, square = extent, 0.0
         for k in range(3):
             here[k] -= origin[k]
@@ -125,12 +127,6 @@ def _aimed(start, end, frame, pose, asked, origin, half):
         row[count], length[count] = r, size - 2.0 * gap
         count += 1
     return row[:count], first[:count], direction[:count], length[:count]
-
-
-@inlined
-def _turn_back(east, north, up, c, s, at_rest):
-    """Fill in a vector of the world as a frame sees it whose yaw has this cosine and sine."""
-    at_rest[0], at_rest[1], at_rest[2] = c * east + s * north, c * north - s * east, up
 
 
 @inlined

@@ -24,7 +24,7 @@ from simulator.kirchhoff.light.quarters import quartered
 from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
-from simulator.world.frames import into_rest
+from simulator.world.frames import into_rest, rotated_back
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -304,7 +304,7 @@ def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clea
             fill_images(mirrors, n, start[v], turns, last, images)
             c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
             east, north, z = images[last, 0] - frame[v, 0], images[last, 1] - frame[v, 1], images[last, 2] - frame[v, 2]
-            x, y = c * east + s * north, c * north - s * east
+            x, y = rotated_back(east, north, c, s)
         i, j, k = normal[f, 0], normal[f, 1], normal[f, 2]
         rise = (x - middle[f, 0]) * i + (y - middle[f, 1]) * j + (z - middle[f, 2]) * k
         if closed and rise <= 0.0:
