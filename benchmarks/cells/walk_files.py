@@ -20,7 +20,7 @@ from scenes.truth.truth import GroundTruth
 from simulator.paths import Paths
 
 FOLDERS = {"recordings": "flac", "truth": "parquet", "paths": "parquet"}
-POINTS = ("speaker", "mic0", "mic1")
+TRANSDUCERS = ("speaker", "mic0", "mic1")
 
 
 def walk_name(cell: Cell) -> str:
@@ -53,7 +53,7 @@ def write_walk(cell: Cell, folder: Path) -> dict[str, Any]:
     write_recording(recording, file_of(folder, "recordings", name))
     phone = {
         f"{part}_m": position.tolist()
-        for part, position in zip(POINTS, _points(setting), strict=True)
+        for part, position in zip(TRANSDUCERS, _points(setting), strict=True)
     }  # fmt: skip
     facts = truth_entry(cell, setting, beep, truths) | phone
     facts |= {"sound_speed_m_s": setting.scene.air.sound_speed_m_s, "beeps": len(truths[0].time_s)}
@@ -81,7 +81,7 @@ def _truth_rows(setting: Situation, beep: BeepDesign, truths: list[GroundTruth])
         world = np.stack([pose.to_world(point) for point in _points(setting)], axis=1)
         places = {
             f"{part}_{axis}_m": world[:, row, column]
-            for row, part in enumerate(POINTS)
+            for row, part in enumerate(TRANSDUCERS)
             for column, axis in enumerate("xyz")
         }
         columns = {

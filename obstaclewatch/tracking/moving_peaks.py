@@ -26,7 +26,7 @@ from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Sin
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Reception, peak_readings
 from obstaclewatch.tracking.settings import TrackingSettings
-from obstaclewatch.walker.ground_height import HEIGHTS_M
+from obstaclewatch.walker.ground_height import HELD_HEIGHTS_M
 from obstaclewatch.walker.pitch_estimate import PitchEstimator
 from obstaclewatch.walker.pitch_oscillation import GroundEcho, ground_echo, ground_path_difference_m
 
@@ -238,8 +238,8 @@ def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sou
 
     -1 if it does not stand out. The map's peaks are widened, so that the middle is that of what is nearly as high.
     """
-    low = round((2.0 * HEIGHTS_M[0] / sound_speed_m_s - first_s) * rate_hz)
-    high = round((2.0 * HEIGHTS_M[1] / sound_speed_m_s - first_s) * rate_hz)
+    low = round((2.0 * HELD_HEIGHTS_M[0] / sound_speed_m_s - first_s) * rate_hz)
+    high = round((2.0 * HELD_HEIGHTS_M[1] / sound_speed_m_s - first_s) * rate_hz)
     usual = (2.0 * USUAL_GROUND_M / sound_speed_m_s - first_s) * rate_hz
     spread = 2.0 * GROUND_SPREAD_M / sound_speed_m_s * rate_hz
     low, high = max(low, 0), min(high, len(clutter))

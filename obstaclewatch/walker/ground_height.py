@@ -14,7 +14,7 @@ from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled
 
-HEIGHTS_M = (1.0, 1.7)
+HELD_HEIGHTS_M = (1.0, 1.7)
 """Of microphone 0 above the ground, at which a phone may be held."""
 LEAST_HEIGHT = 4.0
 """Of the ground's echo at microphone 1, in rms of its noise: 15 dB."""
@@ -41,9 +41,9 @@ class GroundFinder:
             profile: a beep compressed, with what stands still.
             start_s: its emission, on the profile's axis.
         """
-        first, last = (profile.position(start_s + self.path_m(height) / self._c) for height in HEIGHTS_M)
+        first, last = (profile.position(start_s + self.path_m(height) / self._c) for height in HELD_HEIGHTS_M)
         least = LEAST_HEIGHT * noise_amplitude(profile.magnitude[1, first:])
-        later = (self.path_m(HEIGHTS_M[0]) - self.path_m(HEIGHTS_M[0], mic=0)) / self._c * profile.rate_hz
+        later = (self.path_m(HELD_HEIGHTS_M[0]) - self.path_m(HELD_HEIGHTS_M[0], mic=0)) / self._c * profile.rate_hz
         position = _louder_at_second(profile.magnitude, first, last, round(later), least)
         if np.isnan(position):
             return np.nan

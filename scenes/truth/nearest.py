@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.support.arrays import Flags, Floats
 
-TOUCHING_M = 1e-6
+MEETING_M = 1e-6
 """Faces that come so near to a point meet there."""
 MOST_PAIRS = 2**17
 """Of questions and triangles at a time: 9 MB for their corners."""
@@ -49,8 +49,8 @@ def facing(mesh: trimesh.Trimesh, query_m: ArrayLike, within_rad: float) -> Flag
     toward = (query - nearest) / np.maximum(distance, np.finfo(float).tiny)[:, None]
     averted = np.asarray(mesh.face_normals) @ toward.T < np.cos(within_rad)
     center, radius = spheres(triangles)
-    face, place = np.nonzero(averted & (_distance(center[:, None], nearest) <= radius[:, None] + TOUCHING_M))
-    meets = _distance(_nearest_on_triangle(triangles[face], nearest[place]), nearest[place]) <= TOUCHING_M
+    face, place = np.nonzero(averted & (_distance(center[:, None], nearest) <= radius[:, None] + MEETING_M))
+    meets = _distance(_nearest_on_triangle(triangles[face], nearest[place]), nearest[place]) <= MEETING_M
     result = np.ones(len(query), dtype=bool)
     result[place[meets]] = False
     return result
@@ -77,7 +77,7 @@ def points_of_least_length(
     for asked in (slice(first, first + step) for first in range(0, len(query), step)):
         # A centre is a point of its triangle, so that the least is no longer than the length to any of them.
         at_center = length_m(center, query[asked, None])
-        most = at_center.min(axis=1, keepdims=True) + TOUCHING_M
+        most = at_center.min(axis=1, keepdims=True) + MEETING_M
         place, face = np.nonzero(at_center - slope * radius <= most)
         point = on_triangle(triangles[face], query[asked][place])
         order = np.lexsort((length_m(point, query[asked][place]), place))

@@ -18,7 +18,7 @@ from simulator.diffraction.wedge_coordinates import seen
 from simulator.surfaces.wedges import Wedges
 
 INSET_M = 0.02  # corners are taken a wavelength inside their edges: on the line of an edge nothing is seen of it
-POINTS = 5  # of each edge
+PLACES_AN_EDGE = 5  # of each edge
 MARGIN = 1.5
 REACH = 0.3  # of an edge's length: an apex this close to a point counts there
 
@@ -35,7 +35,7 @@ def chain_bounds(wedges: Wedges, linked: Flags, source_m: Floats, receiver_m: Fl
         source_m, receiver_m: (R, 3) in their frame.
         wavenumber: rad/m.
     """
-    share = np.linspace(0.0, 1.0, POINTS)[:, None] * np.ones(len(wedges))
+    share = np.linspace(0.0, 1.0, PLACES_AN_EDGE)[:, None] * np.ones(len(wedges))
     inset = np.minimum(INSET_M / wedges.length_m, 0.25)
     share = np.clip(share, inset, 1.0 - inset)[:, :, None]
     points = (wedges.start_m + share * (wedges.end_m - wedges.start_m)).transpose(1, 0, 2)  # (E, P, 3)
@@ -55,7 +55,7 @@ def _strength(wedges: Wedges, edge: int, far_m: Floats, near_m: Floats, wavenumb
     view = seen(wedges[np.full(count * points, edge)], np.repeat(far_m, points, axis=0), np.tile(near_m, (count, 1)))
     bounds = strength_bounds(view, np.ones((3, len(view)), dtype=bool), wavenumber)[2]
     apex, start, end = bounds.reshape(3, -1, 1)
-    share = np.linspace(0.0, 1.0, POINTS)
+    share = np.linspace(0.0, 1.0, PLACES_AN_EDGE)
     about = view.has(APEX)[:, None] & (np.abs(view.apex_height_m[:, None] / view.length_m[:, None] - share) <= REACH)
     out = np.where(about, apex, 0.0)
     out[:, :1], out[:, -1:] = np.maximum(out[:, :1], start), np.maximum(out[:, -1:], end)

@@ -18,7 +18,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
 
 ROUNDS = 32  # over the middles of a path, each put where its neighbours make the path shortest
-PARTS = (APEX, START, END)
+EDGE_PARTS = (APEX, START, END)
 IN_WINDOWS = 3  # of longer chains only the first and the last edge are told apart by windows
 
 
@@ -49,13 +49,13 @@ class Windowed(Rows):
 def windowed_chains(wedges: Wedges, longest: int) -> Windowed:
     """All chains of two to `longest` linked edges in all windows, but at ends that are no corners."""
     linked, edges = linked_edges(wedges), np.arange(len(wedges))
-    there = np.concatenate([np.ones((len(wedges), 1), dtype=bool), wedges.radiates], axis=1)  # in order of PARTS
+    there = np.concatenate([np.ones((len(wedges), 1), dtype=bool), wedges.radiates], axis=1)  # in order of EDGE_PARTS
     met, parts = [], []
     for count in range(2, longest + 1):
         chain = _every([edges] * count)
         chain = chain[linked[chain[:, :-1], chain[:, 1:]].all(axis=1)]
-        between = [(APEX,)] * (count - 2) if count > IN_WINDOWS else [PARTS] * (count - 2)
-        part = _every([PARTS, *between, PARTS])
+        between = [(APEX,)] * (count - 2) if count > IN_WINDOWS else [EDGE_PARTS] * (count - 2)
+        part = _every([EDGE_PARTS, *between, EDGE_PARTS])
         chain, part = np.repeat(chain, len(part), axis=0), np.tile(part, (len(chain), 1))
         rows, pad = there[chain, part].all(axis=1), ((0, 0), (0, longest - count))
         met.append(np.pad(chain[rows], pad, constant_values=-1))

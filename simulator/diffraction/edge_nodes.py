@@ -16,7 +16,7 @@ from obstaclewatch.support.arrays import Floats, Ints
 from simulator.surfaces.wedges import Wedges
 from simulator.waves.band import HIGH_HZ
 
-POINTS = 3  # in each piece
+NODES_A_PIECE = 3  # in each piece
 SHORTEST_PIECE_M = 1e-3
 END_WINDOW_M = 0.12  # an apex nearer to an end differs from it by 1 cm of path at 1.5 m
 WINDOWS = 3  # of each edge, by edge_view: the middle (APEX), START, END
@@ -69,7 +69,7 @@ def _on_line(length_m: float, piece_m: float) -> tuple[Floats, Floats]:
     rest = np.linspace(reached, half, int(np.ceil((half - reached) / piece_m)) + 1)[1:]
     rising = np.concatenate([[0.0], graded, rest])
     border = np.concatenate([rising, length_m - rising[-2::-1]])
-    x, w = np.polynomial.legendre.leggauss(POINTS)
+    x, w = np.polynomial.legendre.leggauss(NODES_A_PIECE)
     width = np.diff(border)[:, None]
     return (border[:-1, None] + width * (0.5 + 0.5 * x)).ravel(), (0.5 * width * w).ravel()
 

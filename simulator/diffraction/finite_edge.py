@@ -32,7 +32,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.world.corners import NARROWEST_RAD
-from simulator.world.mirrors import BORDER_M
+from simulator.world.mirrors import ON_BORDER_M
 
 NARROWEST_OPEN_RAD = 2.0 * NARROWEST_RAD  # of a face and its mirror image; that of a sharp edge is pi or more
 INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident field; mirror images in the two faces
@@ -157,7 +157,7 @@ def zone_angles(view: EdgeView) -> Floats:
     s, r = view.source_angle_rad, view.receiver_angle_rad
     angle = np.pi + np.stack([s - r, r - s, -s - r, s + r], axis=1)
     angle -= 2.0 * turn * np.round(angle / (2.0 * turn))  # the period of beta
-    border = BORDER_M * (1.0 / view.source_radius_m + 1.0 / view.receiver_radius_m)[:, None]
+    border = ON_BORDER_M * (1.0 / view.source_radius_m + 1.0 / view.receiver_radius_m)[:, None]
     return np.where(np.abs(angle) <= border, 0.0, angle)
 
 

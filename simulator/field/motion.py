@@ -32,7 +32,7 @@ from simulator.world.world import Tracing
 SETTLED_S = 7e-13  # of delay may be left: 1e-7 rad of 20 kHz
 BENT_S = 3e-10  # 1e-7 m of path
 LEAST_M_S = 0.1  # phone and obstacle together, however still they stand
-PARTS = 10  # of a beep in which the phone's speed is taken
+SPEEDS_A_BEEP = 10  # of the phone, over equal parts of a beep
 FOLLOWED_M = 3e-4  # 0.2 rad of phase there and back; gait departs by 1e-6 m in 50 ms, by 2e-4 m in 200 ms
 LEAST_DEGREE = 3  # asked of every walk, whatever degree a level of fidelity goes without
 
@@ -115,10 +115,10 @@ def motion_within(
 
 def fastest_closing_m_s(obstacles: Sequence[Obstacle], walk: Walk, start_s: Floats, beep_s: float) -> float:
     """Most at which phone and an obstacle may close in: the phone in any part of a beep, and the fastest obstacle."""
-    instants = start_s[:, None] + np.linspace(0.0, beep_s, PARTS + 1)
+    instants = start_s[:, None] + np.linspace(0.0, beep_s, SPEEDS_A_BEEP + 1)
     place = walk.pose(instants.ravel()).position_m.reshape(*instants.shape, 3)
     fastest = max((float(np.linalg.norm(obstacle.velocity_m_s)) for obstacle in obstacles), default=0.0)
-    return float(norm(np.diff(place, axis=1)).max()) * PARTS / beep_s + fastest
+    return float(norm(np.diff(place, axis=1)).max()) * SPEEDS_A_BEEP / beep_s + fastest
 
 
 def velocities_of(walk: Walk, phone_points: tuple[Floats, Floats], middle_s: Floats, beep_s: float) -> Floats:

@@ -19,12 +19,12 @@ from simulator.images.given_planes import fill_image
 from simulator.images.image_tree import Goal, image_levels, in_turn
 from simulator.world.candidates import Candidates, candidates, with_plane_normals
 from simulator.world.frames import fill_rest, rotated_back
-from simulator.world.mirrors import BORDER_M
+from simulator.world.mirrors import ON_BORDER_M
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
-JOINT_M = 4.0 * BORDER_M  # crossings of two patches this close to each other lie where these meet
+JOINT_M = 4.0 * ON_BORDER_M  # crossings of two patches this close to each other lie where these meet
 BESIDE_M = 1e-6  # of such a point, where it is asked how a patch goes on
 REACHED, BEHIND, OUTSIDE = 0, 1, 2
 MISSES = {BEHIND: Reason.BEHIND_PATCH, OUTSIDE: Reason.OUTSIDE_PATCH}
@@ -183,7 +183,7 @@ def backtrack(mirrors, n, images, sequence, depth, target, hits):
             here, there = -here, -there
             if mirrors.one_sided[p]:
                 return BEHIND
-        if here < -BORDER_M or (there == 0.0 and (here == 0.0 or k > 0)):  # a source may lie on its first mirror
+        if here < -ON_BORDER_M or (there == 0.0 and (here == 0.0 or k > 0)):  # a source may lie on its first mirror
             return BEHIND
         here = max(here, 0.0)  # in a corner the next crossing lies on this plane, on either side by rounding
         share = here / (here - there)
@@ -244,13 +244,13 @@ def inside_patch(mirrors, n, p, x, y, z):
     edges, odd = mirrors.edge_m, False
     for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
         ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
-        if max(vi, vj) < v - BORDER_M or min(vi, vj) > v + BORDER_M or max(ui, uj) < u - BORDER_M:
+        if max(vi, vj) < v - ON_BORDER_M or min(vi, vj) > v + ON_BORDER_M or max(ui, uj) < u - ON_BORDER_M:
             continue  # not on the edge, and the edge not to the right
         du, dv = uj - ui, vj - vi
-        if min(ui, uj) <= u + BORDER_M:
+        if min(ui, uj) <= u + ON_BORDER_M:
             length2 = du * du + dv * dv
             t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
-            if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= BORDER_M**2:
+            if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= ON_BORDER_M**2:
                 return True
         if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
             odd = not odd

@@ -27,7 +27,7 @@ from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
 from simulator.surfaces.surface_borders import Border
 from simulator.world.candidates import Candidates
-from simulator.world.corners import TOUCHING_M
+from simulator.world.corners import STANDS_ON_M
 from simulator.world.frames import into_rest, rotated
 from simulator.world.mirrors import gaps_to_others
 from simulator.world.search_context import Search
@@ -237,5 +237,5 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tu
     for row, n in enumerate(unique):
         gap, normal = gaps_to_others(tracing.mirrors, n, obstacle, border.point_m)
         cosine = np.abs(rotated(border.normal, tracing.placed[n, obstacle, 3]) @ normal.T)
-        touching[row] = ((gap < TOUCHING_M) & ((cosine < UPRIGHT) | (cosine > LYING))).any(axis=1)
+        touching[row] = ((gap < STANDS_ON_M) & ((cosine < UPRIGHT) | (cosine > LYING))).any(axis=1)
     return touching, which.ravel()

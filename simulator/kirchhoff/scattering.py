@@ -38,7 +38,7 @@ CELL_SHARE_A_DB, CELL_SHARES = 8e-3, (1e-3, 1.5e-2)
 NOISE_SHARE_A_DB, NOISE_SHARE = 0.3, 0.3  # of the level that is lost in the noise: what cells must exceed, by tolerance
 FINE_SPOT_M, SPOT_M, COARSE_SPOT_M = 0.03, 0.04, 0.065  # under FINE_DB of tolerance, under COARSE_DB, and from there
 AGREED = 0.2  # of its centre's distance: at `auto` 1 of 1508 echoes differs by 0.5 dB from asking at each pose
-BORDER_M = 0.025  # facets longer than this err by up to 7 dB where the border of a shadow runs, and not elsewhere
+BORDER_FACET_M = 0.025  # facets longer than this err by up to 7 dB where the border of a shadow runs, and not elsewhere
 CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by 0.4 dB in 95 %, with this by 0.2
 ALIKE, COARSE_ALIKE = 0.02, 0.1  # of its box's distance: with 0.02, those 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
@@ -167,7 +167,7 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
         light = Light(FINE_SPOT_M, 0.0, 0.0 if fidelity.tolerance_db < FINE_DB else ALIKE)
         return light, min(size_m, PLATE_FACET_M) if plates else size_m, np.inf
     if fidelity.tolerance_db < COARSE_DB:
-        return Light(SPOT_M, AGREED, ALIKE, BORDER_M), size_m, CHORD_M
+        return Light(SPOT_M, AGREED, ALIKE, BORDER_FACET_M), size_m, CHORD_M
     if plates:
-        return Light(SPOT_M, AGREED, ALIKE, BORDER_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
+        return Light(SPOT_M, AGREED, ALIKE, BORDER_FACET_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
     return Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE), size_m, np.inf

@@ -17,7 +17,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Floats, Ints
 from simulator.surfaces.creases import Creases
 from simulator.surfaces.facets import Facets
-from simulator.world.corners import NARROWEST_RAD, TOUCHING_M
+from simulator.world.corners import NARROWEST_RAD, STANDS_ON_M
 from simulator.world.frames import rotated
 from simulator.world.mirrors import gaps_to_others
 from simulator.world.world import Tracing
@@ -31,7 +31,7 @@ def standing_on_mirrors(tracing: Tracing, facets: Facets) -> Facets:
     """
     creases, yaw = facets.creases, tracing.placed[0, facets.obstacle, 3]
     gap, plane = gaps_to_others(tracing.mirrors, 0, facets.obstacle, creases.middle_m)
-    on = gap + 0.5 * np.abs(rotated(creases.along_m, yaw) @ plane.T) < TOUCHING_M
+    on = gap + 0.5 * np.abs(rotated(creases.along_m, yaw) @ plane.T) < STANDS_ON_M
     row = np.flatnonzero(on.any(axis=1))
     if not len(row):
         return facets

@@ -8,8 +8,8 @@ from obstaclewatch.support.arrays import Singles
 from simulator.phone.phone import Phone
 
 BAND_HZ = (18_000.0, 23_000.0)  # where `Phone.noise_spl_db` is counted
-_BLOCK = 1 << 16  # samples drawn at a time: what is made of the draws stays in the cache
-_PARTS = np.float32(2.0**32)
+_SAMPLES_AT_ONCE = 1 << 16  # samples drawn at a time: what is made of the draws stays in the cache
+_DRAWN_NUMBERS = np.float32(2.0**32)
 
 
 def noise_density(phone: Phone) -> float:
@@ -45,8 +45,8 @@ def noise_samples(phone: Phone, count: int, sample_rate_hz: float, rng: np.rando
     samples = np.zeros((2, count), dtype=np.float32)
     rms = noise_rms(phone, sample_rate_hz)
     if rms > 0.0:
-        for start in range(0, count, _BLOCK):
-            _draw(samples[:, start : start + _BLOCK], np.float32(rms), rng)
+        for start in range(0, count, _SAMPLES_AT_ONCE):
+            _draw(samples[:, start : start + _SAMPLES_AT_ONCE], np.float32(rms), rng)
     return samples
 
 
@@ -57,9 +57,9 @@ def _draw(block: Singles, rms: np.float32, rng: np.random.Generator) -> None:
     """
     bits = rng.integers(0, 1 << 64, block.shape[1], dtype=np.uint64).view(np.uint32).reshape(-1, 2)
     length, angle = bits.T.astype(np.float32, order="C")
-    np.log((length + np.float32(0.5)) / _PARTS, out=length)
+    np.log((length + np.float32(0.5)) / _DRAWN_NUMBERS, out=length)
     np.sqrt(np.float32(-2.0) * length, out=length)
-    angle *= np.float32(2.0 * np.pi) / _PARTS
+    angle *= np.float32(2.0 * np.pi) / _DRAWN_NUMBERS
     np.cos(angle, out=block[0])
     np.sin(angle, out=block[1])
     block *= rms * length

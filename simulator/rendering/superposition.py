@@ -22,11 +22,11 @@ from simulator.rendering.beep_table import GROUP, SKIRT_S, BeepTable
 from simulator.waves.band import REFERENCE_HZ
 
 NEGLIGIBLE = 1e-7  # of a path's strongest Chebyshev term; weaker ones are left out
-BLOCK = 64  # samples that share an expansion, at most
+BLOCK_SAMPLES = 64  # samples that share an expansion, at most
 VECTOR = 16
 DRIFT = 0.2  # nodes by which splines may be read past a node: 1.5e-7 of a galaxy-s5's peak
 TURN = 0.1  # cycles of a chirp about its tangent, which single precision has to 1e-8
-PARTS = 4096.0  # of a cycle: multiples are exact in single precision
+CYCLE_STEPS = 4096.0  # of a cycle: multiples are exact in single precision
 ZERO, ONE, TWO, HALF, SIXTH, TWO_THIRDS = (np.float32(value) for value in (0.0, 1.0, 2.0, 1 / 2, 1 / 6, 2 / 3))
 
 
@@ -87,16 +87,16 @@ def _add(
     delay, strength,
 ):  # fmt: skip
     """Every row in turn, block by block."""
-    margin, longest = BLOCK * steps, 0
+    margin, longest = BLOCK_SAMPLES * steps, 0
     for p in range(len(start)):
         longest = max(longest, end[p] - first[p])
     values, node = np.empty((2, longest), np.float32), np.empty(longest, np.int64)
     part = np.empty((longest, 14), np.float32)
     beep = np.zeros((2, splines.shape[3] + 2 * margin), np.float32)
     filtered = beep[:, margin : margin + splines.shape[3]]
-    ramp, grouped = np.empty(2 * BLOCK, np.float32), np.zeros((len(splines), 2, GROUP), np.float32)
-    for i in range(2 * BLOCK):
-        ramp[i] = np.float32(i - BLOCK)
+    ramp, grouped = np.empty(2 * BLOCK_SAMPLES, np.float32), np.zeros((len(splines), 2, GROUP), np.float32)
+    for i in range(2 * BLOCK_SAMPLES):
+        ramp[i] = np.float32(i - BLOCK_SAMPLES)
     for p in range(len(start)):
         for g in range(_group(weight[p], grouped)):
             _weigh(filtered[0], filtered[1], grouped[g, 0], grouped[g, 1], splines[g, 0], splines[g, 1], g == 0)
@@ -117,7 +117,7 @@ def _add(
         for b in range(blocks):
             i, k = b * size, min((b + 1) * size, past - begin)
             if node[b] >= 0:
-                nearby = ramp[BLOCK - (k - i) // 2 :]
+                nearby = ramp[BLOCK_SAMPLES - (k - i) // 2 :]
                 _read(values[0, i:k], values[1, i:k], beep, node[b], steps, nearby, part[b])
             else:
                 values[:, i:k] = ZERO
@@ -194,7 +194,7 @@ def _block(delay, scale, bend):
     drift = 1e-9
     for k in range(1, len(delay)):
         drift += abs(k * delay[k] * scale)
-    size = int(min(2.0 * DRIFT / drift, 2.0 * np.sqrt(TURN / abs(bend)), BLOCK))
+    size = int(min(2.0 * DRIFT / drift, 2.0 * np.sqrt(TURN / abs(bend)), BLOCK_SAMPLES))
     return max(size - size % VECTOR if size > VECTOR else size, 1)
 
 
@@ -222,12 +222,12 @@ def _place(emitted, travel, nodes, lead, way):
 
 @fused_inline
 def _phase(emitted, travel, time, rate, start_hz, half_slope, turn):
-    """Fill in the phase over the samples of a block, cycles: whole `PARTS` of a cycle, and what is left."""
+    """Fill in the phase over the samples of a block, cycles: whole `CYCLE_STEPS` of a cycle, and what is left."""
     frequency, pace = start_hz + 2.0 * half_slope * emitted, 1.0 / rate - travel[1]
     cycles = (start_hz + half_slope * emitted) * emitted - REFERENCE_HZ * time
     slope = frequency * pace - REFERENCE_HZ / rate
     cycles, slope = cycles - np.rint(cycles), slope - np.rint(slope)
-    parts, rise = np.rint(cycles * PARTS) / PARTS, np.rint(slope * PARTS) / PARTS
+    parts, rise = np.rint(cycles * CYCLE_STEPS) / CYCLE_STEPS, np.rint(slope * CYCLE_STEPS) / CYCLE_STEPS
     turn[0], turn[1], turn[2], turn[3] = parts, rise, cycles - parts, slope - rise
     turn[4] = half_slope * pace * pace - frequency * travel[2]
     turn[5] = -frequency * travel[3] - 2.0 * half_slope * pace * travel[2]

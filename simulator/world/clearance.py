@@ -16,7 +16,7 @@ from simulator.world.frames import into_rest
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
 
-TOUCHING_M = 1e-5  # a transducer no deeper than this in a body lies on its face
+ON_FACE_M = 1e-5  # a transducer no deeper than this in a body lies on its face
 LONGEST_PHONE_M = 0.5  # speaker and microphones farther apart are no phone: there the direct sound may be hidden
 TRANSDUCERS = ("the speaker", "microphone 0", "microphone 1")
 
@@ -96,12 +96,12 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
         return
     local = into_rest(points_m, tracing.placed[:, None, index])
     low, high = body.bounds
-    near = ((local > low + TOUCHING_M) & (local < high - TOUCHING_M)).all(axis=2)
+    near = ((local > low + ON_FACE_M) & (local < high - ON_FACE_M)).all(axis=2)
     inside, room = near.copy(), body.volume < 0.0
     if near.any():
         inside[near] = body.contains(local[near])
     for n, which in np.argwhere(inside != room):
-        if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] <= TOUCHING_M:
+        if trimesh.proximity.closest_point(body, local[n, [which]])[1][0] <= ON_FACE_M:
             continue
         what, name, when = TRANSDUCERS[which], tracing.world.obstacles[index].name, _when(tracing.time_s, n)
         if room:

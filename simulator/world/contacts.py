@@ -18,7 +18,7 @@ from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import norm
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
-from simulator.world.corners import STEEP, TOUCHING_M, leaning_ends
+from simulator.world.corners import STANDS_ON_M, STEEP, leaning_ends
 from simulator.world.visibility import Blocker
 
 CELL_M, MAX_CELLS = 0.1, 64  # what touches an edge between two places this far apart may be missed if it is a sheet
@@ -144,7 +144,7 @@ def _place(wedges: Wedges, share: Floats) -> Floats:
 
 def _radius_m(wedges: Wedges) -> Floats:
     """(W,) of the circuit on which what touches an edge is looked for."""
-    return np.minimum(TOUCHING_M, 0.1 * wedges.length_m)
+    return np.minimum(STANDS_ON_M, 0.1 * wedges.length_m)
 
 
 def _runs_on(wedges: Wedges, end: int, blocked: Blocked) -> Flags:

@@ -20,7 +20,7 @@ from simulator.surfaces.wedges import Wedges
 SQUARE_SINE = 2e-7  # of the lean under which a corner is square: its two images, 4 times that apart at 1 m, are one
 NARROWEST_RAD = np.pi / 3.0  # between face and mirror; in narrower corners sound is reflected more than three times
 PARALLEL = 1e-3  # sine of the angle between planes that meet nowhere in particular
-TOUCHING_M = 2e-3  # a face whose border is this close to a mirror stands on it: an eighth of the wavelength
+STANDS_ON_M = 2e-3  # a face whose border is this close to a mirror stands on it: an eighth of the wavelength
 STEEP = 0.1  # cosine to a patch's normal from which an edge runs into it and not along it
 SHORTEST_M = 0.01  # a crease of half a wavelength
 
@@ -54,7 +54,7 @@ def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, follows
         return found
     row, end = np.nonzero(runs_on)
     point = np.where((end == 0)[:, None], wedges.start_m[row], wedges.end_m[row])
-    touches = np.abs(point @ patches.normal.T - patches.offset_m) < TOUCHING_M
+    touches = np.abs(point @ patches.normal.T - patches.offset_m) < STANDS_ON_M
     touches &= np.abs(wedges.along[row] @ patches.normal.T) > STEEP
     touches &= np.logical_or.reduce(follows[wedges.patch[row]], axis=1) & ~carried[patches.obstacle]
     at, patch = np.nonzero(touches & ~carried[wedges.obstacle[row], None])
@@ -70,7 +70,7 @@ def _meeting(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carri
     owner, radius, normal = patches.obstacle, patches.radius_m, patches.normal
     cosine: Floats = np.abs(normal @ normal.T)
     height: Floats = np.abs(patches.center_m @ normal.T - patches.offset_m)
-    meets: Flags = follows & (height <= radius[:, None] + TOUCHING_M)
+    meets: Flags = follows & (height <= radius[:, None] + STANDS_ON_M)
     meets &= meets.T & (cosine > SQUARE_SINE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
     face, mirror = np.nonzero(meets)
     moves = carried | velocity_m_s.any(axis=1)
@@ -79,7 +79,7 @@ def _meeting(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carri
     apart = norm(patches.center_m[face] - patches.center_m[mirror])
     together = owner[mirror] == owner[face]
     keep = np.where(together, wider, ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays)
-    keep &= ~carried[owner[face]] & (apart <= radius[face] + radius[mirror] + TOUCHING_M)
+    keep &= ~carried[owner[face]] & (apart <= radius[face] + radius[mirror] + STANDS_ON_M)
     return face[keep], mirror[keep]
 
 
@@ -122,7 +122,7 @@ def _open(patches: PlanarPatches, patch: int, direction: Floats) -> bool:
 def _runs(patches: PlanarPatches, patch: int, origin: Floats, along: Floats, across: Floats) -> Floats:
     """(K, 2) stretches of the crease, from an origin, beside which a patch reaches to the side `across`."""
     border = patches.edge_m[patches.edge_start[patch] : patches.edge_start[patch + 1]] - origin
-    place, height = border @ along, border @ across - TOUCHING_M
+    place, height = border @ along, border @ across - STANDS_ON_M
     crossed = (height[:, 0] > 0.0) != (height[:, 1] > 0.0)
     place, height = place[crossed], height[crossed]
     share = height[:, 0] / (height[:, 0] - height[:, 1])

@@ -10,7 +10,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.world.frames import out_of_rest, rotated
 
-BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
+ON_BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
 FLUSH_M = 1e-5  # what rises no higher over a plane lies in it: files of float32 round by up to 1e-6 m at 10 m
 
 

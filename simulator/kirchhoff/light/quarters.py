@@ -17,7 +17,7 @@ from obstaclewatch.support.vectors import dot, norm
 from simulator.surfaces.creases import Creases
 from simulator.surfaces.facets import Facets
 
-BLOCK = 128  # quarters a block: borders of shadows are lines, and few blocks of these lie on them
+BLOCK_QUARTERS = 128  # quarters a block: borders of shadows are lines, and few blocks of these lie on them
 
 
 def quartered(facets: Facets, some: Flags) -> Facets:
@@ -33,7 +33,7 @@ def quartered(facets: Facets, some: Flags) -> Facets:
     columns["stands"] = (facets.stands[rows, None] & (np.arange(4) == 3)).ravel()
     joined: dict[str, Any] = {name: np.concatenate([getattr(facets, name), values]) for name, values in columns.items()}
     joined["stands"][rows] = False
-    start = np.append(facets.start[:-1], np.arange(len(facets), len(joined["stands"]), BLOCK))
+    start = np.append(facets.start[:-1], np.arange(len(facets), len(joined["stands"]), BLOCK_QUARTERS))
     creases = _beside_quarters(facets, some, columns["middle_m"])
     return replace(facets, **joined, start=np.append(start, len(joined["stands"])), creases=creases)
 

@@ -10,7 +10,7 @@ from obstaclewatch.signal.carrier_cycle import CYCLES, DifferenceReadings
 from obstaclewatch.signal.matched_filter import MatchedFilter
 from obstaclewatch.signal.two_mics import cone_cosine, path_difference_at, ranges_of_pairs
 from obstaclewatch.standing.bearing_posterior import BEARINGS_RAD, HEIGHT_PRIOR, HEIGHTS_M, Attitude, bearing_posterior
-from obstaclewatch.walker.ground_height import HEIGHTS_M as HELD_M
+from obstaclewatch.walker.ground_height import HELD_HEIGHTS_M as HELD_M
 from obstaclewatch.walker.ground_height import GroundFinder
 from tests.obstaclewatch.pitched import (
     HEIGHT_M,
