@@ -98,17 +98,24 @@ def run_cells(
         failures: dict[str, list[str]] = defaultdict(list)
         with tqdm(total=len(planned), unit="cell", disable=not (progress and sys.stderr.isatty())) as bar:
             bar.update(sum(status == "ok" for status in state.values()))
-            for _ in range(retries + 1):
-                todo = {digest: cell for digest, cell in planned.items() if state[digest] != "ok"}
-                for done in _computed(todo, executor, task):
-                    _store(run, done)
-                    state[done.digest] = "ok" if done.ok else "failed"
-                    bar.update(int(done.ok))
-                    if not done.ok:
-                        failures[done.digest].append(reason(json.loads(done.record)["error"]))
-                        if not keep_going:
-                            return _tally(state, planned, failures)
+            for done in _attempts(planned, state, retries, executor, task):
+                _store(run, done)
+                state[done.digest] = "ok" if done.ok else "failed"
+                bar.update(int(done.ok))
+                if not done.ok:
+                    failures[done.digest].append(reason(json.loads(done.record)["error"]))
+                if not (done.ok or keep_going):
+                    break
     return _tally(state, planned, failures)
+
+
+def _attempts(
+    planned: Mapping[str, Cell], state: Mapping[str, str | None], retries: int, executor: Executor, task: Task
+) -> Iterator[Done]:
+    """Every cell that is not ok, and again those that are not ok by then."""
+    for _ in range(retries + 1):
+        todo = {digest: cell for digest, cell in planned.items() if state[digest] != "ok"}
+        yield from _computed(todo, executor, task)
 
 
 def _computed(todo: dict[str, Cell], executor: Executor, task: Task) -> Iterator[Done]:
