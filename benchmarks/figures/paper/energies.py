@@ -13,6 +13,7 @@ from benchmarks.runs.variants import first_point
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 from benchmarks.scoring.statistics import median, quantile
+from obstaclewatch.support.arrays import Floats
 
 PERIOD_S = 0.090
 MODEL_NOTE = (
@@ -40,80 +41,58 @@ def cpu_per_beep_s(run: RunData, detector: str) -> np.ndarray:
 
 def energy_figure(run: RunData) -> PlotFigure:
     """Figure 27: CPU time per beep of every detector, and the modelled charge beside the paper's measured one."""
-    names = [name for name in plain_detectors(run) if len(cpu_per_beep_s(run, name))]
-    times = [1e3 * cpu_per_beep_s(run, name) for name in names]
-    cpu = [
-        Line(name, name, np.array([float(k)]), np.array([median(t)]), "points",
-             *(np.array([quantile(t, q)]) for q in (0.1, 0.9)))
-        for k, (name, t) in enumerate(zip(names, times, strict=True))
-    ]  # fmt: skip
-    phones = paper_values.ENERGY
-    ours = [
-        Line(
-            name,
-            name,
-            np.arange(len(phones)) + 0.12 * (k - 1),
-            np.full(len(phones), _charge(t)),
-            "points",
-            *(np.full(len(phones), end) for end in charge_range_mah(float(median(t)) / 1e3, PERIOD_S)),
-        )
-        for k, (name, t) in enumerate(zip(names, times, strict=True))
-    ]
-    paper = Line(
-        "the paper, measured",
-        "paper",
-        np.arange(len(phones), dtype=float),
-        np.array([row.used_mah for row in phones]),
-        "ring",
-    )
-    ticks = tuple(row.phone.removeprefix("galaxy-") for row in phones)
-    panels = (
-        Panel(
-            "Measured here",
-            "",
-            "CPU time per beep, ms",
-            tuple(cpu),
-            ticks=tuple(name.removesuffix("Detector") for name in names),
-            y_range=(0.0, 1.2 * max((float(line.high[0]) for line in cpu), default=1.0)),
-        ),
-        Panel(
-            "Modelled",
-            "",
-            "charge of 30 minutes, mAh",
-            (*ours, paper) if names else (),
-            ticks=ticks,
-            y_range=(0.0, 90.0),
-        ),
-    )
+    spent = _spent_s(run)
     said = [
-        f"{name}: {significant(float(median(t)))} ms a beep, {_charge(t):.0f} mAh in 30 minutes by the model"
-        for name, t in zip(names, times, strict=True)
+        f"{name}: {_median_ms(cpu)} a beep, {_charge_mah(cpu)[0]:.0f} mAh in 30 minutes by the model"
+        for name, cpu in spent.items()
     ]
     return PlotFigure(
         "fig27",
         "Fig. 27 · CPU time per beep, and the modelled charge of 30 minutes",
-        panels,
+        (_measured_panel(spent), _modelled_panel(spent)),
         "; ".join(said) + "; the paper measured 50 to 66 mAh." if said else "No data.",
         f"Left: median and 10-90 % of walks. {MODEL_NOTE}",
     )
 
 
+def _measured_panel(spent: dict[str, Floats]) -> Panel:
+    lines = []
+    for k, (name, cpu) in enumerate(spent.items()):
+        middle, low, high = (np.array([1e3 * quantile(cpu, q)]) for q in (0.5, 0.1, 0.9))
+        lines.append(Line(name, name, np.array([float(k)]), middle, "points", low, high))
+    return Panel(
+        "Measured here", "", "CPU time per beep, ms", tuple(lines),
+        ticks=tuple(name.removesuffix("Detector") for name in spent),
+        y_range=(0.0, 1.2 * max((float(line.high[0]) for line in lines), default=1.0)),
+    )  # fmt: skip
+
+
+def _modelled_panel(spent: dict[str, Floats]) -> Panel:
+    phones = paper_values.ENERGY
+    place, lines = np.arange(len(phones), dtype=float), []
+    for k, (name, cpu) in enumerate(spent.items()):
+        charge, low, high = (np.full(len(phones), value) for value in _charge_mah(cpu))
+        lines.append(Line(name, name, place + 0.12 * (k - 1), charge, "points", low, high))
+    if lines:
+        used = np.array([row.used_mah for row in phones])
+        lines.append(Line("the paper, measured", "paper", place, used, "ring"))
+    ticks = tuple(row.phone.removeprefix("galaxy-") for row in phones)
+    return Panel("Modelled", "", "charge of 30 minutes, mAh", tuple(lines), ticks=ticks, y_range=(0.0, 90.0))
+
+
 def energy_table(run: RunData) -> TableFigure:
     """Table 1, with our modelled charge beside the paper's measured one."""
-    names = [name for name in plain_detectors(run) if len(cpu_per_beep_s(run, name))]
     rows = []
     for row in paper_values.ENERGY:
-        for name in names:
-            cpu = float(median(cpu_per_beep_s(run, name)))
-            charge = EnergyModel().charge_mah(cpu, PERIOD_S)
-            low, high = charge_range_mah(cpu, PERIOD_S)
+        for name, cpu in _spent_s(run).items():
+            charge, low, high = _charge_mah(cpu)
             rows.append(
                 (
                     row.phone,
                     f"{row.battery_mah:.0f} mAh",
                     f"{row.used_mah:.0f} mAh, {100 * row.share:.1f} %",
                     name,
-                    f"{significant(1e3 * cpu)} ms",
+                    _median_ms(cpu),
                     f"{charge:.0f} mAh ({low:.0f}-{high:.0f})",
                     f"{100 * charge / row.battery_mah:.1f} %",
                 )
@@ -130,5 +109,17 @@ def energy_table(run: RunData) -> TableFigure:
     )
 
 
-def _charge(times_ms: np.ndarray) -> float:
-    return EnergyModel().charge_mah(float(median(times_ms)) / 1e3, PERIOD_S)
+def _spent_s(run: RunData) -> dict[str, Floats]:
+    """By detector, (n,) processor time of a beep, s; of those whose costs the run kept."""
+    spent = {name: cpu_per_beep_s(run, name) for name in plain_detectors(run)}
+    return {name: cpu for name, cpu in spent.items() if len(cpu)}
+
+
+def _median_ms(cpu_s: Floats) -> str:
+    return f"{significant(1e3 * float(median(cpu_s)))} ms"
+
+
+def _charge_mah(cpu_s: Floats) -> tuple[float, float, float]:
+    """The modelled charge of 30 minutes at the median of some times, and the ends of its interval."""
+    middle = float(median(cpu_s))
+    return EnergyModel().charge_mah(middle, PERIOD_S), *charge_range_mah(middle, PERIOD_S)
