@@ -180,31 +180,27 @@ def ground_truth(
     candidates = [_nearest(obstacle, pose, phone, times) for obstacle in asked]
     distance = np.array([distance for _, distance in candidates])
     _check_within(times, walk, distance.min(axis=0) / scene.air.sound_speed_m_s)
-    choice = distance.argmin(axis=0)
-    point = np.stack([point for point, _ in candidates])[choice, np.arange(len(times))]
-    heading = pose.body_heading_rad()
-    signed = _signed_bearing(point - _middle(pose, phone), heading)
-    row = np.arange(len(times))
-    corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[choice, row]
-    steady = _without_bob(walk, phone, _middle(pose, phone))
-    by_ground = np.stack([_corner_first(obstacle, steady, times) for obstacle in asked])[choice, row]
-    mics = pose.to_world(phone.geometry.mics_m)
+    nearest = distance.argmin(axis=0), np.arange(len(times))
+    point = np.stack([point for point, _ in candidates])[nearest]
+    middle, heading, mics = _middle(pose, phone), pose.body_heading_rad(), pose.to_world(phone.geometry.mics_m)
+    signed = _signed_bearing(point - middle, heading)
+    corner = np.stack([_corner(obstacle, pose, phone, times) for obstacle in asked])[nearest]
+    steady = _without_bob(walk, phone, middle)
     worn = Body(half_width_m) if body is None else body
-    radii = np.stack([_radius(obstacle, heading, worn) for obstacle in asked])
     contacts = [contact(obstacle, walk, worn) for obstacle in asked]
     first = _first([c.contact_time_s for c in contacts])
     return GroundTruth(
         time_s=times,
-        obstacle=np.array([obstacle.name for obstacle in asked])[choice],
+        obstacle=np.array([obstacle.name for obstacle in asked])[nearest[0]],
         nearest_point_m=point,
-        range_m=np.linalg.norm(point - _middle(pose, phone), axis=1),
+        range_m=np.linalg.norm(point - middle, axis=1),
         mic_range_m=np.linalg.norm(point[:, None] - mics, axis=2),
-        ground_range_m=_mean_range(corner, _middle(pose, phone)),
+        ground_range_m=_mean_range(corner, middle),
         mic_ground_range_m=_mean_range(corner[:, None], mics),
-        by_ground=by_ground,
+        by_ground=np.stack([_corner_first(obstacle, steady, times) for obstacle in asked])[nearest],
         bearing_rad=np.abs(signed),
         signed_bearing_rad=signed,
-        radius_m=radii[choice, np.arange(len(times))],
+        radius_m=np.stack([_radius(obstacle, heading, worn) for obstacle in asked])[nearest],
         miss_distance_m=min(c.miss_distance_m for c in contacts),
         clearance_m=min(c.clearance_m for c in contacts),
         collides=first is not None,
