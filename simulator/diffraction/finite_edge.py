@@ -23,7 +23,7 @@ at 0.3-4 m and 15-25 kHz, zone boundaries and corners included.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import wofz
@@ -45,11 +45,15 @@ _LAGUERRE = np.polynomial.laguerre.laggauss(16)
 _LEGENDRE = tuple(np.polynomial.legendre.leggauss(16))
 
 
-@dataclass(frozen=True)
-class _Poles:
-    """(R, 4) the four beta: i = 0, 1 incident; 2, 3 mirrored in face 0 and face n.
+class _Terms(NamedTuple):
+    """What the integrand G is made of, of R edges; compiled loops have one of them without the first axis.
+
+    Arrays (R, 4) are of the four beta: i = 0, 1 incident; 2, 3 mirrored in face 0 and face n.
 
     Attributes:
+        nu: (R,) pi over the open angle.
+        shortest_m: (R,) L0, the path over the apex.
+        product_m2: (R,) of the distances of source and receiver from the edge.
         sine: sin(nu f).
         half_sine2: sin^2(nu f / 2).
         delta_m: L0 - L_p, how much shorter the mirror or direct path is than the path over the edge.
@@ -57,6 +61,9 @@ class _Poles:
         near: whether the pole is taken out.
     """
 
+    nu: Floats
+    shortest_m: Floats
+    product_m2: Floats
     sine: Floats
     half_sine2: Floats
     delta_m: Floats
@@ -84,17 +91,13 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
     """
     check(view, wavenumber)
     center = float(np.mean(wavenumber))
-    poles = _poles(view, center)
+    terms = _terms(view, center)
     fade = np.zeros((len(view), 4, len(wavenumber)), dtype=np.complex128)
-    phase = poles.delta_m[poles.near][:, None] * wavenumber
-    fade[poles.near] = wofz(np.exp(0.75j * np.pi) * np.sqrt(phase))  # e^{j phase} erfc(sqrt(j phase))
+    phase = terms.delta_m[terms.near][:, None] * wavenumber
+    fade[terms.near] = wofz(np.exp(0.75j * np.pi) * np.sqrt(phase))  # e^{j phase} erfc(sqrt(j phase))
     excess = view.excess(part)
     out = np.zeros((len(view), 3, len(wavenumber)), dtype=np.complex128)
-    _evaluate(
-        np.pi / view.open_angle_rad, view.apex_path_m, view.source_radius_m * view.receiver_radius_m,
-        poles.sine, poles.half_sine2, poles.delta_m, poles.strength, poles.near, fade,
-        part, np.abs(excess), wavenumber, center, *_HERMITE, *_LAGUERRE, *_LEGENDRE, out,
-    )  # type: ignore[call-arg]  # fmt: skip
+    _evaluate(terms, fade, part, np.abs(excess), wavenumber, center, _HERMITE, _LAGUERRE, _LEGENDRE, out)
     rises = np.where(excess < 0.0, -1.0, 1.0)
     sign = np.where(part == APEX, 1.0, np.where(part == START, rises, -rises))
     return out * (-sign / (4.0 * view.open_angle_rad))[:, None, None]
@@ -120,7 +123,7 @@ def strength_bounds(
     terms = np.abs(np.sin(nu * angle)), np.sin(0.5 * nu * angle) ** 2
     least = np.minimum(np.minimum(*terms[1].T[:2]), np.minimum(*terms[1].T[2:]))
     border, on_border = np.flatnonzero(least == 0.0), np.zeros(len(view))
-    strength = np.abs(_poles(view[border], wavenumber).strength).sum(axis=1)
+    strength = np.abs(_terms(view[border], wavenumber).strength).sum(axis=1)
     on_border[border] = strength * np.pi / (4.0 * view.open_angle_rad[border])
     found = []
     for part in (APEX, START, END):
@@ -174,24 +177,25 @@ def check(view: EdgeView, wavenumber: Floats) -> None:
         raise ValueError(f"wavenumber must be positive, got {wavenumber.min()}")
 
 
-def _poles(view: EdgeView, wavenumber: float) -> _Poles:
-    """The poles of the four beta next to the real axis, on the lit or the dark side of their zones."""
-    turn, angle = view.open_angle_rad[:, None], zone_angles(view)
-    product = (view.source_radius_m * view.receiver_radius_m)[:, None]
+def _terms(view: EdgeView, wavenumber: float) -> _Terms:
+    """The terms of edges, with the poles of the four beta next to the real axis, on the lit or the dark side."""
+    nu, angle = np.pi / view.open_angle_rad, zone_angles(view)
+    product = view.source_radius_m * view.receiver_radius_m
     shortest = view.apex_path_m[:, None]
-    drop2 = 4.0 * product * np.sin(0.5 * angle) ** 2  # L0^2 - L_p^2
+    drop2 = 4.0 * product[:, None] * np.sin(0.5 * angle) ** 2  # L0^2 - L_p^2
     length = np.sqrt(np.maximum(shortest**2 - drop2, 0.0))
     delta = drop2 / (shortest + length)
     near = (wavenumber * delta < NEAR_POLE_RAD) & (np.abs(angle) < 0.9 * np.pi)
     sign = np.where(angle >= 0.0, 1.0, -1.0)
-    nu = np.pi / turn
-    strength = np.where(near, sign * 2.0 / (nu * np.where(near, length, 1.0)), 0.0)
-    return _Poles(np.sin(nu * angle), np.sin(0.5 * nu * angle) ** 2, delta, strength, near)
+    strength = np.where(near, sign * 2.0 / (nu[:, None] * np.where(near, length, 1.0)), 0.0)
+    bend = nu[:, None] * angle
+    return _Terms(nu, view.apex_path_m, product, np.sin(bend), np.sin(0.5 * bend) ** 2, delta, strength, near)
 
 
 @compiled
-def _integrand(x, nu, shortest, product, sine, half_sine2, out):
-    """G as a function of x = u^2, complex: three groups."""
+def _integrand(x, edge, out):
+    """G of one edge as a function of x = u^2, complex: three groups."""
+    nu, shortest, product, sine, half_sine2 = edge.nu, edge.shortest_m, edge.product_m2, edge.sine, edge.half_sine2
     rise = x * (x + 2.0 * shortest) / (4.0 * product)
     stretch = np.sqrt(1.0 + rise)
     if rise.real**2 + rise.imag**2 < 1e-8:  # series of sinh(nu asinh(w)): the difference below would cancel
@@ -207,38 +211,38 @@ def _integrand(x, nu, shortest, product, sine, half_sine2, out):
 
 
 @compiled
-def _without_poles(x, nu, shortest, product, sine, half_sine2, delta, strength, near, out):
+def _without_poles(x, edge, out):
     """G less the poles next to the real axis."""
-    _integrand(x, nu, shortest, product, sine, half_sine2, out)
+    _integrand(x, edge, out)
     for i in range(4):
-        if near[i] and sine[i] != 0.0:
-            out[max(i - 1, 0)] -= strength[i] * np.sqrt(delta[i]) / (x + delta[i])
+        if edge.near[i] and edge.sine[i] != 0.0:
+            out[max(i - 1, 0)] -= edge.strength[i] * np.sqrt(edge.delta_m[i]) / (x + edge.delta_m[i])
 
 
 @inlined
-def _whole_line(
-    nu, shortest, product, sine, half_sine2, delta, strength, near, fade, wavenumber, center, nodes, weights, g, out
-):
+def _whole_line(edge, fade, wavenumber, center, rule, g, out):
     """Integral of G e^{-jk u^2} over the whole line: Gauss-Hermite down the valleys, poles in closed form."""
+    nodes, weights = rule
     turn = np.exp(-0.25j * np.pi) / np.sqrt(center)
     for n in range(len(nodes)):
-        _without_poles(-1j * nodes[n] ** 2 / center, nu, shortest, product, sine, half_sine2, delta, strength, near, g)
+        _without_poles(-1j * nodes[n] ** 2 / center, edge, g)
         for k in range(len(wavenumber)):
             weight = 2.0 * weights[n] * np.exp((1.0 - wavenumber[k] / center) * nodes[n] ** 2) * turn
             for j in range(3):
                 out[j, k] += weight * g[j]
     for i in range(4):
-        if near[i]:
+        if edge.near[i]:
             for k in range(len(wavenumber)):
-                out[max(i - 1, 0), k] += strength[i] * np.pi * fade[i, k]
+                out[max(i - 1, 0), k] += edge.strength[i] * np.pi * fade[i, k]
 
 
 @inlined
-def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, center, nodes, weights, g, out):
+def _from_end(edge, excess, wavenumber, center, rule, g, out):
     """Integral of G e^{-jk (u^2 - U^2)} from U on: Gauss-Laguerre along the path of steepest descent."""
+    nodes, weights = rule
     for n in range(len(nodes)):
         x = excess**2 - 1j * nodes[n] / center
-        _integrand(x, nu, shortest, product, sine, half_sine2, g)
+        _integrand(x, edge, g)
         slope = -0.5j / (np.sqrt(x) * center)
         for k in range(len(wavenumber)):
             weight = weights[n] * np.exp((1.0 - wavenumber[k] / center) * nodes[n]) * slope
@@ -247,12 +251,13 @@ def _from_end(nu, shortest, product, sine, half_sine2, excess, wavenumber, cente
 
 
 @inlined
-def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, excess, wavenumber, nodes, weights, g, out):
+def _to_end(edge, excess, wavenumber, rule, g, out):
     """Integral of G e^{-jk u^2} from 0 to U close to the apex: Gauss-Legendre, poles by an entire remainder."""
+    (nodes, weights), near, delta, strength = rule, edge.near, edge.delta_m, edge.strength
     for n in range(len(nodes)):
         u2 = (0.5 * excess * (1.0 + nodes[n])) ** 2
         weight = 0.5 * excess * weights[n]
-        _without_poles(u2 + 0.0j, nu, shortest, product, sine, half_sine2, delta, strength, near, g)
+        _without_poles(u2 + 0.0j, edge, g)
         for k in range(len(wavenumber)):
             phase = np.exp(-1j * wavenumber[k] * u2)
             for j in range(3):
@@ -270,34 +275,26 @@ def _to_end(nu, shortest, product, sine, half_sine2, delta, strength, near, exce
 
 
 @compiled
-def _evaluate(
-    nu, shortest, product, sine, half_sine2, delta, strength, near, fade, part, excess, wavenumber, center,
-    hermite_x, hermite_w, laguerre_x, laguerre_w, legendre_x, legendre_w, out,
-):  # fmt: skip
+def _evaluate(terms, fade, part, excess, wavenumber, center, hermite, laguerre, legendre, out):
     """Rows one by one: the whole line for an apex, from the end outwards for an end."""
     g = np.empty(3, np.complex128)
     short = np.empty((3, len(wavenumber)), np.complex128)
-    for r in range(len(nu)):
-        if part[r] != 0 and center * excess[r] ** 2 >= NEAR_APEX_RAD:
-            _from_end(
-                nu[r], shortest[r], product[r], sine[r], half_sine2[r], excess[r], wavenumber, center,
-                laguerre_x, laguerre_w, g, out[r],
-            )  # fmt: skip
-            continue
-        _whole_line(
-            nu[r], shortest[r], product[r], sine[r], half_sine2[r], delta[r], strength[r], near[r], fade[r],
-            wavenumber, center, hermite_x, hermite_w, g, out[r],
+    for r in range(len(part)):
+        edge = _Terms(
+            terms.nu[r], terms.shortest_m[r], terms.product_m2[r], terms.sine[r], terms.half_sine2[r],
+            terms.delta_m[r], terms.strength[r], terms.near[r],
         )  # fmt: skip
+        if part[r] != 0 and center * excess[r] ** 2 >= NEAR_APEX_RAD:
+            _from_end(edge, excess[r], wavenumber, center, laguerre, g, out[r])
+            continue
+        _whole_line(edge, fade[r], wavenumber, center, hermite, g, out[r])
         if part[r] == 0:
             continue
         for j in range(3):
             for k in range(len(wavenumber)):
                 short[j, k] = 0.0
         if excess[r] > 0.0:
-            _to_end(
-                nu[r], shortest[r], product[r], sine[r], half_sine2[r], delta[r], strength[r], near[r], excess[r],
-                wavenumber, legendre_x, legendre_w, g, short,
-            )  # fmt: skip
+            _to_end(edge, excess[r], wavenumber, legendre, g, short)
         for k in range(len(wavenumber)):
             back = np.exp(1j * wavenumber[k] * excess[r] ** 2)
             for j in range(3):

@@ -19,6 +19,7 @@ open: a slab is two screens for the source and two for its image. Thin plates ar
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -197,13 +198,15 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     borders[~world.wedges.flat[found.edge[path]], 2:] = -1
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
     wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
-    edges = wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex]
+    edges = _Edges(
+        wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex], world.edge_balls
+    )
     among = np.full(len(world.wedges), -1)
     among[convex] = np.arange(len(convex))
     own = among[found.edge[path]]
     most = BORDER_REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(
-        *ends, *within, found.pose[path], own, borders, met, search.tracing.placed, *edges, world.edge_balls, most
+        *ends, *within, found.pose[path], own, borders, met, search.tracing.placed, edges, most
     )  # type: ignore[call-arg]
     edge = np.append(convex, -1)[edge]
     shared = (met[:, 2:, None] == planes[edge, None]).any(axis=2) & (met[:, 2:] >= 0) & (edge >= 0)[:, None]
@@ -241,8 +244,27 @@ def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segme
     return met
 
 
+class _Edges(NamedTuple):
+    """W edges that hide something, obstacle by obstacle.
+
+    Attributes:
+        start, end: (W, 3) at rest.
+        obstacle: (W,) whose.
+        plane: (W, 2) of their faces.
+        at_ends: (W, 2, M) planes in which their starts and ends lie, -1 padded.
+        ball: (O, 4) middles and radii of balls about the edges of each obstacle, at rest.
+    """
+
+    start: Floats
+    end: Floats
+    obstacle: Ints
+    plane: Ints
+    at_ends: Ints
+    ball: Floats
+
+
 @compiled
-def _nearest(here, there, first, last, pose, own, apart, met, placed, start, end, obstacle, plane, at_ends, ball, most):
+def _nearest(here, there, first, last, pose, own, apart, met, placed, edges, most):
     """(S,) least detour over an edge between here and there (S, 3), the number of the edge, and where above its start.
 
     Args:
@@ -251,12 +273,10 @@ def _nearest(here, there, first, last, pose, own, apart, met, placed, start, end
         apart: (S, 4) planes whose edges do not count.
         met: (S, 4) planes whose edges' ends do not count.
         placed: (N, O, 4) frames of the obstacles.
-        start, end, obstacle: of the edges, at rest.
-        plane: (W, 2) of their faces.
-        at_ends: (W, 2, M) planes in which their starts and ends lie, -1 padded.
-        ball: (O, 4) middles and radii of balls about the edges of each obstacle, at rest.
+        edges: `_Edges`.
         most: detours that are no longer count.
     """
+    start, end, obstacle, plane, at_ends, ball = edges
     least, edge, height = np.full(len(pose), np.inf), np.full(len(pose), -1), np.zeros(len(pose))
     a, b = np.empty(3), np.empty(3)
     for s in range(len(pose)):

@@ -19,9 +19,11 @@ that both ends are before hides its reflection as well, and so the part of the w
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import dot
 from simulator.kirchhoff.illuminating_images import Ends
@@ -43,19 +45,43 @@ def add_fringe_waves(
         reflection: (Q, C) parts of the surface's reflection at C cosines of incidence from 0 to 1 in even steps.
         total: (R, Q, points, 2) added to.
     """
-    _add(
-        creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad,
-        creases.beside, creases.share, ends.point_m, ends.drift_m, ends.lean, ends.view, ends.lit, first, second,
-        grid.centre_rad_m, np.ascontiguousarray(reflection), *ends.over(center_m), grid.lead_m, STEP_M, total,
-    )  # type: ignore[call-arg]  # fmt: skip
+    elements = _Elements(
+        creases.middle_m, creases.along_m, creases.inwards, creases.normal, creases.open_angle_rad, creases.beside,
+        creases.share,
+    )  # fmt: skip
+    seen = _Seen(ends.point_m, ends.drift_m, ends.lean, ends.view, ends.lit, *ends.over(center_m))
+    _add(elements, seen, first, second, grid.centre_rad_m, np.ascontiguousarray(reflection), grid.lead_m, total)
+
+
+class _Elements(NamedTuple):
+    """The elements of rims, as `Creases` has them."""
+
+    middle: Floats
+    along: Floats
+    inwards: Floats
+    normal: Floats
+    open_angle: Floats
+    beside: Ints
+    weight: Floats
+
+
+class _Seen(NamedTuple):
+    """The ends, as `Ends` has them, and how far each is from the body's centre and how much farther it seems."""
+
+    point: Floats
+    drift: Floats
+    lean: Floats
+    view: Ints
+    lit: Flags
+    away: Floats
+    coupled: Floats
 
 
 @compiled
-def _add(
-    middle, along, inwards, normal, open_angle, beside, weight, ends, drift, lean, view, lit, pair_first, pair_second,
-    k, reflection, away, coupled, lead, step, total,
-):  # fmt: skip
+def _add(elements, ends, pair_first, pair_second, k, reflection, lead, total):
     """`add_fringe_waves`, element by element: the phase runs evenly along one, all else stands for its middle."""
+    middle, along, inwards, normal, open_angle, beside, weight = elements
+    point, drift, lean, view, lit, away, coupled = ends
     for r in range(len(pair_first)):
         a, b = pair_first[r], pair_second[r]
         here, there = lit[view[a]], lit[view[b]]
@@ -65,18 +91,18 @@ def _add(
             if not (first or second):
                 continue
             length = np.sqrt(dot(along[e], along[e]))
-            s = _about(ends[a], middle[e], along[e], length, inwards[e], normal[e])
-            t = _about(ends[b], middle[e], along[e], length, inwards[e], normal[e])
+            s = _about(point[a], middle[e], along[e], length, inwards[e], normal[e])
+            t = _about(point[b], middle[e], along[e], length, inwards[e], normal[e])
             if s[1] >= open_angle[e] or t[1] >= open_angle[e]:
                 continue
             second = second and open_angle[e] - min(s[1], t[1]) < np.pi  # a mirrored face is not asked for its light
             l, m = np.hypot(s[0], s[2]), np.hypot(t[0], t[2])
             strength = weight[e] * _fringe(s, t, l, m, open_angle[e], first, second) * length / (-4.0 * np.pi * l * m)
-            strength *= _towards(ends[a], lean[a], middle[e], l) * _towards(ends[b], lean[b], middle[e], m)
+            strength *= _towards(point[a], lean[a], middle[e], l) * _towards(point[b], lean[b], middle[e], m)
             slope = 0.5 * length * (s[2] / l + t[2] / m)
             excess = l + m - away[a] - away[b]
-            seeming = excess + _along(drift[a], ends[a], middle[e]) / l + _along(drift[b], ends[b], middle[e]) / m
-            place = (seeming - coupled[a] - coupled[b] + lead) / step
+            seeming = excess + _along(drift[a], point[a], middle[e]) / l + _along(drift[b], point[b], middle[e]) / m
+            place = (seeming - coupled[a] - coupled[b] + lead) / STEP_M
             wave = strength * np.sinc(k * slope / np.pi) * np.exp(-1j * k * excess)
             below, rise = _step_of(s, t, l, m, open_angle[e], first, reflection.shape[1])
             slot = int(place)
