@@ -345,5 +345,5 @@ def clear_of_faces(wedges: Wedges, angle_rad: Floats) -> Floats:
     turn = wedges.open_angle_rad
     margin = np.minimum(0.75 * np.pi, 0.5 * turn)
     corner = wedges.free_angle_rad < turn
-    angle = np.where(corner, 0.25 * turn, np.clip(angle_rad, margin, turn - margin))[:, None]
-    return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
+    angle = np.where(corner, 0.25 * turn, np.clip(angle_rad, margin, turn - margin))
+    return wedges.direction_at(angle)

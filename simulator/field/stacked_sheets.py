@@ -50,9 +50,7 @@ def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:
     own[row, place, 1] = np.where(wedges.patch[:, 0] == wedges.patch[:, 1], -1, wedges.patch[:, 1])
     to_middle = 0.5 * (wedges.start_m + wedges.end_m) - within[row, place, 0]
     along = np.sign(dot_rows(to_middle, wedges.along))[:, None] * wedges.along
-    turn = wedges.open_angle_rad[:, None]
-    for face, angle in enumerate((0.0 * turn, turn)):
-        inwards = np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
+    for face, inwards in enumerate((wedges.inwards, wedges.direction_at(wedges.open_angle_rad))):
         within[row, place, face] += FLUSH_M * (inwards + along)
     return own, within
 

@@ -66,6 +66,11 @@ class Wedges(Rows):
         """(W, 3) unit vectors from start to end."""
         return (self.end_m - self.start_m) / self.length_m[:, None]
 
+    def direction_at(self, angle_rad: Floats) -> Floats:
+        """(W, 3) unit vectors at right angles to the edges, at (W,) angles from face 0 through the open space."""
+        angle = angle_rad[:, None]
+        return np.cos(angle) * self.inwards + np.sin(angle) * self.normal
+
     @property
     def open_sides(self) -> Floats:
         """(W, 2, 3) unit normals of face 0 and of the last face on the open side."""

@@ -109,9 +109,9 @@ def _touched(wedges: Wedges, share: Floats, blocked: Blocked) -> Flags:
 
 def _circuit(wedges: Wedges, share: Floats) -> list[Floats]:
     """(R, 3) points about places on edges, from one face to the other; on thin plates the last, inside, is left out."""
-    furthest = np.where(np.isinf(wedges.sheet_m), SHARES[-1], SHARES[-2])[:, None]
-    parts = (np.minimum(part, furthest) for part in SHARES)
-    return [_place(wedges, share) + _radius_m(wedges)[:, None] * _open_direction(wedges, part) for part in parts]
+    furthest = np.where(np.isinf(wedges.sheet_m), SHARES[-1], SHARES[-2]) * wedges.free_angle_rad
+    angles = (np.minimum(part * wedges.free_angle_rad, furthest) for part in SHARES)
+    return [_place(wedges, share) + _radius_m(wedges)[:, None] * wedges.direction_at(angle) for angle in angles]
 
 
 def _any_blocked(wedges: Wedges, start: list[Floats], end: list[Floats], blocked: Blocked) -> Flags:
@@ -150,15 +150,9 @@ def _radius_m(wedges: Wedges) -> Floats:
 def _runs_on(wedges: Wedges, end: int, blocked: Blocked) -> Flags:
     """(R,) whether a surface stands across the edge at its start (0) or end (1)."""
     radius = _radius_m(wedges)[:, None]
-    corner = (wedges.end_m if end else wedges.start_m) + radius * _open_direction(wedges, 0.5)
+    corner = (wedges.end_m if end else wedges.start_m) + radius * wedges.direction_at(0.5 * wedges.free_angle_rad)
     reach = 2.0 * radius * wedges.along
     return blocked(wedges.obstacle, corner - reach, corner + reach)
-
-
-def _open_direction(wedges: Wedges, share: float | Floats) -> Floats:
-    """(W, 3) unit vectors off the edge at a share, one or (W, 1), of the angle without images."""
-    angle = share * wedges.free_angle_rad[:, None]
-    return np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal
 
 
 def _blocked(
