@@ -56,12 +56,7 @@ def detect(
     from obstaclewatch import BeepDesign
     from obstaclewatch.recordings.live import live_pieces
 
-    if (recording is None) == (live is None):
-        raise click.UsageError("either RECORDING or --live SECONDS must be given")
-    if live is not None and plot is not None:
-        raise click.UsageError("--plot needs a RECORDING: a live recording is not kept")
-    if live is not None and swap:
-        raise click.UsageError("--swap is for the channels of a RECORDING, and --live has none")
+    _check_source(recording, live, plot, swap)
     if mic_phase is not None and detector != "TrackingDetector":
         raise click.UsageError(f"--mic-phase is for TrackingDetector, got {detector}")
     if pitch is not None:
@@ -93,6 +88,16 @@ def detect(
     columns = Columns()
     _tell(_noting(found, columns), as_json)
     draw_echogram(pieces_of(Path(str(recording)), swap), beep, geometry, columns, plot)
+
+
+def _check_source(recording: Path | None, live: float | None, plot: Path | None, swap: bool) -> None:
+    """Refuse a file and live sound together, neither, and what is of files alone."""
+    if (recording is None) == (live is None):
+        raise click.UsageError("either RECORDING or --live SECONDS must be given")
+    if live is not None and plot is not None:
+        raise click.UsageError("--plot needs a RECORDING: a live recording is not kept")
+    if live is not None and swap:
+        raise click.UsageError("--swap is for the channels of a RECORDING, and --live has none")
 
 
 def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:
