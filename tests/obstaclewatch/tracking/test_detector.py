@@ -6,11 +6,20 @@ import time
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
 from obstaclewatch import Flag, PaperSettings, Recording, StandingDetector, TrackingDetector, TrackingSettings
 from obstaclewatch.tracking.moving_peaks import PeakFinder
-from tests.obstaclewatch.synthetic import BEEP, FULL_SCALE, PHONE, C, Point, record, recording, true_range
+from tests.obstaclewatch.synthetic import (
+    BEEP,
+    FULL_SCALE,
+    PHONE,
+    C,
+    Point,
+    at_another_clock,
+    record,
+    recording,
+    true_range,
+)
 
 GROUND = Point(1.3, gain=0.3, carried=True, bob_m=0.02)
 NOISE = 0.02
@@ -76,12 +85,6 @@ def test_nothing_closes_in_and_nothing_alerts(points):
     assert np.mean([len(d) for d in found]) < 0.1
 
 
-def _at_another_clock(samples, ratio):
-    """What a recorder receives whose clock runs that share faster than the player's."""
-    time = np.arange(samples.shape[1]) / (1.0 + ratio)
-    return CubicSpline(np.arange(samples.shape[1]), samples, axis=1)(time)
-
-
 def _one_sample_lost(samples):
     return np.delete(samples, 9 * BEEP.period_samples + 12_000, axis=1)
 
@@ -94,7 +97,7 @@ def test_another_clock_changes_no_decision(ratio):
     samples = record([GROUND, ringing, Point(5.0, 1.8, gain=0.1)], speed_m_s=1.3, **WALK)
     whole, other = (
         [found.decision for found in TrackingDetector(BEEP, PHONE).stream(Recording(each, BEEP.sample_rate_hz))]
-        for each in (samples, _at_another_clock(samples, ratio))
+        for each in (samples, at_another_clock(samples, ratio))
     )
     both = list(zip(whole, other, strict=False))
     assert len(both) >= len(whole) - 1
@@ -106,7 +109,7 @@ def test_another_clock_changes_no_decision(ratio):
 
 @pytest.mark.parametrize(
     "damage",
-    [lambda x: _at_another_clock(x, 20e-6), lambda x: _at_another_clock(x, -100e-6), _one_sample_lost],
+    [lambda x: at_another_clock(x, 20e-6), lambda x: at_another_clock(x, -100e-6), _one_sample_lost],
     ids=["20 ppm", "-100 ppm", "a lost sample"],
 )
 def test_nothing_moves_where_all_stands_still(damage):
