@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from benchmarks.commands import Real, check_output, check_pitch
-from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of
+from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of, sounding_piece
 
 if TYPE_CHECKING:
     from benchmarks.own_phone import PhoneFile
@@ -78,7 +78,8 @@ def detect(
     phase_rad = held.mic_phase_rad if mic_phase is None else math.radians(mic_phase)
     known = {} if phase_rad is None or detector != "TrackingDetector" else {"mic_phase_rad": phase_rad}
     detecting = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
-    inspect(first, beep, geometry, to_stderr=as_json)
+    looked_at = first if recording is None else sounding_piece(recording, swap, beep)
+    inspect(looked_at, beep, geometry, to_stderr=as_json)
     found = detecting.stream_pieces(chain([first], pieces))
     if plot is None:
         _tell(found, as_json)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from obstaclewatch.recordings.health import RecordingHealth
 
 PIECE_SAMPLES = 1 << 20
-"""Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece is inspected."""
+"""Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece with a beep is inspected."""
 PLAY_RATE_HZ = 48_000.0
 NAME = "my phone"
 
@@ -121,8 +122,9 @@ def calibrate(
         check_output(output, "--output", SUFFIXES, [recording])
         check_replaceable(output)
     speed = assumed_sound_speed(temperature)
-    first = next(pieces_of(recording, swap))
-    design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), first.sample_rate_hz)
+    rate_hz = next(pieces_of(recording, swap)).sample_rate_hz
+    design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate_hz)
+    first = sounding_piece(recording, swap, design)
     geometry = Phone.named(phone).geometry
     if speaker_cm is not None:
         apart_m = geometry.mic_separation_m if mics_cm is None else 1e-2 * mics_cm
@@ -154,6 +156,29 @@ def pieces_of(path: Path, swap: bool) -> Iterator[Recording]:
 
     for piece in read_blocks(path, PIECE_SAMPLES):
         yield Recording(piece.samples[::-1], piece.sample_rate_hz) if swap else piece
+
+
+def sounding_piece(path: Path, swap: bool, beep: BeepDesign) -> Recording:
+    """The first piece of a file that holds a beep, with the end of what is before it; without any, the first of all.
+
+    So it is if something else repeats there: that is to be named.
+    """
+    from obstaclewatch import NoBeepError, Recording
+    from obstaclewatch.recordings.alignment import BeepFinder
+    from obstaclewatch.recordings.beep_identification import detected_beep
+
+    pieces = pieces_of(path, swap)
+    finder, first, before = BeepFinder(beep, 0.0), next(pieces), np.empty((2, 0), dtype=np.float32)
+    for piece in chain([first], pieces):
+        joined = Recording(np.concatenate([before, piece.samples], axis=1), piece.sample_rate_hz)
+        try:
+            if finder.first_emission(joined.samples) + beep.period_samples <= joined.samples.shape[1]:
+                return joined
+        except NoBeepError:
+            if piece is first and detected_beep(piece.samples[0], piece.sample_rate_hz) is not None:
+                return first
+        before = joined.samples[:, -2 * beep.period_samples :]
+    return first
 
 
 def inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stderr: bool) -> RecordingHealth:

@@ -46,7 +46,8 @@ class BlockAlignment:
         if time_s is not None:
             check_numbers(time_s=time_s)
         count, given_s = self._given
-        begin_s = given_s + (self._count - count) * self._beep.period_s if time_s is None else float(time_s)
+        passed_s = (self._count - count) * self._beep.period_samples / self._beep.sample_rate_hz
+        begin_s = given_s + passed_s if time_s is None else float(time_s)
         if not isfinite(begin_s):
             raise ValueError(f"time_s must be finite, got {begin_s}")
         if begin_s <= self._last_s:

@@ -148,6 +148,13 @@ def inspect_recording(recording: Recording, beep: BeepDesign, phone: PhoneGeomet
 
 
 def _without_beep(recording: Recording, beep: BeepDesign, detected: DetectedBeep | None) -> Finding:
+    left = _left_of_first(recording, beep)
+    if left < beep.period_samples:
+        left_s = left / recording.sample_rate_hz
+        return Finding(
+            Fault.NO_BEEP,
+            f"the recording ends {left_s:.3f} s after the first begins, and a period lasts {beep.period_s:.3f} s",
+        )
     swapped = Recording(recording.samples[::-1], recording.sample_rate_hz)
     try:
         BeepFinder(beep, 0.0).first_emission(swapped.samples)
@@ -161,6 +168,14 @@ def _without_beep(recording: Recording, beep: BeepDesign, detected: DetectedBeep
     if detected is not None:
         return Finding(Fault.OTHER_BEEP, f"expected {_designed(beep)}, received {detected}")
     return Finding(Fault.NO_BEEP, f"expected {_designed(beep)}, nothing of the kind repeats in the recording")
+
+
+def _left_of_first(recording: Recording, beep: BeepDesign) -> float:
+    """Samples from the first beep at microphone 0 to the end; infinite without any."""
+    try:
+        return recording.samples.shape[1] - BeepFinder(beep, 0.0).first_emission(recording.samples)
+    except NoBeepError:
+        return np.inf
 
 
 def _other_beep(detected: DetectedBeep | None, calibration: Calibration, beep: BeepDesign) -> Finding | None:

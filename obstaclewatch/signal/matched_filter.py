@@ -113,6 +113,7 @@ class MatchedFilter:
         center = round(beep.center_hz / bin_hz)
         self._below = center - low
         self._slots = (np.arange(low, high) - center) % self._count
+        self._offset_hz = (np.arange(low, high) - center) * bin_hz
         self.rate_hz = self._count * bin_hz
         self.reference_hz = center * bin_hz
         self._lead = round(lead_s * self.rate_hz)
@@ -120,15 +121,22 @@ class MatchedFilter:
         self._kept = min(self._lead + int(np.ceil(reach_s * self.rate_hz)) + 1, self._count)
         self._replica = self._conjugate_replica(reverse)
 
-    def compress(self, block: ArrayLike) -> EchoProfile:
+    def compress(self, block: ArrayLike, earlier_s: float = 0.0) -> EchoProfile:
         """Correlate a (C, block_samples) block with the beep.
+
+        Args:
+            block: samples.
+            earlier_s: by how much everything is moved to smaller delays, by any part of a sample.
 
         Raises:
             ValueError: a block of another shape, or samples that are not finite real numbers.
         """
         block = self._checked(block)
+        replica = self._replica
+        if earlier_s != 0.0:
+            replica = replica * np.exp(2j * np.pi * earlier_s * (self.reference_hz + self._offset_hz))
         return EchoProfile(
-            np.ascontiguousarray(self._envelope(block, self._replica)[:, : self._kept]),
+            np.ascontiguousarray(self._envelope(block, replica)[:, : self._kept]),
             self.start_s,
             self.rate_hz,
             self.reference_hz,

@@ -5,11 +5,14 @@ Noise averaged away is what all need, and what a beep alone has not.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.paper.bearing import PathDifference
+from obstaclewatch.paper.measurement import Measurement
 from obstaclewatch.paper.pipeline import Placed, StillPipeline
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
@@ -21,6 +24,8 @@ from obstaclewatch.signal.carrier_cycle import (
     likeliest_cycle,
     within_cycle,
 )
+from obstaclewatch.signal.clock_slip import ClockSlip
+from obstaclewatch.signal.direct_sound import direct_sound
 from obstaclewatch.signal.echoes import Echoes, noise_amplitude
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.signal.overlap import Crests, nearest_echoes, parted_crests, pulse_table
@@ -51,7 +56,7 @@ class StandingPipeline(StillPipeline):
     ) -> None:
         super().__init__(beep, phone, settings, sound_speed_m_s, pitch_rad)
         self._mic_phase_rad = mic_phase_rad
-        self._mean = AveragedBeeps(averaged_beeps)
+        self._slip, self._slip_s, self._mean = ClockSlip(self._filter), 0.0, AveragedBeeps(averaged_beeps)
         self._pitch_rad = pitch_rad
         speaker_ahead_m = self._speaker_cosine * float(self._speaker_m[0])
         self._ground = GroundFinder(self._separation_m, speaker_ahead_m, pitch_rad or 0.0, self.sound_speed_m_s)
@@ -61,10 +66,20 @@ class StandingPipeline(StillPipeline):
     def reset(self) -> None:
         """Forget earlier beeps."""
         super().reset()
+        self._slip.clear()
         self._mean.clear()
 
+    def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
+        """One beep period to its candidates; see `EchoPipeline.measure`."""
+        found = super().measure(block, time_s)
+        return replace(found, start_s=found.start_s + self._slip_s) if self._slip_s else found
+
     def _profile(self, block: NDArray[np.floating]) -> EchoProfile:
-        return self._mean.add(super()._profile(block))
+        profile, self._slip_s = super()._profile(block), 0.0
+        direct = direct_sound(profile)
+        if direct.found:
+            profile, self._slip_s = self._slip.held(block, profile, direct)
+        return self._mean.add(profile)
 
     def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
         """Echoes at peaks of a channel: one each, or two where that explains the crest."""

@@ -18,6 +18,7 @@ from obstaclewatch.recordings.sample_faults import one_is_the_other
 from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
+from obstaclewatch.signal.clock_slip import ClockSlip
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
@@ -111,7 +112,7 @@ class PeakFinder:
         self._filter = MatchedFilter(beep, reach_s(beep, settings.far_m, sound_speed_m_s))
         self._baseline_m = float(phone.speaker_to_mic_m[0])
         self._direct_delay_s = expected_direct_delay_s(phone, sound_speed_m_s, settings.direct_delay_s)
-        self._background = CoherentBackground(BACKGROUND_BEEPS)
+        self._slip, self._background = ClockSlip(self._filter), CoherentBackground(BACKGROUND_BEEPS)
         self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
         # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
         self._span = round(2.0 * (settings.far_m - settings.near_m) / sound_speed_m_s * self._filter.rate_hz) + 1
@@ -164,6 +165,7 @@ class PeakFinder:
 
     def reset(self) -> None:
         """Forget all beeps."""
+        self._slip.clear()
         self._background.clear()
         self._clutter.clear()
         self._received = 0
@@ -180,7 +182,9 @@ class PeakFinder:
         direct = direct_sound(profile)
         if not direct.found:
             return None
-        start_s, height = float(direct.delay_s[0]) - self._direct_delay_s, float(direct.amplitude[0])
+        profile, slip_s = self._slip.held(block, profile, direct)
+        start_s = float(direct.delay_s[0]) - slip_s - self._direct_delay_s
+        height = float(direct.amplitude[0])
         moved = self._background.subtract(profile.envelope)
         self._received += 1
         near = profile.position(start_s + 2.0 * self._settings.near_m / self._c)
@@ -206,7 +210,7 @@ class PeakFinder:
         )
         first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
         moved = moved[:, first : first + self._span]
-        return start_s, MovingPeaks(*found, moved, first_m, self.cell_m, flag)
+        return start_s + slip_s, MovingPeaks(*found, moved, first_m, self.cell_m, flag)
 
     def _sound_the_ground(self, first_s: float) -> None:
         """Height of microphone 0 above the ground: where clutter is strongest for where it is to be expected."""

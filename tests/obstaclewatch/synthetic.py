@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from obstaclewatch import BeepDesign, PhoneGeometry, Recording
 from obstaclewatch.signal.carrier_phase import OFFSETS_M, second_channel
@@ -74,6 +75,12 @@ def recording(points, **options):
     """The same as a Recording."""
     beep = options.get("beep", BEEP)
     return Recording(record(points, **options).astype(np.float32), beep.sample_rate_hz)
+
+
+def at_another_clock(samples, ratio):
+    """What a recorder receives whose clock runs that share faster than the player's."""
+    time = np.arange(samples.shape[1]) / (1.0 + ratio)
+    return CubicSpline(np.arange(samples.shape[1]), samples, axis=1)(np.minimum(time, samples.shape[1] - 1))
 
 
 def true_range(point, speed_m_s, time_s, mic=0):

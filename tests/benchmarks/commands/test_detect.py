@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli, main
+from benchmarks.commands.own_phone import PIECE_SAMPLES
 from benchmarks.echogram import MOST_COLUMNS, Columns
 from obstaclewatch import BeepDesign, Detection, Flag, PhoneGeometry, Recording, write_recording
 from obstaclewatch.detection import COLUMNS, Decision
@@ -78,6 +79,21 @@ def test_json_is_one_object_a_beep(stored):
     assert len(nearest) >= 18
     assert nearest[0] > nearest[-1]
     assert any(row["alert"] for row in rows)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("begin", [PIECE_SAMPLES - 2_000, PIECE_SAMPLES + 3_001, 2 * PIECE_SAMPLES - 5_000])
+def test_beeps_may_begin_long_after_the_recording(tmp_path, begin, noise):
+    """Where the first piece held none, 22 s at 48 kHz, the recording was refused: "no beep"."""
+    sound = walk(48_000.0).samples
+    before = noise * np.random.default_rng(2).standard_normal((2, begin))
+    write_recording(Recording(np.hstack([before, sound]), 48_000.0), tmp_path / "late.wav")
+    write_recording(Recording(sound, 48_000.0), tmp_path / "walk.wav")
+    late, soon = (run(tmp_path / name).stdout.splitlines() for name in ("late.wav", "walk.wav"))
+    assert late[0] == soon[0] == "recording: nothing wrong found"
+    assert late[-1].startswith("24 beeps, first alert at")
+    alerts_s = [float(lines[-1].split(" at ")[1].split(" s")[0]) for lines in (late, soon)]
+    assert alerts_s[0] - begin / 48_000.0 == pytest.approx(alerts_s[1], abs=0.02)
 
 
 @pytest.mark.parametrize("rate", [44_100.0, 48_000.0, 96_000.0])

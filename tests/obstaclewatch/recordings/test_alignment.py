@@ -8,8 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from obstaclewatch import BeepDesign, Flag, NoBeepError, PaperDetector, PaperStandingDetector, Recording
-from obstaclewatch.recordings.alignment import BeepFinder
-from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, record
+from obstaclewatch.recordings.alignment import EARLY_S, BeepFinder
+from obstaclewatch.signal.direct_sound import measured_direct_delay_s
+from tests.obstaclewatch.synthetic import BEEP, PHONE, C, Point, beep_train, record
 
 PERIOD = BEEP.period_samples
 FINDER = BeepFinder(BEEP, 0.03 / C)
@@ -18,17 +19,42 @@ NOISE = 0.05
 THREE_BEEPS = record([WALL, Point(-0.37, gain=2.0)], beeps=3, noise=NOISE)
 
 
-STILL_WHOLE = 0.03 / C * BEEP.sample_rate_hz + 4  # direct sound's delay, and half a sample of the 24 kHz envelope
+STILL_WHOLE = (0.03 / C + EARLY_S) * BEEP.sample_rate_hz  # the direct peak is no earlier than that
+A_SAMPLE = 8  # of the 24 kHz envelope
 
 
 @settings(max_examples=25, deadline=None)
 @given(start=st.integers(0, PERIOD))
 @example(start=20)
 @example(start=21)
+@example(start=round(STILL_WHOLE - A_SAMPLE) - 1)
+@example(start=round(STILL_WHOLE + A_SAMPLE) + 1)
 def test_the_first_whole_beep_is_found_wherever_the_recording_starts(start):
-    """To a sample. A beep that lacks no more than the direct sound's delay still counts as whole."""
+    """To a sample. A beep that lacks no more than the first 0.2 ms before its direct peak still counts as whole."""
     found = FINDER.first_emission(THREE_BEEPS[:, start:])
-    assert abs(found - (PERIOD - start)) <= 1 or (found == 0 and start < STILL_WHOLE)
+    if start < STILL_WHOLE - A_SAMPLE:
+        assert found == 0
+    else:
+        assert abs(found - (PERIOD - start)) <= 1 or (found == 0 and start < STILL_WHOLE + A_SAMPLE)
+
+
+COLD_M_S, WARM_M_S = 319.0, 358.0  # sound in air of -20 and 45 C
+
+
+def _direct(case_to_air, sound_speed_m_s, beeps):
+    """(2, N) direct sound through the case and, 3 cm, through the air."""
+    time = np.arange(beeps * PERIOD) / BEEP.sample_rate_hz
+    one = case_to_air * beep_train(time - 0.03 / 1500.0) + beep_train(time - 0.03 / sound_speed_m_s)
+    return np.stack([one, one])
+
+
+@pytest.mark.parametrize("case_to_air", [1.2, 1.5, 2.0])
+@pytest.mark.parametrize("sound_speed_m_s", np.linspace(COLD_M_S, WARM_M_S, 7))
+def test_the_first_beep_is_found_in_cold_and_hot_air(case_to_air, sound_speed_m_s):
+    """Where the two ways of the direct sound cancel in part their peak lies before the emission: by 70 us for phones
+    calibrated at 20 C (1.5) at -10 C. The first beep of recordings that begin with one was passed by."""
+    finder = BeepFinder(BEEP, measured_direct_delay_s(_direct(case_to_air, C, 1), BEEP))
+    assert finder.first_emission(_direct(case_to_air, sound_speed_m_s, 3)) <= 0.1e-3 * BEEP.sample_rate_hz
 
 
 @pytest.mark.parametrize("silence", [1, 5_000, PERIOD - 10, PERIOD, 40_000])

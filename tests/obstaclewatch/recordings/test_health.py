@@ -135,6 +135,14 @@ def test_a_deaf_microphone_has_no_delay():
     assert not any("receives the speaker" in line for line in health.lines())
 
 
+@pytest.mark.parametrize("count", [5_000, 9_600, BEEP.period_samples - 1])
+def test_a_recording_of_less_than_one_beep_is_said_to_be_short(count):
+    """It was said that microphone 0 receives no beep and microphone 1 does."""
+    health = inspect(walk("galaxy-s5")[:, :count])
+    assert health.faults == {Fault.NO_BEEP}
+    assert f"the recording ends {count / RATE:.3f} s after the first begins" in str(health.findings[0])
+
+
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(lost=st.integers(1, 5_000), at=st.integers(40_000, 200_000))
 def test_any_gap_is_noticed(lost, at):
