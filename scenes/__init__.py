@@ -1,32 +1,15 @@
 """Named scenes, obstacle meshes, walks and gait, and ground truth from geometry."""
 
-from obstaclewatch.support.former_places import keep
-from scenes.files.encounter import Encounter, load_encounter
-from scenes.files.layouts import list_scenes, load_scene
-from scenes.obstacles import walker_body
-from scenes.streets.approaches import DATA_COLLECTION, Approach, make_approach
-from scenes.truth.truth import GroundTruth, ground_truth
-from scenes.walks.gait_walk import Gait, GaitWalk
-from scenes.walks.routes import Pace, Route, RouteWalk, Stop
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "DATA_COLLECTION",
-    "Approach",
-    "Encounter",
-    "Gait",
-    "GaitWalk",
-    "GroundTruth",
-    "Pace",
-    "Route",
-    "RouteWalk",
-    "Stop",
-    "ground_truth",
-    "list_scenes",
-    "load_encounter",
-    "load_scene",
-    "make_approach",
-    "walker_body",
-]
+from obstaclewatch.support.former_places import keep
+from obstaclewatch.support.on_demand import loaded_on_demand
+
+if TYPE_CHECKING:
+    from scenes.public import *  # noqa: F403
+    from scenes.public import __all__ as __all__
+else:
+    __getattr__, __dir__ = loaded_on_demand(__name__)
 
 keep(
     __name__,

@@ -1,6 +1,5 @@
 """Echoes of meshed scenes as a phone records them: Scene, Phone, Pose -> Paths -> Recording."""
 
-import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
 from obstaclewatch.support.former_places import keep
 from simulator.paths import Paths
 from simulator.phone.phone import Phone

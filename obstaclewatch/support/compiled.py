@@ -13,6 +13,8 @@ import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
+import obstaclewatch.support.compile_cache  # noqa: F401  before any function is compiled
+
 GARBAGE = 100_000
 """New objects after which Python looks for garbage while numba compiles; its own 700 cost an eighth of that time."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import find_peaks
+import scipy
 
 from benchmarks.cells.probes.compressed_echoes import levels_db
 from obstaclewatch.support.arrays import Complexes
@@ -25,7 +25,7 @@ def resolved_errors(ours: Complexes, theirs: Complexes, rate_hz: float) -> dict[
     near = np.arange(-reach, reach + 1)
     louder, later = [], []
     for got, best in zip(levels_db(ours), levels_db(theirs), strict=True):
-        peak, _ = find_peaks(best, height=AUDIBLE_DB, prominence=DIP_DB)
+        peak, _ = scipy.signal.find_peaks(best, height=AUDIBLE_DB, prominence=DIP_DB)
         found = got[(peak[:, None] + near) % lags]
         louder += (found.max(axis=1) - best[peak]).tolist()
         later += (near[found.argmax(axis=1)] * 192_000.0 / rate_hz).tolist()

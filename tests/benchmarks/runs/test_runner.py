@@ -7,6 +7,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from benchmarks.runs.runner import run_cells
 from benchmarks.runs.store import cell_path, only_one_process, read_cell, to_json
 from tests.benchmarks.fake_cells import fake_manifest, fake_plan, fake_work
 
+ROOT = Path(__file__).resolve().parents[3]
 FINGERPRINT = source_fingerprint()
 
 
@@ -262,3 +264,10 @@ def test_a_disk_that_is_really_full(tmp_path):
     assert len(begun) == 200 - len(kept)
     assert run_cells(tmp_path / "calm", cells, work=fake_work()).complete
     assert contents(tmp_path / "calm") == contents(tmp_path / "run")
+
+
+def test_bookkeeping_loads_no_library_of_cells():
+    """Each process of a run took 4 s of processor time to start, whatever it computed."""
+    code = "import sys, benchmarks.runs.runner, benchmarks.runs.executors.local; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
+    assert not {"numba", "scipy", "trimesh", "shapely", "matplotlib", "pandas"} & set(done.stdout.split())

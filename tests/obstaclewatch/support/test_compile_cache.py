@@ -68,6 +68,7 @@ def _printed(folder, script=SCRIPT):
     """Result of the caller, and how often it came from the store, in a fresh process that finds `scenes` there."""
     path = os.pathsep.join([str(folder), str(ROOT)])
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")} | {"PYTHONPATH": path}
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python takes an update of the same second and size for the old
     done = subprocess.run([sys.executable, "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
