@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from obstaclewatch.support.argument_types import as_floats, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
 from obstaclewatch.support.distinct_rows import distinct
-from obstaclewatch.support.vectors import norm
-from simulator.diffraction.edge_view import APEX
-from simulator.diffraction.single import point_slot
+from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.edge_view import APEX, START
+from simulator.diffraction.single import left_by_mirrors, point_slot, views_of
 from simulator.field.blunt_mirrors import off_blunt_mirrors
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
@@ -30,6 +30,7 @@ from simulator.scene.scene import CASE, Scene
 from simulator.search import searched
 from simulator.waves.band import REFERENCE_HZ
 from simulator.world.candidates import FOCUS_GAIN, Candidates, direct
+from simulator.world.corners import STEEP
 from simulator.world.interactions import Interaction
 from simulator.world.mirrors import FLUSH_M
 from simulator.world.prepared_scene import PreparedScene, as_prepared
@@ -202,10 +203,11 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
 
 
 def _first_of_twins(search: Search, found: Candidates) -> Flags:
-    """(C,) False for a path whose image coincides with an earlier one's: both cross a common border.
+    """(C,) False for a path whose image coincides with another's: both cross a common border. The earlier one is kept.
 
-    The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side. What is reflected
-    at an edge by the edge's own face is: the edge's wave holds it.
+    Over an edge it is the one of which the mirrors leave most: in the plane of a mirror that is met, a second one may
+    be missed by so little that a shadow of it arrives. The end of an edge that stands on a mirror is no twin of itself
+    with the mirror on the other side. What is reflected at an edge by the edge's own face is: the edge's wave holds it.
     """
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
@@ -216,18 +218,43 @@ def _first_of_twins(search: Search, found: Candidates) -> Flags:
     columns = np.column_stack(
         [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell, blunt]
     )
+    which = distinct(columns)[1]
+    twins = np.flatnonzero((np.bincount(which)[which] > 1) & (found.edge >= 0))
+    left = np.ones(len(found))
+    left[twins] = _left_by_mirrors(search, found[twins])
+    order = np.lexsort((-left, which))
     mask = np.zeros(len(found), dtype=bool)
-    mask[distinct(columns)[0]] = True
+    mask[order[distinct(which[order, None])[0]]] = True
     return mask & ~_off_own_face(search.tracing.world, found)
 
 
+def _left_by_mirrors(search: Search, found: Candidates) -> Floats:
+    """(C,) how much mirrors that end leave of the loudest wave of paths over edges."""
+    if len(found) == 0:
+        return np.zeros(0)
+    view = views_of(search.tracing, found)[1]
+    share = left_by_mirrors(search.tracing, found, view, np.array([search.wavenumber_1_m]))
+    left: Floats = np.abs(share).max(axis=(1, 2))
+    return left
+
+
 def _off_own_face(world: World, found: Candidates) -> Flags:
-    """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end."""
+    """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end.
+
+    Or another mirror at an end of the edge that radiates, though it does not lean on that mirror: this only touches the
+    end, as the top of a box does on which another one stands flush.
+    """
     rows, off = np.flatnonzero(found.edge >= 0), np.zeros(len(found), dtype=bool)
-    some, faces = found[rows], world.wedges.patch[found.edge[rows]]
-    own = (some.sequence[:, :, None] == faces[:, None]).any(axis=2) & (some.interaction == Interaction.SPECULAR)
+    some, wedges = found[rows], world.wedges[found.edge[rows]]
+    specular = some.interaction == Interaction.SPECULAR
+    own = (some.sequence[:, :, None] == wedges.patch[:, None]).any(axis=2)
+    leans = np.where(some.part == START, wedges.leans_on[:, 0], wedges.leans_on[:, 1])
+    supports = (some.sequence == leans[:, None]) | (some.sequence == wedges.mirror[:, None])
+    across = np.abs(dot(world.patches.normal[np.where(specular, some.sequence, 0)], wedges.along[:, None])) > STEEP
+    touches = (some.part != APEX)[:, None] & across & ~supports
     at_edge = some.points_m[np.arange(len(rows)), point_slot(some) + 1]
-    off[rows] = (own & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)).any(axis=1)
+    meets = norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M
+    off[rows] = (specular & (own | touches) & meets).any(axis=1)
     return off
 
 
