@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import as_floats, check_types
-from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Strings
 from obstaclewatch.support.distinct_rows import distinct
-from obstaclewatch.support.vectors import norm
-from simulator.diffraction.edge_view import APEX
-from simulator.diffraction.single import point_slot
+from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.edge_view import APEX, START
+from simulator.diffraction.single import left_by_mirrors, point_slot, views_of
+from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.blunt_mirrors import off_blunt_mirrors
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.field.rounded_shadows import behind_rounded, passes_around
 from simulator.field.sharp_shadows import passes_over_edges
 from simulator.field.stacked_sheets import covered
+from simulator.images.image_method import REACHED, crossed
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
 from simulator.phone.transducers import StructureBorne
@@ -30,6 +32,8 @@ from simulator.scene.scene import CASE, Scene
 from simulator.search import searched
 from simulator.waves.band import REFERENCE_HZ
 from simulator.world.candidates import FOCUS_GAIN, Candidates, direct
+from simulator.world.contacts import SHARES
+from simulator.world.corners import STEEP
 from simulator.world.interactions import Interaction
 from simulator.world.mirrors import FLUSH_M
 from simulator.world.prepared_scene import PreparedScene, as_prepared
@@ -38,6 +42,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
 
 SAME_IMAGE_M = 1e-7
+BESIDE_M = 1e-4  # of the end of an edge, where it is asked how a mirror goes on
 
 NOT_MODELLED = (
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
@@ -202,10 +207,11 @@ def _over_noise(search: Search, found: Candidates, gain: Complexes) -> Flags:
 
 
 def _first_of_twins(search: Search, found: Candidates) -> Flags:
-    """(C,) False for a path whose image coincides with an earlier one's: both cross a common border.
+    """(C,) False for a path whose image coincides with another's: both cross a common border. The earlier one is kept.
 
-    The end of an edge that stands on a mirror is no twin of itself with the mirror on the other side. What is reflected
-    at an edge by the edge's own face is: the edge's wave holds it.
+    Over an edge it is the one of which the mirrors leave most: in the plane of a mirror that is met, a second one may
+    be missed by so little that a shadow of it arrives. The end of an edge that stands on a mirror is no twin of itself
+    with the mirror on the other side. What is reflected at an edge by the edge's own face is: the edge's wave holds it.
     """
     image = _unfolded_source(found)
     key = np.round(image / (10.0 * SAME_IMAGE_M)).astype(np.int64)
@@ -216,19 +222,58 @@ def _first_of_twins(search: Search, found: Candidates) -> Flags:
     columns = np.column_stack(
         [found.pose, found.mic, found.order, key, curved_hit, found.edge, found.part, end_slot, found.cell, blunt]
     )
+    which = distinct(columns)[1]
+    twins = np.flatnonzero((np.bincount(which)[which] > 1) & (found.edge >= 0))
+    left = np.ones(len(found))
+    left[twins] = _left_by_mirrors(search, found[twins])
+    order = np.lexsort((-left, which))
     mask = np.zeros(len(found), dtype=bool)
-    mask[distinct(columns)[0]] = True
-    return mask & ~_off_own_face(search.tracing.world, found)
+    mask[order[distinct(which[order, None])[0]]] = True
+    return mask & ~_off_own_face(search.tracing, found)
 
 
-def _off_own_face(world: World, found: Candidates) -> Flags:
-    """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end."""
+def _left_by_mirrors(search: Search, found: Candidates) -> Floats:
+    """(C,) how much mirrors that end leave of the loudest wave of paths over edges."""
+    if len(found) == 0:
+        return np.zeros(0)
+    view = views_of(search.tracing, found)[1]
+    share = left_by_mirrors(search.tracing, found, view, np.array([search.wavenumber_1_m]))
+    left: Floats = np.abs(share).max(axis=(1, 2))
+    return left
+
+
+def _off_own_face(tracing: Tracing, found: Candidates) -> Flags:
+    """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end.
+
+    Or at its end another mirror that only touches it there, as the top of a box does on which another stands flush.
+    """
     rows, off = np.flatnonzero(found.edge >= 0), np.zeros(len(found), dtype=bool)
-    some, faces = found[rows], world.wedges.patch[found.edge[rows]]
-    own = (some.sequence[:, :, None] == faces[:, None]).any(axis=2) & (some.interaction == Interaction.SPECULAR)
+    some, wedges = found[rows], tracing.world.wedges[found.edge[rows]]
+    own = (some.sequence[:, :, None] == wedges.patch[:, None]).any(axis=2)
     at_edge = some.points_m[np.arange(len(rows)), point_slot(some) + 1]
-    off[rows] = (own & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)).any(axis=1)
+    meets = (some.interaction == Interaction.SPECULAR) & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)
+    leans = np.where(some.part == START, wedges.leans_on[:, 0], wedges.leans_on[:, 1])
+    supports = (some.sequence == leans[:, None]) | (some.sequence == wedges.mirror[:, None])
+    path, place = np.nonzero(meets & ~own & ~supports & (some.part != APEX)[:, None])
+    across = np.abs(dot(tracing.world.patches.normal[some.sequence[path, place]], wedges.along[path])) > STEEP
+    off[rows] = (meets & own).any(axis=1)
+    off[rows[path[across & ~_goes_on(tracing, some[path], place)]]] = True
     return off
+
+
+def _goes_on(tracing: Tracing, found: Candidates, place: Ints) -> Flags:
+    """(R,) whether mirrors met at the end of an edge are there anywhere on the open side of it."""
+    each, wedges = np.arange(len(found)), at_poses(tracing, found.edge, found.pose)
+    mirror, once = np.ascontiguousarray(found.sequence[each, place][:, None]), np.ones(len(found), dtype=np.int64)
+    here, normal = found.points_m[each, place + 1], tracing.mirrors.normal[found.pose, mirror[:, 0]]
+    onwards = np.where((found.part == START)[:, None], wedges.along, -wedges.along)
+    up = np.sign(dot(onwards, normal))[:, None] * normal
+    there = np.zeros(len(found), dtype=bool)
+    for share in SHARES:
+        angle = share * wedges.open_angle_rad[:, None]
+        over = here + BESIDE_M * (np.cos(angle) * wedges.inwards + np.sin(angle) * wedges.normal + up)
+        there |= crossed(tracing, over, over, found.pose, once, mirror)[0] == REACHED
+    return there
 
 
 def _unfolded_source(found: Candidates) -> Floats:

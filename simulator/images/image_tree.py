@@ -245,7 +245,7 @@ def _lit_balls(mirrors, order, pose, sequence, images, beam, center, radius, lim
 
 @compiled
 def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, own_mirror, obstacle, towards, limit):
-    """(R,) image and (R,) edge of all that can light an edge; a crease is lit through its own mirror as well."""
+    """(R,) image and (R,) edge of all that can light an edge; a crease by its own mirror as by what comes before it."""
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
     middle, half = np.empty(start.shape), np.empty((start.shape[0], start.shape[1]))
     for n in range(half.shape[0]):
@@ -260,14 +260,14 @@ def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, 
         for w in range(start.shape[1]):
             if distance(image, middle[n, w]) - half[n, w] > limit:
                 continue
-            if order > 0:
-                p = sequence[r, order - 1]
+            last = order - int(order > 0 and sequence[r, order - 1] == own_mirror[w])
+            if last > 0:
+                p = sequence[r, last - 1]
                 if p == patch[w, 0] or p == patch[w, 1] or not _met(sequence[r, :order], towards, obstacle[w]):
                     continue
                 for x in range(3):
                     ends[0, x], ends[1, x] = start[n, w, x], end[n, w, x]
-                through = _beyond(mirrors, n, p, image, ends) and not aside(image, beam[r, :order], ends, 0.0)
-                if p != own_mirror[w] and not through:
+                if not _beyond(mirrors, n, p, images[r, last], ends) or aside(image, beam[r, :last], ends, 0.0):
                     continue
             if found == len(rows):
                 rows, wedges = grown(rows), grown(wedges)
