@@ -149,8 +149,13 @@ def quantile_with_interval(
         clusters: (n,) labels of what was drawn together (a walk's beeps); None takes every value as its own.
 
     Returns:
-        value, low, high and the number of finite values; NaN where there are none, and for the interval of a
-        single cluster, which says nothing of the spread.
+        value, low, high and the number of finite values; NaN where there are none, and for the interval of so few
+        clusters that even from the least to the greatest of as many values would hold the quantile less than 19 times
+        in 20: fewer than 6 for a median, 14 for P80, 29 for P90.
+
+    >>> walks = np.repeat([1, 2, 3], 4)
+    >>> quantile_with_interval(np.arange(12.0), 0.5, walks)
+    (5.0, nan, nan, 12)
     """
     data = np.asarray(values, dtype=np.float64)
     keep = np.isfinite(data)
@@ -159,7 +164,8 @@ def quantile_with_interval(
     if len(data) == 0:
         return float("nan"), float("nan"), float("nan"), 0
     value = float(quantile(data, q))
-    if len(np.unique(labels)) < 2:
+    count = len(np.unique(labels))
+    if 1.0 - q**count - (1.0 - q) ** count < 0.95:
         return value, float("nan"), float("nan"), len(data)
     return value, *_cluster_bootstrap(data, labels, q), len(data)
 

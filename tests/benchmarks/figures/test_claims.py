@@ -12,7 +12,7 @@ from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, cla
 from benchmarks.scoring import paper_values
 from tests.benchmarks.gated_runs import run_of
 from tests.benchmarks.gates.verdicts import stored
-from tests.benchmarks.synthetic_run import made_up_run, walk
+from tests.benchmarks.synthetic_run import default_cells, made_up_run, standing, walk
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,10 @@ def test_every_printed_number_is_a_claim() -> None:
 
 
 def test_rows_of_a_made_up_run(tmp_path) -> None:
-    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path)])}
+    few = {row.claim: row for row in claim_rows([made_up_run(tmp_path)])}
+    assert few["Distance1 at 1.5 m, P90"].verdict == "inconclusive"  # of two places
+    cells = default_cells() + [standing(1.5, index=k) for k in range(2, 29)]
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, cells)])}
     tp = rows["TP, both scenes"]
     assert (tp.ours, tp.count, tp.paper) == ("75.0 %", "3/4", ">93 %")
     assert tp.verdict == "inconclusive"
