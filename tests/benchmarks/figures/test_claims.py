@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
+from benchmarks.figures.paper import claims_measured
 from benchmarks.figures.paper.claims_measured import Measurement, more_often, oftener_of_pairs
 from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 from benchmarks.scoring import paper_values
@@ -50,6 +51,19 @@ def test_the_same_walks_are_held_against_each_other() -> None:
     assert found.p_value == pytest.approx(0.0041809, rel=1e-4)
     assert (found.value, found.text) == (pytest.approx(0.12), "62.0 against 50.0 %")
     assert oftener_of_pairs(first, {}).n == 0
+
+
+def test_sides_are_decided_by_the_walks_that_the_test_counts(monkeypatch, tmp_path) -> None:
+    """Cause: one walk of many beeps on the right side made 10 walks on the wrong one, p = 0.01, "reached"."""
+    label = np.array(["long"] * 90 + [f"short {k}" for k in range(10)])
+    calls = (np.full(100, 20.0), label == "long", label)
+    monkeypatch.setattr(claims_measured, "side_calls", lambda run, detector: calls)
+    monkeypatch.setattr(claims_measured, "variants", lambda run: {"horizontal": run})
+    found = claims_measured.side_known(made_up_run(tmp_path), "PaperDetector")
+    assert found.p_value is not None
+    assert found.p_value < 0.05
+    assert found.value < 0.0
+    assert found.text == "90.0 % of sides right"
 
 
 def test_every_printed_number_is_a_claim() -> None:

@@ -8,7 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, multinomial
 
-from benchmarks.scoring.statistics import exact_rate, lower_bound, mcnemar, paired_interval, quantile_with_interval
+from benchmarks.scoring.statistics import (
+    exact_rate,
+    lower_bound,
+    mcnemar,
+    paired_interval,
+    quantile_with_interval,
+    share_of_clusters,
+)
 
 
 @given(n=st.integers(1, 2000), share=st.floats(0.0, 1.0))
@@ -93,6 +100,23 @@ def test_few_walks_have_no_interval_of_a_quantile(q: float, enough: int) -> None
         found = quantile_with_interval(np.random.default_rng(3).normal(size=4 * walks), q, np.repeat(range(walks), 4))
         assert np.isfinite(found[1:3]).all() == has_one
         assert np.isfinite(found[0])
+
+
+@pytest.mark.parametrize(("walks", "share"), [(30, 0.5), (100, 0.9), (100, 0.99)])
+def test_a_share_of_beeps_is_as_sure_as_its_walks(walks: int, share: float) -> None:
+    """Cause: beeps of a walk, of one outcome, counted as trials: 95 % intervals held the share 4 times in 10."""
+    rng, held = np.random.default_rng(6), 0
+    for _ in range(200):
+        owner = np.repeat(np.arange(walks), rng.integers(1, 20, walks))
+        _, low, high = share_of_clusters((rng.random(walks) < share)[owner], owner)
+        held += low <= share <= high
+    assert held >= 0.92 * 200
+
+
+def test_a_share_of_walks_has_the_exact_interval() -> None:
+    for k in range(10):
+        exact = exact_rate(k, 9)
+        assert share_of_clusters(np.arange(9) < k, np.arange(9)) == pytest.approx((exact.value, exact.low, exact.high))
 
 
 @given(gained=st.integers(0, 40), lost=st.integers(0, 40), same=st.integers(1, 200))
