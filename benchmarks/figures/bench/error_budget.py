@@ -79,7 +79,8 @@ def losses(run: RunData) -> PlotFigure:
         "Collisions by outcome: alerted with 1 m left, later, detected only, not detected",
         (panel,),
         sentences(said),
-        f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m.",
+        f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m. "
+        "Later: with less than 1 m left, or after contact, where it is no true positive.",
         height_in=0.9 + 0.45 * max(1, len(detectors)),
     )
 
