@@ -62,6 +62,9 @@ def test_alerts_are_counted_of_all_collisions(tmp_path):
     rows = {row.label: row for row in verdict_rows(made_up_run(tmp_path, cells))}
     for what in ("distance", "time"):
         assert rows[f"median {what} to contact at the alert, collisions"].cells[0].count == "6 of 20"
+    rows = {row.label: row for row in verdict_rows(made_up_run(tmp_path, [walk(alert_distance_m=None)]))}
+    silent = rows["median distance to contact at the alert, collisions"].cells[0]
+    assert (silent.text, silent.count) == ("no alert", "0 of 1")
 
 
 def test_two_places_do_not_decide_against_the_paper(tmp_path):
