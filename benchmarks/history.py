@@ -125,12 +125,13 @@ def _panel(
 
 
 def _reading(part: pd.DataFrame) -> str:
-    """By detector, from the first run to the last."""
+    """By detector, from the first run to the last; no rate of walks that are not there."""
     said = []
     for detector, rows in part.groupby("detector", sort=False):
-        ends = rows.iloc[[0, -1]]
-        tp, tn = (100.0 * ends[name] for name in ("tp_before_contact", "tn"))
-        said.append(
-            f"{detector}: TP {tp.iloc[0]:.1f} to {tp.iloc[1]:.1f} %, TN {tn.iloc[0]:.1f} to {tn.iloc[1]:.1f} %."
-        )
-    return " ".join(said)
+        ends = [
+            f"{label} {first:.1f} to {last:.1f} %"
+            for label, name in (("TP", "tp_before_contact"), ("TN", "tn"))
+            if np.isfinite([first := 100.0 * rows[name].iloc[0], last := 100.0 * rows[name].iloc[-1]]).all()
+        ]
+        said += [f"{detector}: {', '.join(ends)}."] if ends else []
+    return " ".join(said) or "No walks."

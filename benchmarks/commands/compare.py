@@ -22,7 +22,8 @@ def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: 
     """Say what SECOND_RUN does differently from FIRST_RUN on the walks that both have.
 
     Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
-    paired differences, with its 90 % bootstrap interval; a star where that leaves out zero.
+    paired differences, with its 90 % bootstrap interval; a star where that leaves out zero and five walks or more have
+    the quantity. One in ten is starred by chance.
     """
     from benchmarks.gates.comparison import compare_runs, comparison_lines
     from benchmarks.runs.results import load_run

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.cells.detectors import detector_label
 from benchmarks.cells.spec import counts_as
@@ -17,12 +19,11 @@ from benchmarks.scoring.scores import (
     PAPER_RECIPE,
     Table,
     absolute_errors,
-    rate,
     recipe_of,
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate, quantile, quantile_with_interval
+from benchmarks.scoring.statistics import Rate, quantile, quantile_with_interval, share_of_clusters
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 BASELINE = "DistanceOnlyDetector"
@@ -75,13 +76,22 @@ def percents(found: Rate) -> tuple[float, float, float]:
     return 100.0 * found.value, 100.0 * found.low, 100.0 * found.high
 
 
-def binned_rates(detector: str, edges: Sequence[float], place: Floats, hit: Flags, aside: float = 0.0) -> Line:
-    """Shares of (n,) hits by bin of their places, percent, with exact intervals, at the mean place of each bin.
+def binned_rates(
+    detector: str,
+    edges: Sequence[float],
+    place: Floats,
+    hit: Flags,
+    aside: float = 0.0,
+    walks: NDArray[Any] | None = None,
+) -> Line:
+    """Shares of (n,) hits by bin of their places, percent, with 95 % intervals, at the mean place of each bin.
 
-    `aside` is added to the places, so that the whiskers of two detectors stay apart.
+    `aside` is added to the places, so that the whiskers of two detectors stay apart. `walks` says of beeps whose they
+    are; without it every hit is a walk of its own, and intervals are exact.
     """
+    own = np.arange(len(place)) if walks is None else walks
     bins = [mask for low, high in pairwise(edges) if (mask := (place >= low) & (place < high)).any()]
-    value, low, high = np.array([percents(rate(hit[mask])) for mask in bins]).reshape(-1, 3).T
+    value, low, high = 100.0 * np.array([share_of_clusters(hit[m], own[m]) for m in bins]).reshape(-1, 3).T
     x = np.array([place[mask].mean() for mask in bins]) + aside
     return Line(detector, detector, x, value, "points", low, high)
 

@@ -9,12 +9,14 @@ from benchmarks.gates.quantities import QUANTITIES, per_walk, tables_where, walk
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point
+from benchmarks.scoring.operating_points import true_positive_bounds
 from benchmarks.scoring.scores import (
     Table,
     approach_table,
     chosen,
     recipe_of,
     rows_where,
+    stated_scores,
     swept,
     true_negative_rate,
     true_positive_rate,
@@ -44,17 +46,28 @@ def _judge(run: RunData, claim: RateClaim | MedianClaim, split: str) -> Verdict:
 def _rate(run: RunData, claim: RateClaim, name: str) -> Verdict:
     if claim.recipe not in (None, recipe_of(run)):
         return Verdict.unmeasured(GROUP, name, f"{name} is claimed on recipe {claim.recipe}, not on these walks")
-    found = _measured(_asked_of(approach_table(run, claim.detector), claim), claim)
+    walks = _asked_of(approach_table(run, claim.detector), claim)
+    found = _measured(walks, claim)
     if found is None or found.n == 0:
         return Verdict.unmeasured(GROUP, name, f"{name}: no such walk in the run, or no probability stated")
     k, n = found.k, found.n
-    bound, needed = lower_bound(k, n, claim.confidence), needed_of(n, claim.at_least, claim.confidence)
-    ask = f"{needed} of {n} needed" if needed is not None else f"no count of {n} walks is enough, run more"
+    bound, ask = _bound(walks, claim, k, n)
     text = (
         f"{name}: {k} of {n} ({100 * k / n:.1f} %), at least {100 * bound:.1f} % with {100 * claim.confidence:g} % "
         f"confidence; claimed {100 * claim.at_least:g} %, {ask}"
     )
     return Verdict.of(GROUP, name, bound >= claim.at_least, text, n)
+
+
+def _bound(walks: Table, claim: RateClaim, k: int, n: int) -> tuple[float, str]:
+    """Lower bound of a rate, and what would be enough; of a swept threshold the misses bound the threshold too."""
+    if claim.at_tnr is not None:
+        score, collides = stated_scores(walks, claim.left_m), walks["collides"]
+        low, _ = true_positive_bounds(score[collides], score[~collides], claim.at_tnr, claim.confidence)
+        return low, f"with a threshold known from {int((~collides).sum())} other walks"
+    needed = needed_of(n, claim.at_least, claim.confidence)
+    ask = f"{needed} of {n} needed" if needed is not None else f"no count of {n} walks is enough, run more"
+    return lower_bound(k, n, claim.confidence), ask
 
 
 def _asked_of(walks: Table, claim: RateClaim) -> Table:

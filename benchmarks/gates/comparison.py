@@ -12,6 +12,8 @@ from benchmarks.runs.variants import first_point
 from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
 from benchmarks.scoring.paper_values import SHOWN
 
+FEW_PAIRS = 5
+"""Below so many walks even all differences of one sign leave 0 out less than 9 times in 10: nothing is starred."""
 Walk = tuple[str, int]
 """Label and seed, which tell a walk."""
 
@@ -81,16 +83,21 @@ def _compare(first: RunData, second: RunData, name: str, other: str) -> Comparis
         asked = [label for label in shared if before[label][0] is side]
         if asked:
             rates[rate] = change_of({k: before[k][1] for k in asked}, {k: now[k][1] for k in asked})
-    return Comparison(
-        name, other, rates, dict(_shifts(first, second, name, other)), len(before.keys() & now.keys()) - len(shared)
-    )
+    apart = (before.keys() & now.keys()) - shared
+    return Comparison(name, other, rates, dict(_shifts(first, second, name, other, apart)), len(apart))
 
 
-def _shifts(first: RunData, second: RunData, name: str, other: str) -> Iterator[tuple[tuple[str, str, str], Shift]]:
+def _shifts(
+    first: RunData, second: RunData, name: str, other: str, apart: set[str]
+) -> Iterator[tuple[tuple[str, str, str], Shift]]:
+    """Of every quantity, but for the walks that are apart."""
     for kind in KINDS:
         tables = walk_tables(first, name, kind), walk_tables(second, other, kind)
         for quantity, rule in QUANTITIES.items():
-            before, now = (per_walk(table, quantity) for table in tables)
+            before, now = (
+                {label: value for label, value in per_walk(table, quantity).items() if label not in apart}
+                for table in tables
+            )
             found = shift_of(before, now, rule.summary)
             if found.n:
                 yield (kind, quantity, rule.unit), found
@@ -109,7 +116,7 @@ def comparison_lines(found: Comparison) -> list[str]:
     for (kind, quantity, unit), shift in found.shifts.items():
         scale, shown = SHOWN.get(unit, (1.0, f" {unit}"))
         value, low, high = (scale * each for each in (shift.value, shift.low, shift.high))
-        sure = "" if low <= 0.0 <= high else "   *"
+        sure = "" if low <= 0.0 <= high or shift.n < FEW_PAIRS else "   *"
         lines.append(
             f"  {quantity + ', ' + kind:<34}{value:+8.3g} {shown.strip():<7}  {low:+.3g} to {high:+.3g} "
             f"over {shift.n} walks{sure}"

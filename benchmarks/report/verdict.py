@@ -250,8 +250,11 @@ def _standing_error(tables: Tables, paper: PaperValue | None, column: str, quant
 
 
 def _of_alerts(tables: Tables, paper: PaperValue | None, column: str, unit: str) -> Measured:
-    alerted = chosen(tables.walks, tables.walks["collides"] & tables.walks["alert"])
-    return _quantile(alerted[column], 0.5, alerted["label"], 1.0, unit, paper)
+    """Over the collisions with an alert, of all collisions."""
+    collisions = chosen(tables.walks, tables.walks["collides"])
+    if collisions["alert"].size and not collisions["alert"].any():
+        return Measured("no alert", "", f"0 of {len(collisions['alert'])}")
+    return _quantile(collisions[column], 0.5, collisions["label"], 1.0, unit, paper)
 
 
 def _quantile(

@@ -73,5 +73,5 @@ def _median(entry: dict[str, Any], unit: str, scale: float) -> str:
         return f"no estimate in {entry['of']} beeps"
     text = f"{scale * entry['median']:6.2f} {unit}   n = {entry['n']} of {entry['of']} beeps"
     if not math.isfinite(entry["low"]):
-        return f"{text} of one walk"
+        return f"{text}, of too few walks for an interval"
     return f"{text}, 95 % interval {scale * entry['low']:.2f}-{scale * entry['high']:.2f}"

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.cells.spec import variant_text
+from benchmarks.cells.spec import counts_as, variant_text
 from benchmarks.plan.sweep import NAME, value_at
 from benchmarks.runs.reasons import reason
 from benchmarks.runs.results import RunData
@@ -26,7 +26,7 @@ from benchmarks.scoring.scores import TRUE, beeps_of, judged, walk_row
 from benchmarks.scoring.statistics import median
 
 CELL = ("kind", "scene", "category", "index", "phone", "seed")
-WORDS = ("error", "point", "detector")
+WORDS = ("error", "point", "detector", "outcome")
 Row = dict[str, Any]
 
 
@@ -107,7 +107,11 @@ def _rows(record: Mapping[str, Any], swept: Sequence[str]) -> list[Row]:
     detectors = {} if result is None else result["detectors"]
     if not detectors:
         return [shared | {"detector": None} | _numbers(result)]
-    return [shared | {"detector": name} | walk_row(record, name) | _errors(record, name) for name in detectors]
+    # A standing phone meets nothing: its row would count as a walk without a collision.
+    unjudged = {} if counts_as(record["cell"], "approach") else {"outcome": None, "true_alert": None}
+    return [
+        shared | {"detector": name} | walk_row(record, name) | unjudged | _errors(record, name) for name in detectors
+    ]
 
 
 def _errors(record: Mapping[str, Any], detector: str) -> Row:

@@ -111,6 +111,30 @@ def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) 
     return float(ranked[k]) if k < len(ranked) else float("nan")
 
 
+def share_of_clusters(hits: ArrayLike, clusters: ArrayLike) -> tuple[float, float, float]:
+    """Share of hits with a 95 % interval where several of them were drawn together, such as a walk's beeps.
+
+    Clopper and Pearson's interval of as many trials as would spread by themselves like the share over clusters (Korn
+    and Graubard 1998); at shares of 0 and 1, and of one cluster, as many as there are clusters. NaN without any.
+
+    >>> [round(end, 2) for end in share_of_clusters([True] * 30, [1, 2, 3] * 10)]
+    [1.0, 0.29, 1.0]
+    """
+    hit, (names, owner) = np.asarray(hits, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)
+    if len(hit) == 0:
+        return float("nan"), float("nan"), float("nan")
+    share, count = float(hit.mean()), len(names)
+    strays = np.bincount(owner, hit - share)
+    variance = float(strays @ strays) * count / max(count - 1, 1) / len(hit) ** 2
+    spread = share * (1.0 - share)
+    known = 1 < count < len(hit) and min(spread, variance) > 0.0
+    trials = min(spread / variance, len(hit)) if known else count
+    k = share * trials
+    low = float(scipy.stats.beta.ppf(0.025, k, trials - k + 1.0)) if k > 0.0 else 0.0
+    high = float(scipy.stats.beta.ppf(0.975, k + 1.0, trials - k)) if k < trials else 1.0
+    return share, low, high
+
+
 def mcnemar(only_first: int, only_second: int) -> float:
     """Exact two-sided p of two detectors on the same walks, from the discordant pairs (McNemar 1947)."""
     discordant = only_first + only_second
@@ -149,8 +173,13 @@ def quantile_with_interval(
         clusters: (n,) labels of what was drawn together (a walk's beeps); None takes every value as its own.
 
     Returns:
-        value, low, high and the number of finite values; NaN where there are none, and for the interval of a
-        single cluster, which says nothing of the spread.
+        value, low, high and the number of finite values; NaN where there are none, and for the interval of so few
+        clusters that even from the least to the greatest of as many values would hold the quantile less than 19 times
+        in 20: fewer than 6 for a median, 14 for P80, 29 for P90.
+
+    >>> walks = np.repeat([1, 2, 3], 4)
+    >>> quantile_with_interval(np.arange(12.0), 0.5, walks)
+    (5.0, nan, nan, 12)
     """
     data = np.asarray(values, dtype=np.float64)
     keep = np.isfinite(data)
@@ -159,7 +188,8 @@ def quantile_with_interval(
     if len(data) == 0:
         return float("nan"), float("nan"), float("nan"), 0
     value = float(quantile(data, q))
-    if len(np.unique(labels)) < 2:
+    count = len(np.unique(labels))
+    if 1.0 - q**count - (1.0 - q) ** count < 0.95:
         return value, float("nan"), float("nan"), len(data)
     return value, *_cluster_bootstrap(data, labels, q), len(data)
 

@@ -38,9 +38,11 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
         lines.append(line)
         if np.isfinite(line.y).any():
             far = rate(table["alert"][table["miss_distance_m"] > 0.5])
-            said.append(
-                f"{detector} alerts on {100 * far.value:.0f} % of the walks that pass more than half a metre aside."
-            )
+            if far.n:
+                said.append(
+                    f"{detector} alerts on {100 * far.value:.0f} % of the {far.n} walks that pass more than half a "
+                    "metre aside."
+                )
     panel = Panel(
         "",
         "miss distance of the walk's line, m",

@@ -79,7 +79,8 @@ def losses(run: RunData) -> PlotFigure:
         "Collisions by outcome: alerted with 1 m left, later, detected only, not detected",
         (panel,),
         sentences(said),
-        f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m.",
+        f"Detected: a candidate within the gate of the true range in {DETECTED_BEEPS} beeps or more between 5 and 1 m. "
+        "Later: with less than 1 m left, or after contact, where it is no true positive.",
         height_in=0.9 + 0.45 * max(1, len(detectors)),
     )
 
@@ -127,22 +128,22 @@ def calibration(run: RunData) -> PlotFigure:
         tuple(panels),
         sentences(said, " (normal errors: 68 %)."),
         "Below the dotted line the claimed deviations are too small. PaperDetector's claim is the bound from noise, "
-        "without range-Doppler bias and body. Probabilities: of every beep at which one above 0 is stated; whiskers "
-        "take beeps as independent.",
+        "without range-Doppler bias and body. Probabilities: of every beep at which one above 0 is stated; whiskers: "
+        "95 % intervals over walks, of which all beeps have the same outcome.",
     )
 
 
 def _stated(run: RunData, detector: str) -> Line:
     """Share of collisions by the probability that was stated."""
     pairs = [
-        (100.0 * probability, record["result"]["truth"]["collides"])
-        for record in run.ok
+        (100.0 * probability, record["result"]["truth"]["collides"], walk)
+        for walk, record in enumerate(run.ok)
         if counts_as(record["cell"], "approach") and detector in record["result"]["detectors"]
         for probability in record["result"]["detectors"][detector]["decisions"]["probability"]
         if probability > 0.0
     ]
-    place, collides = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
-    return binned_rates(detector, STATED_PERCENT, place, collides > 0.0)
+    place, collides, walks = np.array(pairs, dtype=np.float64).reshape(-1, 3).T
+    return binned_rates(detector, STATED_PERCENT, place, collides > 0.0, walks=walks)
 
 
 def detected_enough(walks: Table, beeps: Table) -> Flags:

@@ -49,7 +49,10 @@ def rates_by_point(run: RunData) -> TableFigure:
     note = "The same walks at every point; in brackets: exact 95 % interval, %."
     if DRAWN in parts:
         drawn = "; ".join(f"{u.name} {u.low_db:+g} to {u.high_db:+g} dB ({u.source})" for u in UNKNOWNS)
-        note += f" Drawn evenly for every walk, added to what is assumed: {drawn}."
+        note += (
+            f" Drawn evenly for every walk, added to what is assumed: {drawn}. So the rate is a mean over what phones "
+        )
+        note += "and people may be, and its interval that of the mean: one phone's rate may lie outside."
     return _figure("points", "TP and TN at the points of the run", "point", rows if len(parts) > 1 else [], note)
 
 

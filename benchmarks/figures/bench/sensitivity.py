@@ -68,8 +68,8 @@ def sides(run: RunData) -> PlotFigure:
     for part in variants(run).values():
         lines = []
         for detector in judged_detectors(part):
-            bearing, right, _ = side_calls(part, detector)
-            lines.append(binned_rates(detector, SIDE_BINS_DEG, bearing, right))
+            bearing, right, label = side_calls(part, detector)
+            lines.append(binned_rates(detector, SIDE_BINS_DEG, bearing, right, walks=label))
             total = rate(right[bearing >= 5.0])
             if total.n:
                 said.append(
@@ -93,7 +93,7 @@ def sides(run: RunData) -> PlotFigure:
         sentences(said),
         "The side is called by which half of the phone the bearing lies in: an estimate below 90° is "
         "towards microphone 1, to the left if held horizontally. Held vertically it says nothing of sides, and the "
-        "share is that of targets on the left. Whiskers: exact, beeps taken as independent.",
+        "share is that of targets on the left. Whiskers: 95 % intervals over walks.",
     )
 
 

@@ -209,7 +209,7 @@ def side_known(run: RunData, detector: str) -> Measurement:
         return NO_MEASUREMENT
     share = np.array([right[label == each].mean() for each in np.unique(label)])
     words, count = f"{100 * right.mean():.1f} % of sides right", f"{len(right)} beeps of {len(share)} walks"
-    value = float(right.mean() - 0.5)
+    value = float(np.sign(share - 0.5).mean())  # what the test is of: walks, however many beeps they have
     return Measurement(value, np.nan, np.nan, len(share), count, "1", _sign_test(share - 0.5), words)
 
 

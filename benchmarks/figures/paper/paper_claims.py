@@ -4,8 +4,8 @@ Rates are those of walks of the recipe `paper` alone, which is the paper's proto
 and Pearson (1934); medians and percentiles have a bootstrap over walks. A claim is "reached" where all of the 95 %
 interval is at least as good as the paper says, "not reached" where all of it is worse, and "inconclusive" in between;
 the paper's "about" and "around" are taken as the number they precede. Claims of an order ("larger is better") are
-decided at 5 %, by Fisher's exact test or by rank correlation; tests over beeps take them as independent, which flatters
-them.
+decided at 5 %: of the same walks by McNemar's exact test, of different ones by Fisher's, of many beeps a walk by a sign
+test over walks, of objects by rank correlation.
 """
 
 from __future__ import annotations

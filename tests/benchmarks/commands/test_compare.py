@@ -87,3 +87,20 @@ def test_people_read_centimetres_and_degrees_and_machines_si(tmp_path):
     assert f"{100.0 * LATE_M:+.3g} cm" in line
     assert not any(" rad " in line for line in comparison_lines(found))
     assert ("approach", "bearing_error", "rad") in found.shifts
+
+
+def test_four_walks_are_starred_in_nothing(tmp_path):
+    """Cause: of one walk the interval had no width, so that every difference was starred."""
+    for walks, starred in ((4, False), (12, True)):
+        run = good_run(tmp_path, walks=walks)
+        (found,) = compare_runs(run, changed(run, one_channel_late))
+        lines = [line for line in comparison_lines(found) if ", approach" in line]
+        assert any(line.endswith("*") for line in lines) == starred
+
+
+def test_walks_that_collide_in_one_run_only_are_left_out_of_quantities_too(tmp_path):
+    run = good_run(tmp_path)
+    second = changed(run, lambda cell, k: cell["result"]["truth"].update(collides=k != 0 and k < 40))
+    (found,) = compare_runs(run, second)
+    assert found.outcome_differs > 0
+    assert found.shifts["approach", "candidates", ""].n == 80 - found.outcome_differs

@@ -15,7 +15,7 @@ from benchmarks.runs.store import to_json, write_atomically
 from benchmarks.runs.variants import variants
 from benchmarks.scoring.frames import write_frames
 from benchmarks.scoring.scores import summary
-from tests.benchmarks.synthetic_run import made_up_run, walk
+from tests.benchmarks.synthetic_run import made_up_run, standing, walk
 
 
 def stored(results: Path, name: str, started: str, alerts: int, walks: int = 4, **manifest) -> None:
@@ -45,6 +45,17 @@ def test_rows_are_in_the_order_of_time(results):
     assert told.detect_cpu_s_per_beep.tolist() == pytest.approx([0.001] * 3)
     assert told.range_error_median_m.tolist() == pytest.approx([0.004] * 3)
     assert silent == []
+
+
+def test_runs_without_walks_have_no_rates_in_words(tmp_path):
+    """Cause: "TP nan to nan %, TN nan to nan %." of two runs of the suite `ranging`."""
+    for name, started in (("one", "2026-01-01T00:00:00"), ("two", "2026-02-01T00:00:00")):
+        stored(tmp_path, name, started, alerts=0, walks=0)
+        run = made_up_run(tmp_path / "paper" / name, [standing(1.5, k) for k in range(2)])
+        write_atomically(run.folder / "summary.json", to_json(summary(run, variants(run))))
+        write_frames(run)
+    (figure,) = history_figures(history(tmp_path)[0])
+    assert figure.reading == "No walks."
 
 
 def test_a_walk_that_waited_for_a_compiler_is_no_change_of_cost(results):

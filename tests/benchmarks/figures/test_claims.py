@@ -7,12 +7,13 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
+from benchmarks.figures.paper import claims_measured
 from benchmarks.figures.paper.claims_measured import Measurement, more_often, oftener_of_pairs
 from benchmarks.figures.paper.paper_claims import Claim, claim_rows, claims, claims_markdown, verdict
 from benchmarks.scoring import paper_values
 from tests.benchmarks.gated_runs import run_of
 from tests.benchmarks.gates.verdicts import stored
-from tests.benchmarks.synthetic_run import made_up_run, walk
+from tests.benchmarks.synthetic_run import default_cells, made_up_run, standing, walk
 
 
 @pytest.mark.parametrize(
@@ -52,6 +53,19 @@ def test_the_same_walks_are_held_against_each_other() -> None:
     assert oftener_of_pairs(first, {}).n == 0
 
 
+def test_sides_are_decided_by_the_walks_that_the_test_counts(monkeypatch, tmp_path) -> None:
+    """Cause: one walk of many beeps on the right side made 10 walks on the wrong one, p = 0.01, "reached"."""
+    label = np.array(["long"] * 90 + [f"short {k}" for k in range(10)])
+    calls = (np.full(100, 20.0), label == "long", label)
+    monkeypatch.setattr(claims_measured, "side_calls", lambda run, detector: calls)
+    monkeypatch.setattr(claims_measured, "variants", lambda run: {"horizontal": run})
+    found = claims_measured.side_known(made_up_run(tmp_path), "PaperDetector")
+    assert found.p_value is not None
+    assert found.p_value < 0.05
+    assert found.value < 0.0
+    assert found.text == "90.0 % of sides right"
+
+
 def test_every_printed_number_is_a_claim() -> None:
     printed = [claim.value for claim in claims() if claim.value is not None]
     values = [paper_values.OVERALL, *paper_values.BY_SCENE.values(), *paper_values.BY_BAND.values()]
@@ -66,7 +80,10 @@ def test_every_printed_number_is_a_claim() -> None:
 
 
 def test_rows_of_a_made_up_run(tmp_path) -> None:
-    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path)])}
+    few = {row.claim: row for row in claim_rows([made_up_run(tmp_path)])}
+    assert few["Distance1 at 1.5 m, P90"].verdict == "inconclusive"  # of two places
+    cells = default_cells() + [standing(1.5, index=k) for k in range(2, 29)]
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, cells)])}
     tp = rows["TP, both scenes"]
     assert (tp.ours, tp.count, tp.paper) == ("75.0 %", "3/4", ">93 %")
     assert tp.verdict == "inconclusive"

@@ -109,6 +109,26 @@ def test_calibration_of_claims_equal_to_the_errors(tmp_path):
     assert honest.y[np.argmin(np.abs(honest.x - 1.0))] == pytest.approx(68.27, abs=0.01)
 
 
+def test_an_alert_after_contact_is_said_to_be_among_the_later_ones(tmp_path):
+    figure = FIGURES["losses"](made_up_run(tmp_path, [walk(alert_distance_m=-0.2)]))
+    assert "PaperDetector: 0 % alerted with 1 m left, 100 % later" in figure.reading
+    assert "or after contact, where it is no true positive" in figure.note
+
+
+def test_stated_probabilities_are_as_sure_as_their_walks(tmp_path):
+    """Cause: three beeps each of four walks had the whiskers of twelve trials, though a walk has one outcome."""
+    cells = [walk(index=k, probability=(0.95, 0.95, 0.95)) for k in range(4)]
+    line = next(line for line in FIGURES["calibration"](made_up_run(tmp_path, cells)).panels[2].lines if len(line.x))
+    assert (line.x.tolist(), line.y.tolist()) == ([pytest.approx(95.0)], [100.0])
+    assert line.low is not None
+    assert line.low[0] == pytest.approx(100.0 * 0.025**0.25)
+
+
+def test_no_walk_that_passes_far_is_not_nan_percent(tmp_path):
+    reading = FIGURES["miss_distance"](made_up_run(tmp_path, [walk()])).reading
+    assert reading == "No data."
+
+
 def test_error_budget_takes_the_reading_ahead_away(tmp_path):
     """A range read 0.205 s ahead of a walker at 1.3 m/s leaves nothing once that is removed."""
     stored = walk()

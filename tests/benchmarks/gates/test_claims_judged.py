@@ -13,6 +13,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.scoring.statistics import lower_bound, median, needed_of, upper_quantile_bound
 from tests.benchmarks.gated_runs import DETECTOR, good_run, run_of
 from tests.benchmarks.gates.verdicts import claim
+from tests.benchmarks.synthetic_run import walk
 
 
 def test_a_point_estimate_equal_to_the_claim_does_not_pass(tmp_path):
@@ -73,3 +74,12 @@ def test_claims_count_a_walk_of_a_sweep_once(tmp_path):
     cells = list(good_run(tmp_path).cells)
     swept = [{**cell, "cell": cell["cell"] | {"variant": {"name": name}}} for name in ("one", "two") for cell in cells]
     assert judge_claims(run_of(tmp_path, swept), claim(rate="TP", at_least=0.5))[0].n == 40
+
+
+def test_a_claim_at_a_swept_threshold_asks_for_walks_that_bound_the_threshold(tmp_path):
+    """Cause: the threshold was taken as given, so that one claim in six that is not so passed, of one in twenty."""
+    for walks, state in ((80, State.FAILED), (400, State.PASSED)):
+        cells = [walk(index=k, collides=k % 2 == 0, probability=((0.9, 0.2)[k % 2],)) for k in range(walks)]
+        (verdict,) = judge_claims(run_of(tmp_path, cells), claim(rate="TP", at_tnr=0.97, at_least=0.9))
+        assert verdict.state is state
+        assert f"with a threshold known from {walks // 2} other walks" in verdict.message

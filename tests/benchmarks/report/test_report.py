@@ -19,7 +19,7 @@ from benchmarks.report.provenance import cost_lines, environment_lines, reproduc
 from benchmarks.report.report import write_report
 from benchmarks.report.verdict import verdict_rows
 from benchmarks.runs.manifest import manifest
-from tests.benchmarks.synthetic_run import DETECTORS, MANIFEST, made_up_run, standing, walk
+from tests.benchmarks.synthetic_run import DETECTORS, MANIFEST, default_cells, made_up_run, standing, walk
 from tests.scenes.browser import on_a_phone, screenshot
 
 
@@ -40,19 +40,38 @@ def test_verdict_comes_first_with_counts_and_intervals(written):
 
 
 def test_numbers_are_those_made_up(tmp_path):
-    rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path))}
+    cells = default_cells() + [standing(1.5, index=k) for k in range(2, 6)]
+    rows = {f"{row.group}: {row.label}": row for row in verdict_rows(made_up_run(tmp_path, cells))}
     tp = rows["Alerts: TP: collisions with an alert before contact"]
     assert (tp.paper, tp.cells[0].text, tp.cells[0].count) == (">93 %", "75.0 %", "3 of 4")
     assert tp.cells[0].against == "inconclusive"
     assert rows["Alerts: TP, 1 m left"].cells[0].count == "3 of 4"
     assert rows["Thresholds: TP at TN 95 %, 0.5 m left"].cells == (None, None)  # no probability is stated
     near = rows["Standing: Distance1, median at 1.5 m"]
-    assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "6 of 8", "0.25 cm")
+    assert (near.cells[0].text, near.cells[0].count, near.paper) == ("0.40 cm", "18 of 24", "0.25 cm")
     assert near.cells[0].against == "worse"
     assert near.cells[1] is None
     assert rows["Walking: distance, median with its sign"].cells[0].text == "-0.40 cm"
     assert rows["Walking: bearing, median"].cells[0].text == "5.0°"
     assert rows["Walking: radius of targets up to 1 m wide, median"].cells[0].against == "better"
+
+
+def test_alerts_are_counted_of_all_collisions(tmp_path):
+    """Cause: "1.2 m, 6 of 6" of a detector that alerts on 6 of 57 collisions read as if it always alerts."""
+    cells = [walk(index=k, alert_distance_m=2.0 if k < 6 else None) for k in range(20)]
+    rows = {row.label: row for row in verdict_rows(made_up_run(tmp_path, cells))}
+    for what in ("distance", "time"):
+        assert rows[f"median {what} to contact at the alert, collisions"].cells[0].count == "6 of 20"
+    rows = {row.label: row for row in verdict_rows(made_up_run(tmp_path, [walk(alert_distance_m=None)]))}
+    silent = rows["median distance to contact at the alert, collisions"].cells[0]
+    assert (silent.text, silent.count) == ("no alert", "0 of 1")
+
+
+def test_two_places_do_not_decide_against_the_paper(tmp_path):
+    """Cause: two standing measurements of equal error were "worse" than the paper, with an interval of no width."""
+    rows = {row.label: row for row in verdict_rows(made_up_run(tmp_path))}
+    near = rows["Distance1, median at 1.5 m"].cells[0]
+    assert (near.text, near.interval, near.against) == ("0.40 cm", "", "")
 
 
 def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):

@@ -38,6 +38,16 @@ def test_a_row_tells_errors_and_alerts(tmp_path):
     assert (row.beeps, row.range_estimates, row.outcome, row["index"]) == (4, 3, "TP", 3)
 
 
+def test_a_standing_phone_has_no_outcome(tmp_path):
+    """Cause: its "TN" made a TN of 51 of 54 from results.csv where the report counts 18 of 18 walks."""
+    frame = results_frame(made_up_run(tmp_path, [walk(collides=False, alert_distance_m=None), standing(1.5)]))
+    frame = frame[frame.detector == "PaperDetector"]
+    assert frame.outcome.tolist()[0] == "TN"
+    assert frame[["outcome", "true_alert"]].isna().to_numpy().tolist() == [[False, False], [True, True]]
+    (alone,) = results_frame(made_up_run(tmp_path, [standing(1.5, detectors=("PaperDetector",))])).outcome.tolist()
+    assert pd.isna(alone)
+
+
 def test_a_swept_parameter_is_a_column_with_the_value_that_each_cell_has(tmp_path):
     """The unchanged point of a sweep has no variant; its row says the value all the same."""
     cells = [swept(walk()), swept(walk(), **{"walk.gait_scale": 2.0}), swept(walk(), **{"walk.gait_scale": 0.5})]

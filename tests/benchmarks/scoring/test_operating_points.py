@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
-from benchmarks.scoring.operating_points import det_curve, operating_point
+from benchmarks.scoring.operating_points import det_curve, operating_point, true_positive_bounds
 from benchmarks.scoring.scores import approach_table, swept
 from tests.benchmarks.synthetic_run import made_up_run, walk
 
@@ -42,3 +43,20 @@ def test_a_detector_that_states_nothing_has_no_threshold(tmp_path):
     table = approach_table(made_up_run(tmp_path), "PaperDetector")
     assert np.isnan(table["score_0m"]).all()
     assert swept(table, 0.0, 0.9) is None
+
+
+@pytest.mark.parametrize(("hits", "misses", "tnr", "true"), [(57, 60, 0.97, 0.9), (120, 120, 0.95, 0.68)])
+def test_the_interval_holds_the_rate_at_the_threshold_of_all_walks(hits, misses, tnr, true):
+    """Cause: the interval took the threshold chosen on these walks as given, and held it 75 and 72 times in 100."""
+    rng, apart = np.random.default_rng(5), stats.norm.ppf(tnr) + stats.norm.ppf(true)
+    found = [operating_point(rng.normal(apart, size=hits), rng.normal(size=misses), tnr) for _ in range(200)]
+    held = [point.true_positive.low <= true <= point.true_positive.high for point in found if point]
+    assert np.mean(held) >= 0.95
+
+
+def test_few_other_walks_bound_no_threshold():
+    """60 walks all lie below the 97 % quantile one time in six."""
+    hits, misses = np.linspace(2.0, 3.0, 57), np.linspace(0.0, 1.0, 60)
+    assert true_positive_bounds(hits, misses, 0.97, 0.95)[0] == 0.0
+    assert true_positive_bounds(hits, misses, 0.9, 0.95)[0] == pytest.approx(0.025 ** (1 / 57))
+    assert true_positive_bounds(hits, np.tile(misses, 4), 0.97, 0.95)[0] == pytest.approx(0.025 ** (1 / 57))
