@@ -113,15 +113,15 @@ class EchoPipeline:
         direct = direct_sound(profile)
         if direct.found:
             if self._damage.found(profile, direct):
-                return nothing_measured(Flag.DAMAGED)
+                return nothing_measured(Flag.DAMAGED | _channel_flag(block), float(self._start_s(direct)[0]))
             if self._damage.was_first:
                 self._forget()
         profile, direct = self._settled(block, profile, direct)
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)
         start_s = self._start_s(direct)
-        identical = one_is_the_other(block)
-        beep_flags = Flag.IDENTICAL_CHANNELS if identical else Flag.NONE
+        beep_flags = _channel_flag(block)
+        identical = beep_flags is Flag.IDENTICAL_CHANNELS
         echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
         motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
         nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
@@ -306,6 +306,11 @@ class StillPipeline(EchoPipeline):
         speed_m_s = super()._motion(range_m, time_s).closing_speed_m_s
         every = np.ones(len(range_m), dtype=bool)
         return Motion(static=~every, closing=every, closing_speed_m_s=speed_m_s, judged=True)
+
+
+def _channel_flag(block: NDArray[np.floating]) -> Flag:
+    """Whether both channels of a beep (2, n) are one."""
+    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE
 
 
 def _flags(
