@@ -37,6 +37,8 @@ class Flag(IntFlag):
     """The direct sound is not where it should be: nothing was measured."""
     NO_RADIUS = 128
     """Nothing that was received says how broad the obstacle is: its radius is NaN."""
+    DAMAGED = 256
+    """Samples of the beep are damaged, by a click or a gap: it is passed over as if it had not been received."""
 
 
 class Column(NamedTuple):

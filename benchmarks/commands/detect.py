@@ -169,6 +169,7 @@ def _line(detection: Detection) -> str:
     )
     alert = "  ALERT" if detection.decision.alert else ""
     lost = "no beep here" if obstaclewatch.Flag.NO_BEEP in detection.beep_flags else ""
+    lost = "damaged" if obstaclewatch.Flag.DAMAGED in detection.beep_flags else lost
     return f"{round(detection.time_s, 2) + 0.0:7.2f} s  {candidates}{lost}{alert}"  # + 0.0: never "-0.00"
 
 

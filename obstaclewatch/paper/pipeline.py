@@ -19,6 +19,7 @@ from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.sample_faults import one_is_the_other
 from obstaclewatch.recordings.streaming import check_arguments, reach_s
+from obstaclewatch.signal.damaged_beeps import DamagedBeeps
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.echoes import (
     Echoes,
@@ -95,21 +96,32 @@ class EchoPipeline:
             beep, reach_s(beep, settings.far_m, self.sound_speed_m_s), reverse=not errata.correlate_once
         )
         self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
-        self._history = PeakHistory(settings.history_s)
+        self._damage, self._history = DamagedBeeps(), PeakHistory(settings.history_s)
 
     def reset(self) -> None:
         """Forget earlier beeps."""
+        self._damage.clear()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget all that beeps left but how loud their noise was."""
         self._history.clear()
 
     def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
         """One beep period to its candidates. `time_s` is that of the block's first sample."""
-        profile = self._profile(block)
+        profile = self._filter.compress(block)
         direct = direct_sound(profile)
+        if direct.found:
+            if self._damage.found(profile, direct):
+                return nothing_measured(Flag.DAMAGED | _channel_flag(block), float(self._start_s(direct)[0]))
+            if self._damage.was_first:
+                self._forget()
+        profile, direct = self._settled(block, profile, direct)
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)
         start_s = self._start_s(direct)
-        identical = one_is_the_other(block)
-        beep_flags = Flag.IDENTICAL_CHANNELS if identical else Flag.NONE
+        beep_flags = _channel_flag(block)
+        identical = beep_flags is Flag.IDENTICAL_CHANNELS
         echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
         motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
         nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
@@ -141,8 +153,11 @@ class EchoPipeline:
             beep_flags=beep_flags,
         )
 
-    def _profile(self, block: NDArray[np.floating]) -> EchoProfile:
-        return self._filter.compress(block)
+    def _settled(
+        self, block: NDArray[np.floating], profile: EchoProfile, direct: DirectSound
+    ) -> tuple[EchoProfile, DirectSound]:
+        """What is measured of a block, its profile and direct sound: these themselves."""
+        return profile, direct
 
     def _start_s(self, direct: DirectSound) -> Floats:
         """(2,) emission as each channel is to see it: one clock, one start; as printed, each one's own direct peak."""
@@ -291,6 +306,11 @@ class StillPipeline(EchoPipeline):
         speed_m_s = super()._motion(range_m, time_s).closing_speed_m_s
         every = np.ones(len(range_m), dtype=bool)
         return Motion(static=~every, closing=every, closing_speed_m_s=speed_m_s, judged=True)
+
+
+def _channel_flag(block: NDArray[np.floating]) -> Flag:
+    """Whether both channels of a beep (2, n) are one."""
+    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE
 
 
 def _flags(

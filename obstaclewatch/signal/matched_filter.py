@@ -7,7 +7,7 @@ envelope at a low rate. Cropping, band-pass and decimation are one slice of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -34,6 +34,7 @@ class EchoProfile:
         start_s: delay of the first sample, relative to the first sample of the block.
         rate_hz: samples per second of delay.
         reference_hz: frequency that was moved to zero.
+        circular: (2, count) over the full period: `envelope` is its first part, and its end lies before its start.
 
     >>> import numpy as np
     >>> profile = EchoProfile(np.array([[0.0, 0.5j, 0.0]]), start_s=0.0, rate_hz=24_000.0, reference_hz=20_500.0)
@@ -45,6 +46,7 @@ class EchoProfile:
     start_s: float
     rate_hz: float
     reference_hz: float
+    circular: Complexes = field(default_factory=lambda: np.empty((2, 0), dtype=np.complex128), repr=False)
 
     @cached_property
     def magnitude(self) -> Floats:
@@ -135,12 +137,9 @@ class MatchedFilter:
         replica = self._replica
         if earlier_s != 0.0:
             replica = replica * np.exp(2j * np.pi * earlier_s * (self.reference_hz + self._offset_hz))
-        return EchoProfile(
-            np.ascontiguousarray(self._envelope(block, replica)[:, : self._kept]),
-            self.start_s,
-            self.rate_hz,
-            self.reference_hz,
-        )
+        circular = self._envelope(block, replica)
+        envelope = np.ascontiguousarray(circular[:, : self._kept])
+        return EchoProfile(envelope, self.start_s, self.rate_hz, self.reference_hz, circular)
 
     def band_signal(self, block: ArrayLike) -> Complexes:
         """(C, M) complex baseband of the block in the beep's band, at `rate_hz`, from the block's first sample on."""

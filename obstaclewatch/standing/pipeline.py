@@ -25,7 +25,7 @@ from obstaclewatch.signal.carrier_cycle import (
     within_cycle,
 )
 from obstaclewatch.signal.clock_slip import ClockSlip
-from obstaclewatch.signal.direct_sound import direct_sound
+from obstaclewatch.signal.direct_sound import DirectSound, direct_sound
 from obstaclewatch.signal.echoes import Echoes, noise_amplitude
 from obstaclewatch.signal.matched_filter import EchoProfile
 from obstaclewatch.signal.overlap import Crests, nearest_echoes, parted_crests, pulse_table
@@ -63,23 +63,26 @@ class StandingPipeline(StillPipeline):
         self._table = pulse_table(beep)
         self._crests: dict[int, Crests] = {}  # of the beep in hand
 
-    def reset(self) -> None:
-        """Forget earlier beeps."""
-        super().reset()
+    def _forget(self) -> None:
+        """Forget all that beeps left but how loud their noise was."""
+        super()._forget()
         self._slip.clear()
         self._mean.clear()
 
     def measure(self, block: NDArray[np.floating], time_s: float) -> Measurement:
         """One beep period to its candidates; see `EchoPipeline.measure`."""
+        self._slip_s = 0.0
         found = super().measure(block, time_s)
         return replace(found, start_s=found.start_s + self._slip_s) if self._slip_s else found
 
-    def _profile(self, block: NDArray[np.floating]) -> EchoProfile:
-        profile, self._slip_s = super()._profile(block), 0.0
-        direct = direct_sound(profile)
+    def _settled(
+        self, block: NDArray[np.floating], profile: EchoProfile, direct: DirectSound
+    ) -> tuple[EchoProfile, DirectSound]:
+        """The mean of this beep's profile and of earlier ones, all in phase."""
         if direct.found:
             profile, self._slip_s = self._slip.held(block, profile, direct)
-        return self._mean.add(profile)
+        mean = self._mean.add(profile)
+        return mean, direct_sound(mean)
 
     def _echoes_of(self, profile: EchoProfile, channel: int, peaks: NDArray[np.intp], noise: float) -> Echoes:
         """Echoes at peaks of a channel: one each, or two where that explains the crest."""

@@ -46,6 +46,8 @@ FARTHEST_M = 1.6
 """Distance left from which on collisions were learned, and alerts are given."""
 OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
 """Columns that need two different channels."""
+NOTHING_KNOWN = (Flag.NO_BEEP, Flag.DAMAGED)
+"""Flags of beeps that say nothing of obstacles."""
 MOST_RANGE_STD_M = 0.03
 """Claimed deviation of the range beyond which a track is not shown."""
 NO_BEARINGS: Floats = np.zeros((0, NUMBERS))
@@ -139,6 +141,10 @@ class TrackingDetector(StreamingDetector):
         """Forget all beeps so far."""
         self._blocks.clear()
         self._finder.reset()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget all that was gathered from peaks."""
         self._approaches.clear()
         self._steps.clear()
         self._memory.clear()
@@ -151,8 +157,10 @@ class TrackingDetector(StreamingDetector):
         samples, begin_s = self._blocks.checked(block, time_s)
         found = self._finder.find(samples)
         index = self._blocks.passed(begin_s, time_s)
-        if found is None:
-            return self._report(index, begin_s, [], [], Flag.NO_BEEP)
+        if isinstance(found, Flag):
+            return self._report(index, begin_s, [], [], found)
+        if self._finder.began_anew:
+            self._forget()
         start_s, peaks = found
         self._take_pitch()
         emitted_s = begin_s + start_s
@@ -226,7 +234,7 @@ class TrackingDetector(StreamingDetector):
             collides=np.array([trajectories[k].collision >= 0.5 for k in known], dtype=bool),
             flags=np.full(len(known), int(flag | Flag.NO_RADIUS), dtype=np.int_),
             beep_flags=flag,
-            decision=self._decide(time_s, trajectories, found) if flag is not Flag.NO_BEEP else no_decision(time_s),
+            decision=no_decision(time_s) if flag in NOTHING_KNOWN else self._decide(time_s, trajectories, found),
         )
 
     def _bearing_evidence(self, track: Track, trajectory: Expectation, found: TrackRange) -> Floats:
@@ -271,5 +279,5 @@ class TrackingDetector(StreamingDetector):
 
 
 def no_decision(time_s: float) -> Decision:
-    """Of a beep that was not received."""
+    """Of a beep that was not received, or is damaged."""
     return Decision(False, time_s, np.nan, np.nan, 0, 0.0)

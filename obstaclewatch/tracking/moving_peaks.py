@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sin
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
 from obstaclewatch.signal.clock_slip import ClockSlip
+from obstaclewatch.signal.damaged_beeps import DamagedBeeps
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
@@ -112,6 +114,7 @@ class PeakFinder:
         self._filter = MatchedFilter(beep, reach_s(beep, settings.far_m, sound_speed_m_s))
         self._baseline_m = float(phone.speaker_to_mic_m[0])
         self._direct_delay_s = expected_direct_delay_s(phone, sound_speed_m_s, settings.direct_delay_s)
+        self._damage = DamagedBeeps()
         self._slip, self._background = ClockSlip(self._filter), CoherentBackground(BACKGROUND_BEEPS)
         self._clutter = ClutterMap(CLUTTER_BEEPS, round(CLUTTER_HALF_WIDTH_S * self._filter.rate_hz))
         # As many samples in every beep: rounding both ends of the reach apart would give the map one more or one less.
@@ -165,6 +168,16 @@ class PeakFinder:
 
     def reset(self) -> None:
         """Forget all beeps."""
+        self._damage.clear()
+        self._forget()
+
+    @property
+    def began_anew(self) -> bool:
+        """Whether the first beep turned out to be damaged with the last one, and is forgotten."""
+        return self._damage.was_first
+
+    def _forget(self) -> None:
+        """Forget all that beeps left but how loud their noise was."""
         self._slip.clear()
         self._background.clear()
         self._clutter.clear()
@@ -176,12 +189,16 @@ class PeakFinder:
             self._pitch_estimator.clear()
             self.pitch_rad = 0.0
 
-    def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | None:
-        """Emission relative to the block's first sample, s, and the peaks; None if there is no beep."""
+    def find(self, block: NDArray[np.floating]) -> tuple[float, MovingPeaks] | Literal[Flag.NO_BEEP, Flag.DAMAGED]:
+        """Emission relative to the block's first sample, s, and the peaks; why not if nothing is to be learned."""
         profile = self._filter.compress(block)
         direct = direct_sound(profile)
         if not direct.found:
-            return None
+            return Flag.NO_BEEP
+        if self._damage.found(profile, direct):
+            return Flag.DAMAGED
+        if self._damage.was_first:
+            self._forget()
         profile, slip_s = self._slip.held(block, profile, direct)
         start_s = float(direct.delay_s[0]) - slip_s - self._direct_delay_s
         height = float(direct.amplitude[0])

@@ -149,6 +149,38 @@ def test_a_missing_beep_leaves_the_track():
         assert np.abs(d.range_m - true_range(Point(5.2), 1.3, hit)).min() < 0.03
 
 
+def _clicked(samples, beep):
+    samples[:, beep * BEEP.period_samples + 9_000] = 42.0 * np.abs(samples).max()
+
+
+def _zeroed(samples, beep):
+    samples[:, beep * BEEP.period_samples + 5_000 :][:, :10_000] = 0.0
+
+
+def _dropped(samples, beep):
+    for place in range(500, BEEP.period_samples, 1_700):
+        samples[:, beep * BEEP.period_samples + place :][:, :200] = 0.0
+
+
+@pytest.mark.parametrize("damage", [_clicked, _zeroed, _dropped])
+@pytest.mark.parametrize("beep", [0, 1, 12, 18, 21])
+def test_a_damaged_beep_is_as_one_that_is_missing(damage, beep):
+    """It went into all memories: a click ended the alerts of the next 20 beeps, or began some of nothing."""
+    samples, missing = (record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK) for _ in range(2))
+    damage(samples, beep)
+    missing[:, beep * BEEP.period_samples :][:, : BEEP.period_samples] = 0.0
+    detector, decisions = TrackingDetector(BEEP, PHONE), []
+    for each in (samples, missing):
+        detector.reset()
+        found = [detector.process(block) for block in np.split(each, WALK["beeps"], axis=1)]
+        decisions.append([d.decision for d in found[:beep] + found[beep + 1 :]])
+        if each is samples and beep > 0:  # of the first one nothing could be known
+            assert [d.index for d in found if Flag.DAMAGED in d.beep_flags] == [beep]
+            assert len(found[beep]) == 0
+    assert any(decision.alert for decision in decisions[0])
+    assert repr(decisions[0]) == repr(decisions[1])
+
+
 def test_streaming_equals_batch_bit_for_bit_and_a_reset_forgets():
     samples = recording([GROUND, Point(4.0, 0.2, gain=0.06)], beeps=20, speed_m_s=1.3, noise=0.05)
     detector = TrackingDetector(BEEP, PHONE)
