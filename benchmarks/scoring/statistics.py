@@ -76,10 +76,11 @@ def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
 
 
 def quantile(values: ArrayLike, q: float, axis: int = -1) -> Any:
-    """The least of the values that a share q of them does not pass: what tables, gates and figures call a quantile.
+    """The value that a share q of the values does not pass: what tables, gates and figures call a quantile.
 
-    It is one of the values, as the ends of its intervals are (`upper_quantile_bound`, `quantile_with_interval`), and
-    not what lies between two of them.
+    Where exactly that share ends between two values it is the middle between them (Hyndman and Fan 1996, American
+    Statistician 50:361, definition 2): the lower one of two would be biased, by 1.2 mm of path difference over the
+    twelve beeps of a standing place.
 
     Args:
         values: finite, at least one along the axis.
@@ -87,16 +88,16 @@ def quantile(values: ArrayLike, q: float, axis: int = -1) -> Any:
         axis: which one goes.
 
     >>> float(quantile([4.0, 1.0, 2.0, 3.0, 5.0], 0.8))
-    4.0
+    4.5
     """
-    return np.quantile(np.asarray(values, dtype=np.float64), q, axis=axis, method="inverted_cdf")
+    return np.quantile(np.asarray(values, dtype=np.float64), q, axis=axis, method="averaged_inverted_cdf")
 
 
 def median(values: ArrayLike, axis: int = -1) -> Any:
-    """The `quantile` that half of the values do not pass: of an even number the lower one of the two in the middle.
+    """The `quantile` that half of the values do not pass: of an even number the middle between the two in the middle.
 
     >>> float(median([4.0, 1.0, 2.0, 3.0]))
-    2.0
+    2.5
     """
     return quantile(values, 0.5, axis)
 
@@ -179,7 +180,7 @@ def quantile_with_interval(
 
     >>> walks = np.repeat([1, 2, 3], 4)
     >>> quantile_with_interval(np.arange(12.0), 0.5, walks)
-    (5.0, nan, nan, 12)
+    (5.5, nan, nan, 12)
     """
     data = np.asarray(values, dtype=np.float64)
     keep = np.isfinite(data)

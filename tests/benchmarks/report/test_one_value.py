@@ -92,11 +92,12 @@ def test_an_error_is_one_number(
     curves = pd.read_csv(folder / "figures" / f"{figure}.csv")
     word = "Distance1" if figure == "fig21" else "walking"
     curve = curves[curves.curve == f"{DETECTOR}, {word}"]
+    middle = [curve[share].error.iloc[0] for share in (curve.share >= 0.5, curve.share > 0.5)]
     texts = {
         "terminal": _after(folder / "terminal.txt", terminal), "report": _after(folder / "report.md", report),
-        "claims": _after(folder / "claims.md", claim), "figure": str(curve[curve.share >= 0.5].error.iloc[0]),
+        "claims": _after(folder / "claims.md", claim), "figure": f"{np.mean(middle):.4f}",
     }  # fmt: skip
-    _agree(float(errors.quantile(0.5, interpolation="lower")), texts)
+    _agree(float(errors.median()), texts)
 
 
 @pytest.mark.parametrize("quantity", ["range", "bearing", "radius"])
@@ -107,7 +108,7 @@ def test_a_row_of_results_is_the_median_of_its_beeps(folder: Path, quantity: str
     if quantity == "radius":
         error = error.where(beeps.true_radius_m <= 0.5)
     assert set(error.groupby(beeps.label).count() % 2) == {0, 1}
-    expected = error.groupby(beeps.label).quantile(0.5, interpolation="lower")
+    expected = error.groupby(beeps.label).median()
     found = table.set_index("label")[f"{quantity}_error_median_{unit}"]
     np.testing.assert_allclose(found, expected[found.index], rtol=1e-12)
 
