@@ -95,6 +95,8 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
     if body is None:
         return
     local = into_rest(points_m, tracing.placed[:, None, index])
+    if body.volume >= 0.0:
+        _check_parts(tracing, index, local)
     low, high = body.bounds
     near = ((local > low + ON_FACE_M) & (local < high - ON_FACE_M)).all(axis=2)
     inside, room = near.copy(), body.volume < 0.0
@@ -110,6 +112,18 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
                 f"'{name}' {when}; its mesh.invert() winds it outwards"
             )
         raise ValueError(f"the phone must be outside of all closed bodies, got {what} inside '{name}' {when}")
+
+
+def _check_parts(tracing: Tracing, index: int, local_m: Floats) -> None:
+    """Refuse a part of an obstacle that is wound inwards, unless (N, 3, 3) transducers are in the box round it."""
+    for low, high in tracing.world.skins[index][0].rooms_m:
+        outside = ((local_m < low - ON_FACE_M) | (local_m > high + ON_FACE_M)).any(axis=2)
+        for n, which in np.argwhere(outside)[:1]:
+            raise ValueError(
+                f"the phone must be inside of a part that is wound inwards, as a room is, got {TRANSDUCERS[which]} "
+                f"outside of one of '{tracing.world.obstacles[index].name}' {_when(tracing.time_s, n)}; "
+                "trimesh.repair.fix_inversion(mesh, multibody=True) winds all parts outwards"
+            )
 
 
 def _struck(world: World, shadow: Blocker, start_m: Floats, end_m: Floats) -> str:
