@@ -174,3 +174,12 @@ def test_a_part_wound_inwards_is_named_and_a_hollow_is_none(phone):
     hollow.invert()
     ball = trimesh.util.concatenate([trimesh.creation.icosphere(2, 0.5), hollow]).apply_translation([3.0, 0.0, 0.0])
     assert trace_paths(Scene([Obstacle(ball, Material.rigid(), "ball")]), phone, LEVEL).order.max() > 0
+
+
+def test_a_walkers_body_wound_inwards_is_refused_too():
+    """Its echo, -6 dB re 1 m, was missing without a word."""
+    mesh = trimesh.creation.box(bounds=[[-0.6, -0.3, -1.2], [-0.3, 0.3, 0.5]])
+    mesh.invert()
+    phone = Phone.named("galaxy-s5").held_by(Obstacle(mesh, Material.rigid(), "walker"))
+    with pytest.raises(ValueError, match=r"outside of 'walker' at pose 0"):
+        trace_paths(Scene(()), phone, Pose([0.0, 0.0, 1.3], held_rotation(0.0)), DIRECT)
