@@ -21,7 +21,7 @@ from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
 from simulator.field.rounded_shadows import behind_rounded, passes_around
 from simulator.field.sharp_shadows import passes_over_edges
-from simulator.field.stacked_sheets import covered
+from simulator.field.stacked_sheets import PARALLEL_COS, covered
 from simulator.images.image_method import REACHED, crossed
 from simulator.paths import Paths
 from simulator.phone.phone import Phone
@@ -245,19 +245,26 @@ def _left_by_mirrors(search: Search, found: Candidates) -> Floats:
 def _off_own_face(tracing: Tracing, found: Candidates) -> Flags:
     """(C,) whether a path over an edge meets one of its faces at the edge itself, as in a corner where both end.
 
-    Or at its end another mirror that only touches it there, as the top of a box does on which another stands flush.
+    Or next to it what is level with one of them and has the edge in its plane, as the other half of a face whose
+    corners are not quite in one. Or at its end another mirror that only touches it there, as the top of a box does on
+    which another stands flush.
     """
     rows, off = np.flatnonzero(found.edge >= 0), np.zeros(len(found), dtype=bool)
-    some, wedges = found[rows], tracing.world.wedges[found.edge[rows]]
-    own = (some.sequence[:, :, None] == wedges.patch[:, None]).any(axis=2)
-    at_edge = some.points_m[np.arange(len(rows)), point_slot(some) + 1]
-    meets = (some.interaction == Interaction.SPECULAR) & (norm(some.points_m[:, 1:-1] - at_edge[:, None]) < FLUSH_M)
+    some, wedges, normal = found[rows], tracing.world.wedges[found.edge[rows]], tracing.world.patches.normal
+    slot = point_slot(some)
+    apart = some.points_m[:, 1:-1] - some.points_m[np.arange(len(rows)), slot + 1][:, None]
+    at_edge, rises = norm(apart) < FLUSH_M, np.abs(dot(apart, some.normal))
+    beside = (np.abs(np.arange(apart.shape[1]) - slot[:, None]) == 1) & (rises < FLUSH_M)
+    path, place = np.nonzero((some.interaction == Interaction.SPECULAR) & (at_edge | beside))
+    met, faces = some.sequence[path, place], wedges.patch[path]
     leans = np.where(some.part == START, wedges.leans_on[:, 0], wedges.leans_on[:, 1])
-    supports = (some.sequence == leans[:, None]) | (some.sequence == wedges.mirror[:, None])
-    path, place = np.nonzero(meets & ~own & ~supports & (some.part != APEX)[:, None])
-    across = np.abs(dot(tracing.world.patches.normal[some.sequence[path, place]], wedges.along[path])) > STEEP
-    off[rows] = (meets & own).any(axis=1)
-    off[rows[path[across & ~_goes_on(tracing, some[path], place)]]] = True
+    support = (met == leans[path]) | (met == wedges.mirror[path])
+    own, there = (met[:, None] == faces).any(axis=1), at_edge[path, place]
+    level = (np.abs(dot(normal[met][:, None], normal[faces])) > PARALLEL_COS).any(axis=1)
+    off[rows[path[(own & there) | (level & ~own & ~support)]]] = True
+    across = np.abs(dot(normal[met], wedges.along[path])) > STEEP
+    ends = np.flatnonzero(there & across & ~own & ~support & (some.part[path] != APEX))
+    off[rows[path[ends[~_goes_on(tracing, some[path[ends]], place[ends])]]]] = True
     return off
 
 

@@ -17,12 +17,13 @@ from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import inside_patch
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
-from simulator.world.mirrors import FLUSH_M
 from simulator.world.visibility import OFFSET
 from simulator.world.world import Tracing
 
 RESOLVED_M = 1e-12  # rounding of coordinates up to some 1000 m
 PARALLEL_COS = np.cos(np.deg2rad(1.0))
+WITHIN_M = 1e-3  # of the ends of an edge: corners are moved by up to 0.1 mm onto planes that are not quite level
+INWARDS = 0.03  # of that, off the edge: a corner of 2 degrees has it inside, as the half of a face that is no plane
 BLIND = 4.0  # times `OFFSET` of the largest coordinate: what Embree may let pass, along and across
 
 
@@ -50,8 +51,9 @@ def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:
     own[row, place, 1] = np.where(wedges.patch[:, 0] == wedges.patch[:, 1], -1, wedges.patch[:, 1])
     to_middle = 0.5 * (wedges.start_m + wedges.end_m) - within[row, place, 0]
     along = np.sign(dot_rows(to_middle, wedges.along))[:, None] * wedges.along
+    step_m = np.minimum(WITHIN_M, 0.25 * wedges.length_m)
     for face, inwards in enumerate((wedges.inwards, wedges.direction_at(wedges.open_angle_rad))):
-        within[row, place, face] += FLUSH_M * (inwards + along)
+        within[row, place, face] += step_m[:, None] * (along + INWARDS * inwards)
     return own, within
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import trimesh
+from scipy.spatial import cKDTree
 
-from obstaclewatch.support.arrays import Flags, Ints
+from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.scene.scene import welded, with_area
+
+TOGETHER_M = 1e-5  # a two-thousandth of the wavelength; drawn together only what then is closed
 
 
 def cleaned(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, bool]:
@@ -23,9 +28,31 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     whose boughs share a ring would be taken for open.
     """
     apart = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
-    copy = merged = welded(apart)
-    if not _is_closed(merged):
-        copy = next(filter(_is_closed, (apart, _in_parts(merged))), merged)
+    copy = next(filter(_is_closed, _readings(apart)), None)
+    if copy is None:
+        better = (_each_once(_with_area(each)) for each in (apart, _drawn_together(apart)))
+        copy = next((each for mesh in better for each in _readings(mesh) if _is_closed(each)), welded(apart))
+    return _with_area(copy)
+
+
+def _drawn_together(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy whose vertices within `TOGETHER_M` of one another are one: of soups whose corners hardly agree."""
+    joined = welded(mesh)
+    pairs = cKDTree(joined.vertices).query_pairs(TOGETHER_M, output_type="ndarray")
+    _, first, which = np.unique(components(pairs, len(joined.vertices)), return_index=True, return_inverse=True)
+    return trimesh.Trimesh(joined.vertices[first], which[joined.faces], process=False)
+
+
+def _readings(apart: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
+    """A mesh merged, as it is, and merged in parts."""
+    merged = welded(apart)
+    yield from (merged, apart)
+    yield _in_parts(merged)
+
+
+def _with_area(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy without facets of no area."""
+    copy = mesh.copy()
     copy.update_faces(with_area(copy))
     copy.remove_unreferenced_vertices()
     return copy
@@ -69,6 +96,28 @@ def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     flipped = copy[:count] != copy[first[part]]
     faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
+
+
+def turned_inwards(closed: trimesh.Trimesh) -> Floats:
+    """(B, 2, 3) boxes round pieces of a closed mesh that are wound inwards, as rooms are, and hollow out no other."""
+    piece = components(closed.face_adjacency, len(closed.faces))
+    corners = closed.vertices[closed.faces] - closed.bounds.mean(axis=0)
+    volume = np.bincount(piece, np.einsum("tx,tx->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
+    inwards, outwards = (
+        np.array([_box(closed.vertices[closed.faces[piece == each]]) for each in np.flatnonzero(wound)]).reshape(
+            -1, 2, 3
+        )
+        for wound in (volume < 0.0, volume > 0.0)
+    )
+    low = np.all(inwards[:, None, 0] >= outwards[:, 0], axis=2)
+    high = np.all(inwards[:, None, 1] <= outwards[:, 1], axis=2)
+    boxes: Floats = inwards[~np.any(low & high, axis=1)]
+    return boxes
+
+
+def _box(corners_m: Floats) -> tuple[Floats, Floats]:
+    """Lowest and highest corner of the box round facets (T, 3, 3)."""
+    return corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
 
 
 def _runs_along(faces: Ints, edges: Ints) -> Flags:

@@ -1,7 +1,7 @@
 """Whether the phone has room: no transducer inside a body, nothing between speaker and microphones or driven through.
 
 What the scene says otherwise is refused by name: image sources, rays and integrals would all answer, each wrongly.
-The walker's own body goes with the phone and is not asked about.
+The walker's own body goes with the phone and is asked for its winding alone.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 import trimesh
 
-from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.arrays import Floats
 from simulator.world.frames import into_rest
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
@@ -29,7 +29,7 @@ def check_poses(tracing: Tracing) -> None:
             and a microphone.
     """
     points = tracing.transducers_m
-    for index in _at_rest_or_drifting(tracing):
+    for index in range(len(tracing.world.obstacles)):
         _check_inside(tracing, index, points)
     for mic in range(2):
         ends = points[:, 0], points[:, 1 + mic]
@@ -63,11 +63,6 @@ def check_passage(tracing: Tracing, time_s: Floats, points_m: Floats) -> None:
             )
 
 
-def _at_rest_or_drifting(tracing: Tracing) -> Ints:
-    """Obstacles that do not go with the walker."""
-    return np.flatnonzero(~tracing.frames.carried)
-
-
 def _shadows(tracing: Tracing) -> Iterator[Blocker]:
     return (shadow for shadow in tracing.world.blockers if not tracing.frames.carried[shadow.obstacle])
 
@@ -89,12 +84,17 @@ def _check_between(tracing: Tracing, mic: int, speaker_m: Floats, mic_m: Floats)
 def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
     """Refuse a transducer inside an obstacle: asked of those in the box round a closed one, one by one.
 
-    A mesh wound inwards is a room. From outside of it nothing would echo.
+    A mesh wound inwards is a room. From outside of it nothing would echo. The walker's body holds the phone where it
+    says.
     """
     body = tracing.world.skins[index][0].solid
     if body is None:
         return
     local = into_rest(points_m, tracing.placed[:, None, index])
+    if body.volume >= 0.0:
+        _check_parts(tracing, index, local)
+        if tracing.frames.carried[index]:
+            return
     low, high = body.bounds
     near = ((local > low + ON_FACE_M) & (local < high - ON_FACE_M)).all(axis=2)
     inside, room = near.copy(), body.volume < 0.0
@@ -110,6 +110,18 @@ def _check_inside(tracing: Tracing, index: int, points_m: Floats) -> None:
                 f"'{name}' {when}; its mesh.invert() winds it outwards"
             )
         raise ValueError(f"the phone must be outside of all closed bodies, got {what} inside '{name}' {when}")
+
+
+def _check_parts(tracing: Tracing, index: int, local_m: Floats) -> None:
+    """Refuse a part of an obstacle that is wound inwards, unless (N, 3, 3) transducers are in the box round it."""
+    for low, high in tracing.world.skins[index][0].rooms_m:
+        outside = ((local_m < low - ON_FACE_M) | (local_m > high + ON_FACE_M)).any(axis=2)
+        for n, which in np.argwhere(outside)[:1]:
+            raise ValueError(
+                f"the phone must be inside of a part that is wound inwards, as a room is, got {TRANSDUCERS[which]} "
+                f"outside of one of '{tracing.world.obstacles[index].name}' {_when(tracing.time_s, n)}; "
+                "trimesh.repair.fix_inversion(mesh, multibody=True) winds all parts outwards"
+            )
 
 
 def _struck(world: World, shadow: Blocker, start_m: Floats, end_m: Floats) -> str:
