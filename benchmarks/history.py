@@ -11,7 +11,6 @@ import pandas as pd
 
 from benchmarks.figures.plots import Line, Panel, PlotFigure
 from benchmarks.runs.stored import DatedManifest, StoredSummary, check_stored, read_json
-from benchmarks.scoring.statistics import median
 
 SERIES = ["suite", "tier", "split", "seed", "cells"]
 """Runs that agree in these are compared: `cells` sets those apart that were cut by -k or --limit."""
@@ -108,7 +107,7 @@ def _cost(costs: pd.DataFrame, detector: str) -> dict[str, float]:
         return dict.fromkeys(("simulate_s_per_s", "detect_cpu_s_per_beep"), np.nan)
     return {
         "simulate_s_per_s": ran.simulate_s.sum() / ran.recording_s.sum(),
-        "detect_cpu_s_per_beep": float(median(ran.detect_cpu_s / ran.beeps)),
+        "detect_cpu_s_per_beep": float(np.median(ran.detect_cpu_s / ran.beeps)),
     }
 
 

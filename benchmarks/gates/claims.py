@@ -21,7 +21,7 @@ from benchmarks.scoring.scores import (
     true_negative_rate,
     true_positive_rate,
 )
-from benchmarks.scoring.statistics import Rate, lower_bound, median, needed_of, upper_quantile_bound
+from benchmarks.scoring.statistics import Rate, lower_bound, needed_of, upper_quantile_bound
 from benchmarks.scoring.strata import clear_cut
 
 GROUP = "claim"
@@ -98,7 +98,7 @@ def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
     values = np.array([value for value in per_walk(tables, claim.quantity).values() if np.isfinite(value)])
     if len(values) == 0:
         return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in the run")
-    middle, bound = float(median(values)), upper_quantile_bound(values, 0.5, claim.confidence)
+    middle, bound = float(np.median(values)), upper_quantile_bound(values, 0.5, claim.confidence)
     unit = QUANTITIES[claim.quantity].unit
     if np.isnan(bound):
         return Verdict.unmeasured(GROUP, name, f"{name}: {len(values)} walks are too few to bound a median, run more")

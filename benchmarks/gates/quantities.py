@@ -10,7 +10,6 @@ import numpy as np
 
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.scores import Table, approach_table, beep_table, chosen, is_narrow, rows_where
-from benchmarks.scoring.statistics import median
 from obstaclewatch.support.arrays import Floats
 
 Worse = Literal["up", "either"]
@@ -47,29 +46,31 @@ MOST_CANDIDATES = 100.0
 """Resolved echoes within reach: a Hann chirp's pulses are wider than a hundredth of it."""
 
 QUANTITIES = {
-    "range_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), median),
-    "range_bias": Quantity("m", FARTHEST_M, "either", lambda t: t["range_m"] - t["true_range_m"], median),
-    "range2_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), median),
+    "range_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range_m"] - t["true_range_m"]), np.median),
+    "range_bias": Quantity("m", FARTHEST_M, "either", lambda t: t["range_m"] - t["true_range_m"], np.median),
+    "range2_error": Quantity("m", FARTHEST_M, "up", lambda t: np.abs(t["range2_m"] - t["true_range2_m"]), np.median),
     "path_difference_bias": Quantity(
         "m",
         WIDEST_M,
         "either",
         lambda t: (t["range2_m"] - t["range_m"]) - (t["true_range2_m"] - t["true_range_m"]),
-        median,
+        np.median,
     ),
-    "bearing_error": Quantity("rad", np.pi, "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), median),
+    "bearing_error": Quantity(
+        "rad", np.pi, "up", lambda t: np.abs(t["bearing_rad"] - t["true_bearing_rad"]), np.median
+    ),
     "radius_error": Quantity(
         "m",
         FARTHEST_M,
         "up",
         lambda t: np.where(is_narrow(t), np.abs(t["radius_m"] - t["true_radius_m"]), np.nan),
-        median,
+        np.median,
     ),
     "no_estimate": Quantity("", 1.0, "up", lambda t: np.isnan(t["range_m"]).astype(np.float64), np.mean),
     "candidates": Quantity("", MOST_CANDIDATES, "either", lambda t: t["candidates"].astype(np.float64), np.mean),
-    "snr": Quantity("dB", LOUDEST_DB, "either", lambda t: t["snr_db"], median),
+    "snr": Quantity("dB", LOUDEST_DB, "either", lambda t: t["snr_db"], np.median),
     "alerts": Quantity("", 1.0, "either", lambda t: t["alert"].astype(np.float64), np.mean, "walks"),
-    "alert_distance": Quantity("m", FARTHEST_M, "either", lambda t: t["alert_distance_m"], median, "walks"),
+    "alert_distance": Quantity("m", FARTHEST_M, "either", lambda t: t["alert_distance_m"], np.median, "walks"),
 }
 """A channel that comes late shows in `path_difference_bias`; a threshold that has moved in `candidates`, `no_estimate`
 and `snr`; a vote that has become easier in `alerts`, before rates can tell."""

@@ -13,7 +13,6 @@ from benchmarks.figures.measured import significant
 from benchmarks.figures.paper.energies import cpu_per_beep_s
 from benchmarks.report.cases import UNKNOWN
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.statistics import median
 
 Lines = list[tuple[str, str]]
 
@@ -34,7 +33,7 @@ def cost_lines(run: RunData) -> Lines:
     ]
     for name in sorted({name for _, cost in known for name in cost["detect_s"]}):
         spent = 1e3 * cpu_per_beep_s(run, name)
-        text = f"{significant(float(median(spent)))} ms a beep, median over walks" if len(spent) else UNKNOWN
+        text = f"{significant(float(np.median(spent)))} ms a beep, median over walks" if len(spent) else UNKNOWN
         lines.append((f"processor time of detection, {name}", text))
     memory = [cost["peak_rss_mb"] for _, cost in known if "peak_rss_mb" in cost]
     return [*lines, ("memory of a process, at most", f"{max(memory):.0f} MB" if memory else UNKNOWN)]

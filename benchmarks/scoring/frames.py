@@ -23,7 +23,6 @@ from benchmarks.runs.reasons import reason
 from benchmarks.runs.results import RunData
 from benchmarks.runs.store import write_atomically, write_bytes_atomically
 from benchmarks.scoring.scores import TRUE, beeps_of, judged, walk_row
-from benchmarks.scoring.statistics import median
 
 CELL = ("kind", "scene", "category", "index", "phone", "seed")
 WORDS = ("error", "point", "detector", "outcome")
@@ -129,7 +128,7 @@ def _errors(record: Mapping[str, Any], detector: str) -> Row:
         error = error[~np.isnan(error)]
         row[f"{quantity}_estimates"] = len(error)
         for kind, values in (("error", np.abs(error)), ("bias", error)):
-            row[f"{quantity}_{kind}_median_{unit}"] = float(median(values)) if len(values) else math.nan
+            row[f"{quantity}_{kind}_median_{unit}"] = float(np.median(values)) if len(values) else math.nan
     return row
 
 

@@ -12,7 +12,7 @@ import scipy
 from benchmarks.scoring.statistics import BOOTSTRAP, mcnemar
 
 Summary = Callable[..., Any]
-"""`median` or `np.mean`."""
+"""`np.median` or `np.mean`."""
 BATCH_VALUES = 1_000_000
 """Resampled values held at a time."""
 

@@ -78,9 +78,9 @@ def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
 def quantile(values: ArrayLike, q: float, axis: int = -1) -> Any:
     """The value that a share q of the values does not pass: what tables, gates and figures call a quantile.
 
-    Where exactly that share ends between two values it is the middle between them (Hyndman and Fan 1996, American
-    Statistician 50:361, definition 2): the lower one of two would be biased, by 1.2 mm of path difference over the
-    twelve beeps of a standing place.
+    Where exactly that share ends between two values it is the middle between them, as of `np.median` (Hyndman and Fan
+    1996, American Statistician 50:361, definition 2): the lower one of two would be biased, by 1.2 mm of path
+    difference over the twelve beeps of a standing place.
 
     Args:
         values: finite, at least one along the axis.
@@ -91,15 +91,6 @@ def quantile(values: ArrayLike, q: float, axis: int = -1) -> Any:
     4.5
     """
     return np.quantile(np.asarray(values, dtype=np.float64), q, axis=axis, method="averaged_inverted_cdf")
-
-
-def median(values: ArrayLike, axis: int = -1) -> Any:
-    """The `quantile` that half of the values do not pass: of an even number the middle between the two in the middle.
-
-    >>> float(median([4.0, 1.0, 2.0, 3.0]))
-    2.5
-    """
-    return quantile(values, 0.5, axis)
 
 
 def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) -> float:

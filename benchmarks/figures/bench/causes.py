@@ -15,7 +15,7 @@ from benchmarks.runs.variants import variants
 from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.scores import LEFT_M, Table, approach_table, beep_table, chosen
 from benchmarks.scoring.scores import in_time as alerts_in_time
-from benchmarks.scoring.statistics import exact_rate, median, paired_interval, quantile_with_interval
+from benchmarks.scoring.statistics import exact_rate, paired_interval, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats, Strings
 
 Outcomes = dict[str, bool]
@@ -153,7 +153,7 @@ def medians_of_shared_beeps(first: Point, now: Point) -> tuple[float, float]:
     shared = before.keys() & after.keys()
     if not shared:
         return np.nan, np.nan
-    old, new = (float(median([errors[beep] for beep in shared])) for errors in (before, after))
+    old, new = (float(np.median([errors[beep] for beep in shared])) for errors in (before, after))
     return old, new
 
 

@@ -20,7 +20,7 @@ from benchmarks.scoring.energy import EnergyModel, charge_range_mah
 from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.paper_values import SHOWN
 from benchmarks.scoring.scores import PAPER_RECIPE, Table, approach_table, beep_table, chosen, judged, recipe_of
-from benchmarks.scoring.statistics import Rate, mcnemar, median, quantile_with_interval
+from benchmarks.scoring.statistics import Rate, mcnemar, quantile_with_interval
 from obstaclewatch.support.arrays import Flags, Floats
 
 
@@ -131,7 +131,7 @@ def charge(run: RunData, detector: str) -> Measurement:
     cpu = cpu_per_beep_s(run, detector) if run.manifest.get("suite") == "energy" else np.zeros(0)
     if len(cpu) == 0:
         return NO_MEASUREMENT
-    middle = float(median(cpu))
+    middle = float(np.median(cpu))
     low, high = charge_range_mah(middle, PERIOD_S)
     return Measurement(EnergyModel().charge_mah(middle, PERIOD_S), low, high, len(cpu), f"{len(cpu)} walks", "mAh")
 

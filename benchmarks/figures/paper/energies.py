@@ -12,7 +12,7 @@ from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
-from benchmarks.scoring.statistics import median, quantile
+from benchmarks.scoring.statistics import quantile
 from obstaclewatch.support.arrays import Floats
 
 PERIOD_S = 0.090
@@ -116,10 +116,10 @@ def _spent_s(run: RunData) -> dict[str, Floats]:
 
 
 def _median_ms(cpu_s: Floats) -> str:
-    return f"{significant(1e3 * float(median(cpu_s)))} ms"
+    return f"{significant(1e3 * float(np.median(cpu_s)))} ms"
 
 
 def _charge_mah(cpu_s: Floats) -> tuple[float, float, float]:
     """The modelled charge of 30 minutes at the median of some times, and the ends of its interval."""
-    middle = float(median(cpu_s))
+    middle = float(np.median(cpu_s))
     return EnergyModel().charge_mah(middle, PERIOD_S), *charge_range_mah(middle, PERIOD_S)

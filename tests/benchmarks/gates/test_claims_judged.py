@@ -10,7 +10,7 @@ from benchmarks.gates.claims import judge_claims
 from benchmarks.gates.quantities import per_walk, walk_tables
 from benchmarks.gates.verdict import State
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.statistics import lower_bound, median, needed_of, upper_quantile_bound
+from benchmarks.scoring.statistics import lower_bound, needed_of, upper_quantile_bound
 from tests.benchmarks.gated_runs import DETECTOR, good_run, run_of
 from tests.benchmarks.gates.verdicts import claim
 from tests.benchmarks.synthetic_run import walk
@@ -44,7 +44,7 @@ def test_claims_look_at_their_own_walks_and_split(tmp_path):
 def test_a_median_is_claimed_by_its_bound(tmp_path):
     run = good_run(tmp_path)
     values = np.sort(list(per_walk(walk_tables(run, DETECTOR, "approach"), "range_error").values()))
-    (verdict,) = judge_claims(run, claim(quantity="range_error", at_most=float(median(values))))
+    (verdict,) = judge_claims(run, claim(quantity="range_error", at_most=float(np.median(values))))
     assert verdict.state is State.FAILED
     (verdict,) = judge_claims(run, claim(quantity="range_error", at_most=float(values[47])))
     assert verdict.state is State.PASSED

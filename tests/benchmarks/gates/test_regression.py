@@ -12,7 +12,6 @@ from benchmarks.gates.judge import judge
 from benchmarks.gates.quantities import per_walk, walk_tables
 from benchmarks.gates.verdict import State, exit_code
 from benchmarks.scoring.paired import change_of, shift_of
-from benchmarks.scoring.statistics import median
 from tests.benchmarks.gated_runs import (
     DETECTOR,
     LATE_M,
@@ -111,7 +110,7 @@ def test_change_and_shift_pair_the_same_walks():
     before, now = {"a": True, "b": True, "c": False, "x": True}, {"a": False, "b": True, "c": True, "y": False}
     found = change_of(before, now)
     assert (found.lost, found.gained, found.n, found.loss_points) == (1, 1, 3, 0.0)
-    shift = shift_of({"a": 1.0, "b": 5.0, "c": np.nan}, {"a": 1.5, "b": 5.5, "c": 2.0}, median)
+    shift = shift_of({"a": 1.0, "b": 5.0, "c": np.nan}, {"a": 1.5, "b": 5.5, "c": 2.0}, np.median)
     assert (shift.value, shift.low, shift.high, shift.n, shift.before, shift.now) == (0.5, 0.5, 0.5, 2, 2, 3)
 
 
@@ -120,7 +119,7 @@ def test_the_late_channel_is_the_geometry(tmp_path):
     shift = shift_of(
         per_walk(walk_tables(run, DETECTOR, "approach"), "path_difference_bias"),
         per_walk(walk_tables(changed(run, one_channel_late), DETECTOR, "approach"), "path_difference_bias"),
-        median,
+        np.median,
     )
     assert shift.value == pytest.approx(LATE_M, rel=1e-9)
 
