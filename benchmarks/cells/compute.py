@@ -101,8 +101,8 @@ def after_microphones(cell: Cell, setting: Situation, recorded: Recording) -> Re
 
 def simulated_part(cell: Cell) -> Cell:
     """The cell with everything left out that changes nothing before the microphones: its simulation can be shared."""
-    after_microphones = ("recording", "interferer", "knowledge", "settings", "scoring", "variant", "detector_sources")
-    kept = cell.model_dump(mode="json", exclude=set(after_microphones))
+    later = ("recording", "interferer", "knowledge", "settings", "scoring", "variant", "detector_sources")
+    kept = cell.model_dump(mode="json", exclude=set(later))
     return Cell.model_validate(kept | {"detectors": ()})
 
 

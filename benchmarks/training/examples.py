@@ -14,6 +14,7 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from benchmarks.cells.fingerprint import source_fingerprint
+from benchmarks.cells.memory import return_freed_memory
 from benchmarks.cells.spec import Cell
 from benchmarks.plan import unknowns
 from benchmarks.training import walks
@@ -124,6 +125,7 @@ def _kept(cell: Cell, receptions: int, folder: Path) -> Path:
         }
         with whole_file(path, lasting=False) as partial, partial.open("wb") as file:
             np.savez(file, **arrays)
+        return_freed_memory()
     return path
 
 

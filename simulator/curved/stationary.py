@@ -87,7 +87,7 @@ def find(
     pieces, ends = surface.clusters, _ends_at_rest(frame, source_m, receiver_m)
     shown = np.zeros((len(frame), 0, 4)) if shown is None else shown
     face, uv, count = _search(
-        *_arrays(surface), surface.closed, pieces.bounds, pieces.facet, pieces.after, *ends, shown
+        _triangles(surface), surface.closed, pieces.bounds, pieces.facet, pieces.after, ends, shown
     )  # type: ignore[call-arg]  # fmt: skip
     if (count > MAX_HITS).any():
         raise ValueError(
@@ -106,7 +106,7 @@ def follow(
     At a crease the last facet is extended: a path that ends within a beep keeps its smooth delay to the end of it.
     """
     ends = _ends_at_rest(frame, source_m, receiver_m)
-    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, *ends, face, uv)  # type: ignore[call-arg]
+    new_face, new_uv = _march(_triangles(surface), surface.neighbor, ends, face, uv)  # type: ignore[call-arg]
     return _complete(surface, frame, ends, np.arange(len(frame)), new_face, new_uv)
 
 
@@ -115,8 +115,8 @@ def follow_point(
 ) -> tuple[Floats, Ints, Floats]:
     """The (Q, 3) points, facets and places in them of `follow` alone."""
     ends = _ends_at_rest(frame, source_m, receiver_m)
-    new_face, new_uv = _march(*_arrays(surface), surface.neighbor, *ends, face, uv)  # type: ignore[call-arg]
-    point, _ = rounded(*_arrays(surface), new_face, new_uv)  # type: ignore[call-arg]
+    new_face, new_uv = _march(_triangles(surface), surface.neighbor, ends, face, uv)  # type: ignore[call-arg]
+    point, _ = rounded(*_triangles(surface), new_face, new_uv)  # type: ignore[call-arg]
     return out_of_rest(point, frame), new_face, new_uv
 
 
@@ -125,7 +125,8 @@ def _ends_at_rest(frame: Floats, source_m: Floats, receiver_m: Floats) -> tuple[
     return np.ascontiguousarray(into_rest(source_m, frame)), np.ascontiguousarray(into_rest(receiver_m, frame))
 
 
-def _arrays(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
+def _triangles(surface: SmoothSurface) -> tuple[Floats, Floats, Floats]:
+    """Corners, normals and bulges, (T, 3, 3) each: what Nagata's triangles are made of."""
     return surface.corner_m, surface.normal, surface.bulge_m
 
 
@@ -133,7 +134,7 @@ def _complete(
     surface: SmoothSurface, frame: Floats, ends: tuple[Floats, Floats], query: Ints, face: Ints, uv: Floats
 ) -> StationaryPoints:
     """What is known of the surface at places that mirror ends at rest, back in the world."""
-    point, normal, curvature = with_curvature(*_arrays(surface), surface.curvature, face, uv)
+    point, normal, curvature = with_curvature(*_triangles(surface), surface.curvature, face, uv)
     rises = np.stack([np.sum(normal * (end[query] - point), axis=1) for end in ends])
     side = np.where(rises.sum(axis=0) < 0.0, -1.0, 1.0)
     eta, zeta = uv[:, 0], uv[:, 1]
@@ -147,12 +148,13 @@ def _complete(
 
 
 @compiled
-def _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
-    """Tangential part of the sum of unit vectors to both points, along two axes in the plane of the facet.
+def _mismatch(triangle, ends, eta, zeta, work, slope):
+    """Tangential part of the sum of unit vectors to both ends, along two axes in the plane of the facet.
 
     Place, unit normal and that sum are left in the first rows of `work`, where rows 3 and 4 hold the axes. The (2, 2)
     derivatives by eta and by zeta are filled into the columns of `slope`.
     """
+    (corner, normal, bulge), (source, receiver) = triangle, ends
     x, n, h, dh = work[0], work[1], work[2], work[9]
     surface_around(corner, normal, bulge, eta, zeta, x, n, work[5:7], work[7:9])
     ls = lr = 0.0
@@ -211,15 +213,15 @@ def _facet_axes(corner, one, other):
 
 
 @compiled
-def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
+def _newton(triangle, ends, eta, zeta, work, slope):
     """Damped Newton for a zero of the mismatch from (eta, zeta); returns it and whether it converged.
 
     A step is halved until the mismatch falls: along a facet much longer than its distance the plain step circles.
     Where no step lowers it, it is least without being 0. The mismatch is taken along orthogonal axes: along two edges
     of a sliver, which are nearly one direction, what is across them would drown in rounding.
     """
-    _facet_axes(corner, work[3], work[4])
-    f, g = _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
+    _facet_axes(triangle[0], work[3], work[4])
+    f, g = _mismatch(triangle, ends, eta, zeta, work, slope)
     for _ in range(STEPS):
         a, b, c, d = slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1]
         det = a * d - b * c
@@ -233,7 +235,7 @@ def _newton(corner, normal, bulge, source, receiver, eta, zeta, work, slope):
         merit, lower = f * f + g * g, False
         for _half in range(HALVINGS):
             there = eta - share * de, zeta - share * dz
-            f, g = _mismatch(corner, normal, bulge, source, receiver, there[0], there[1], work, slope)
+            f, g = _mismatch(triangle, ends, there[0], there[1], work, slope)
             lower = f * f + g * g < merit
             if lower:
                 break
@@ -279,8 +281,9 @@ def _first_guess(corner, straight, center, source, receiver):
 
 
 @compiled
-def _search(corner, normal, bulge, closed, pieces, facet, after, source, receiver, shown):
+def _search(triangles, closed, pieces, facet, after, ends, shown):
     """Facet and position of every stationary point, piece by piece of the surface, each point kept once."""
+    (corner, normal, bulge), (source, receiver) = triangles, ends
     queries = len(source)
     face = np.zeros((queries, MAX_HITS), np.int64)
     uv = np.zeros((queries, MAX_HITS, 2))
@@ -303,8 +306,9 @@ def _search(corner, normal, bulge, closed, pieces, facet, after, source, receive
             t = facet[piece]
             if t >= 0:
                 guess = _first_guess(corner[t], pieces.straight[piece], pieces.center_m[piece], source[q], receiver[q])
+                triangle = corner[t], normal[t], bulge[t]
                 found, eta, zeta = _on_facet(
-                    corner[t], normal[t], bulge[t], closed, source[q], receiver[q], guess, point, count[q], work, slope
+                    triangle, closed, (source[q], receiver[q]), guess, point, count[q], work, slope
                 )
                 if found:
                     if count[q] < MAX_HITS:
@@ -316,13 +320,13 @@ def _search(corner, normal, bulge, closed, pieces, facet, after, source, receive
 
 
 @inlined
-def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, count, work, slope):
+def _on_facet(triangle, closed, ends, guess, known, count, work, slope):
     """A stationary point on one facet that is not among the known ones, which it joins: found, eta, zeta."""
-    eta, zeta, converged = _newton(corner, normal, bulge, source, receiver, guess[0], guess[1], work, slope)
+    eta, zeta, converged = _newton(triangle, ends, guess[0], guess[1], work, slope)
     if not converged or zeta < -INSIDE or eta > 1.0 + INSIDE or eta - zeta < -INSIDE:
         return False, eta, zeta
-    _mismatch(corner, normal, bulge, source, receiver, eta, zeta, work, slope)
-    x, cosines = work[0], dot(work[1], work[2])
+    _mismatch(triangle, ends, eta, zeta, work, slope)
+    corner, x, cosines = triangle[0], work[0], dot(work[1], work[2])
     if (cosines if closed else abs(cosines)) <= RUNS_THROUGH:
         return False, eta, zeta
     size = 0.0
@@ -341,15 +345,17 @@ def _on_facet(corner, normal, bulge, closed, source, receiver, guess, known, cou
 
 
 @compiled
-def _march(corner, normal, bulge, neighbor, source, receiver, face0, uv0):
+def _march(triangles, neighbor, ends, face0, uv0):
     """Newton from a known solution, crossing to the neighbouring facet whenever the zero lies beyond an edge."""
+    (corner, normal, bulge), (source, receiver) = triangles, ends
     face, uv = np.empty(len(face0), np.int64), np.empty((len(face0), 2))
     work, slope = np.empty((10, 3)), np.empty((2, 2))
     for q in range(len(source)):
         t, eta, zeta = face0[q], uv0[q, 0], uv0[q, 1]
         came_from, returns = -1, 0
         for _ in range(200):
-            eta, zeta, _ok = _newton(corner[t], normal[t], bulge[t], source[q], receiver[q], eta, zeta, work, slope)
+            triangle = corner[t], normal[t], bulge[t]
+            eta, zeta, _ok = _newton(triangle, (source[q], receiver[q]), eta, zeta, work, slope)
             edge, worst = -1, 1e-9
             if -zeta > worst:
                 edge, worst = 0, -zeta

@@ -80,7 +80,7 @@ class Panel:
     def wavenumber(self) -> Floats:
         """(F,) at which the integrals are evaluated, rad/m."""
         count = min(FREQUENCIES, self.search.fidelity.band_points)
-        return 2.0 * np.pi * band.nodes_hz(count) / self.search.air.sound_speed_m_s
+        return self.search.wavenumbers_1_m(band.nodes_hz(count))
 
     @cached_property
     def face(self) -> Face:

@@ -40,9 +40,21 @@ INCIDENT, FACE_0, FACE_N = 0, 1, 2  # groups of beta: shadow of the incident fie
 NEAR_POLE_RAD = 16.0  # k (L0 - L_p) below which a pole is taken out before quadrature
 NEAR_APEX_RAD = 4.0  # k (L_end - L0) below which an end is reached from the apex along the real axis
 
-_HERMITE = tuple(a[16:] for a in np.polynomial.hermite.hermgauss(32))  # the integrand is even: half of them
-_LAGUERRE = np.polynomial.laguerre.laggauss(16)
-_LEGENDRE = tuple(np.polynomial.legendre.leggauss(16))
+
+class _Rules(NamedTuple):
+    """Nodes and weights of quadrature rules of Gauss."""
+
+    hermite: tuple[Floats, Floats]
+    laguerre: tuple[Floats, Floats]
+    legendre: tuple[Floats, Floats]
+
+
+_NODES, _WEIGHTS = np.polynomial.hermite.hermgauss(32)
+_RULES = _Rules(
+    (_NODES[16:], _WEIGHTS[16:]),  # the integrand is even: half of them
+    np.polynomial.laguerre.laggauss(16),
+    np.polynomial.legendre.leggauss(16),
+)
 
 
 class _Terms(NamedTuple):
@@ -97,7 +109,7 @@ def edge_terms(view: EdgeView, part: Ints, wavenumber: Floats) -> Complexes:
     fade[terms.near] = wofz(np.exp(0.75j * np.pi) * np.sqrt(phase))  # e^{j phase} erfc(sqrt(j phase))
     excess = view.excess(part)
     out = np.zeros((len(view), 3, len(wavenumber)), dtype=np.complex128)
-    _evaluate(terms, fade, part, np.abs(excess), wavenumber, center, _HERMITE, _LAGUERRE, _LEGENDRE, out)
+    _evaluate(terms, fade, part, np.abs(excess), wavenumber, center, _RULES, out)
     rises = np.where(excess < 0.0, -1.0, 1.0)
     sign = np.where(part == APEX, 1.0, np.where(part == START, rises, -rises))
     return out * (-sign / (4.0 * view.open_angle_rad))[:, None, None]
@@ -275,7 +287,7 @@ def _to_end(edge, excess, wavenumber, rule, g, out):
 
 
 @compiled
-def _evaluate(terms, fade, part, excess, wavenumber, center, hermite, laguerre, legendre, out):
+def _evaluate(terms, fade, part, excess, wavenumber, center, rules, out):
     """Rows one by one: the whole line for an apex, from the end outwards for an end."""
     g = np.empty(3, np.complex128)
     short = np.empty((3, len(wavenumber)), np.complex128)
@@ -285,16 +297,16 @@ def _evaluate(terms, fade, part, excess, wavenumber, center, hermite, laguerre, 
             terms.delta_m[r], terms.strength[r], terms.near[r],
         )  # fmt: skip
         if part[r] != 0 and center * excess[r] ** 2 >= NEAR_APEX_RAD:
-            _from_end(edge, excess[r], wavenumber, center, laguerre, g, out[r])
+            _from_end(edge, excess[r], wavenumber, center, rules.laguerre, g, out[r])
             continue
-        _whole_line(edge, fade[r], wavenumber, center, hermite, g, out[r])
+        _whole_line(edge, fade[r], wavenumber, center, rules.hermite, g, out[r])
         if part[r] == 0:
             continue
         for j in range(3):
             for k in range(len(wavenumber)):
                 short[j, k] = 0.0
         if excess[r] > 0.0:
-            _to_end(edge, excess[r], wavenumber, legendre, g, short)
+            _to_end(edge, excess[r], wavenumber, rules.legendre, g, short)
         for k in range(len(wavenumber)):
             back = np.exp(1j * wavenumber[k] * excess[r] ** 2)
             for j in range(3):

@@ -10,13 +10,11 @@ As one of several mirrors; what a body returns by itself past such a border is l
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats
 from obstaclewatch.support.vectors import norm
-from simulator.field.outlines import DIRECTION, behind_outlines, reach_at
+from simulator.field.outlines import behind_outlines, reach_at
 from simulator.field.unfolded_segments import at_rest, segments_of
 from simulator.world.candidates import Candidates
 from simulator.world.search_context import Search
@@ -33,17 +31,17 @@ def off_blunt_mirrors(search: Search, found: Candidates, frequency_hz: Floats) -
     segments = segments_of(found[paths])
     before = np.searchsorted(segments.ray, which) + slot  # the segment that ends on the mirror
     after_m = norm(segments.end_m[before + 1] - segments.start_m[before + 1])
-    straight = segments[before]
-    end_m = straight.end_m + after_m[:, None] * straight.ahead
+    straight = segments.taken(before)
+    straight = straight._replace(
+        ray=np.arange(len(row)),
+        end_m=straight.end_m + after_m[:, None] * straight.ahead,
+        facing=np.zeros((len(row), 2, 3)),
+    )
     patch = found.sequence[row, slot]
-    seen = at_rest(replace(straight, end_m=end_m), placed[found.pose[row], world.patches.obstacle[patch]])
-    corner, ball, first = world.blunt_facets
-    left = np.ones((len(row), len(frequency_hz)), dtype=np.complex128)
-    behind_outlines(
-        corner, ball, first, np.searchsorted(np.flatnonzero(world.blunt), patch), seen.start_m, seen.end_m, seen.ahead,
-        seen.across, np.zeros((len(row), 2, 3)), seen.before_m, seen.total_m, np.arange(len(row)),
-        2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s,
-        reach_at(search.wavenumber_1_m), DIRECTION, left,
-    )  # type: ignore[call-arg]  # fmt: skip
+    seen = at_rest(straight, placed[found.pose[row], world.patches.obstacle[patch]])
+    number = np.searchsorted(np.flatnonzero(world.blunt), patch)
+    left = behind_outlines(
+        world.blunt_screens, number, seen, search.wavenumbers_1_m(frequency_hz), reach_at(search.wavenumber_1_m)
+    )
     np.multiply.at(factor, row, 1.0 - left)
     return factor

@@ -22,7 +22,7 @@ from simulator.world.world import World
 
 def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: Floats) -> Complexes:
     """(C, K) complex gain of each path at K frequencies, without its travel phase; `sums` are those of `found.cell`."""
-    tracing, phone, air = search.tracing, search.phone, search.air
+    tracing = search.tracing
     amplitude = np.empty((len(found), len(frequency_hz)), dtype=np.complex128)
     over, whole = found.edge >= 0, found.cell >= 0
     ray = ~(over | whole)
@@ -30,17 +30,17 @@ def path_gain(search: Search, found: Candidates, sums: Complexes, frequency_hz: 
     amplitude[ray] = spreading(mirrors.points_m, mirrors.normal, mirrors.curvature, mirrors.order)[:, None]
     curved = np.flatnonzero((mirrors.interaction == Interaction.CURVED).any(axis=1))
     if len(curved):
-        wavenumber = 2.0 * np.pi * frequency_hz / air.sound_speed_m_s
-        amplitude[np.flatnonzero(ray)[curved]] *= bending_phase(mirrors.curvature[curved], wavenumber)
+        leads = bending_phase(mirrors.curvature[curved], search.wavenumbers_1_m(frequency_hz))
+        amplitude[np.flatnonzero(ray)[curved]] *= leads
     if over.any():
         amplitude[over] = edge_gain(search, found[over], frequency_hz)
     if whole.any():
         amplitude[whole] = band.evaluate(band.coefficients(sums[found.cell[whole]]), frequency_hz)
-    absorption_db = air.absorption_db_m(frequency_hz) * found.length_m[:, None]
+    absorption_db = search.air.absorption_db_m(frequency_hz) * found.length_m[:, None]
     gain = amplitude * found.share[:, None] * 10.0 ** (-absorption_db / 20.0)
     segments = rays(found.points_m, found.normal)
     gain = gain * surface_reflection(search, found, segments, frequency_hz)
-    return gain * directivity(phone, tracing.pose, found, segments[1])[:, None]
+    return gain * directivity(search.phone, tracing.pose, found, segments[1])[:, None]
 
 
 def bending_phase(curvature: Floats, wavenumber_rad_m: Floats) -> Complexes:
@@ -74,7 +74,7 @@ def edge_gain(search: Search, found: Candidates, frequency_hz: Floats) -> Comple
         return np.zeros((0, len(frequency_hz)), dtype=np.complex128)
     tracing = search.tracing
     wedges, view = views_of(tracing, found)
-    wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s
+    wavenumber = search.wavenumbers_1_m(frequency_hz)
     terms = edge_terms(view, found.part, wavenumber)
     path_rad = view.path_m(found.part)[:, None] * wavenumber
     for group, first in ((FACE_0, 0.0), (FACE_N, view.open_angle_rad)):
@@ -114,7 +114,7 @@ def surface_reflection(
     world = search.tracing.world
     curved = found.interaction == Interaction.CURVED
     met = np.where((found.interaction == Interaction.SPECULAR) | curved, world.obstacle_of(found.sequence), -1)
-    path_rad = segments[0].sum(axis=1)[:, None] * (2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s)
+    path_rad = segments[0].sum(axis=1)[:, None] * search.wavenumbers_1_m(frequency_hz)
     product = np.ones((len(found), len(frequency_hz)), dtype=np.complex128)
     cosines = _cosines(world, found, *segments)
     for index in np.unique(met[met >= 0]):

@@ -78,6 +78,23 @@ class Moment:
         return norm(np.diff(self.points_m, axis=1)).sum(axis=1)
 
 
+@dataclass(frozen=True)
+class _Flight:
+    """What all sound of a walk has in common.
+
+    Attributes:
+        tracing: the world, whose frames follow the walk.
+        track: speaker and microphones.
+        speed_m_s: of sound.
+        count: retardations that settle a delay.
+    """
+
+    tracing: Tracing
+    track: Track
+    speed_m_s: float
+    count: int
+
+
 def motion_within(
     tracing: Tracing, walk: Walk, phone_points: tuple[Floats, Floats], found: Candidates,
     beep_start_s: Floats, beep_s: float, speed_m_s: float, degree: int,
@@ -95,18 +112,17 @@ def motion_within(
     half = 0.505 * beep_s  # the Doppler shift lengthens or shortens the beep by up to a percent
     node = _nodes(degree)
     reception = middle[:, None] + half * node
-    count = _retardations(tracing, walk, beep_start_s, beep_s, speed_m_s)
     delay, amplitude = np.empty(reception.shape), np.empty(reception.shape)
     unfolded, curve = is_unfolded(found), _meets_one_curve(tracing, found)
     if len(found):
+        count = _retardations(tracing, walk, beep_start_s, beep_s, speed_m_s)
         first = (reception - (found.length_m / speed_m_s)[:, None]).min()
         track = track_of(walk, phone_points, tracing.world.origin_m, first, reception.max())
-        tracing = replace(tracing, frames=replace(tracing.frames, carrier=track.carrier))
-    others = ~unfolded & ~curve
-    for rows, follow in ((unfolded, _over_planes), (curve, _over_a_curve), (others, _over_curves)):
-        if rows.any():
-            among = found[rows], reception[rows]
-            delay[rows], amplitude[rows] = follow(tracing, track, *among, speed_m_s, count)
+        along_walk = replace(tracing, frames=replace(tracing.frames, carrier=track.carrier))
+        flight, others = _Flight(along_walk, track, speed_m_s, count), ~unfolded & ~curve
+        for rows, follow in ((unfolded, _over_planes), (curve, _over_a_curve), (others, _over_curves)):
+            if rows.any():
+                delay[rows], amplitude[rows] = follow(flight, found[rows], reception[rows])
     fit = np.linalg.inv(chebyshev.chebvander(node, degree)).T
     at_centre = _amplitude(found, found.points_m, found.normal, found.curvature) * found.length_m
     strength = amplitude * delay * speed_m_s / at_centre[:, None]
@@ -171,16 +187,14 @@ def _retardations(tracing: Tracing, walk: Walk, start_s: Floats, beep_s: float, 
     return int(np.ceil(np.log(SETTLED_S / (0.5 * beep_s * closing)) / np.log(closing)))
 
 
-def _over_planes(
-    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
-) -> tuple[Floats, Floats]:
+def _over_planes(flight: _Flight, found: Candidates, reception_s: Floats) -> tuple[Floats, Floats]:
     """(C, M) travel time and amplitude of paths over planes and given points that arrive at (C, M) instants."""
-    length, before = retarded(tracing, track, found, reception_s, speed_m_s, count)
+    length, before = retarded(flight.tracing, flight.track, found, reception_s, flight.speed_m_s, flight.count)
     point = np.broadcast_to((found.cell >= 0)[:, None], length.shape)
     amplitude = 1.0 / length
     part = np.broadcast_to(found.part[:, None], length.shape)[point]
     amplitude[point] = _point_spreading(part, before[point], (length - before)[point])
-    return length / speed_m_s, amplitude
+    return length / flight.speed_m_s, amplitude
 
 
 def _meets_one_curve(tracing: Tracing, found: Candidates) -> Flags:
@@ -193,41 +207,38 @@ def _meets_one_curve(tracing: Tracing, found: Candidates) -> Flags:
     return flags
 
 
-def _over_a_curve(
-    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
-) -> tuple[Floats, Floats]:
+def _over_a_curve(flight: _Flight, found: Candidates, reception_s: Floats) -> tuple[Floats, Floats]:
     """`_over_curves` where one surface is met: delays settle by its point alone, and all else is worked out once."""
     rows, reception = found[np.repeat(np.arange(len(found)), reception_s.shape[1])], reception_s.ravel()
-    receiver = track.at(MICS + 3 * rows.mic, reception, 3)
+    receiver = flight.track.at(MICS + 3 * rows.mic, reception, 3)
     guess = Moment(rows.points_m, rows.normal, rows.curvature, rows.face.copy(), rows.uv.copy())
-    settled, ahead = _settled(tracing, track, rows, reception, receiver, speed_m_s, count - 1, guess)
-    source = track.at(np.full(len(rows), SPEAKER), reception - settled, 3)
-    moment = _solved(tracing, rows, source, receiver, (reception - settled)[:, None] + ahead, guess)
-    delay = (moment.length_m() / speed_m_s).reshape(reception_s.shape)
+    settled, ahead = _settled(flight, rows, reception, receiver, guess)
+    source = flight.track.at(np.full(len(rows), SPEAKER), reception - settled, 3)
+    moment = _solved(flight.tracing, rows, source, receiver, (reception - settled)[:, None] + ahead, guess)
+    delay = (moment.length_m() / flight.speed_m_s).reshape(reception_s.shape)
     amplitude = _amplitude(rows, moment.points_m, moment.normal, moment.curvature).reshape(reception_s.shape)
     # At a crossing that would run off, paths are not straight from image to image.
     bent = np.any(np.abs(delay - settled.reshape(reception_s.shape)) > BENT_S, axis=1)
     if bent.any():
-        among = found[bent], reception_s[bent]
-        delay[bent], amplitude[bent] = _over_curves(tracing, track, *among, speed_m_s, count)
+        delay[bent], amplitude[bent] = _over_curves(flight, found[bent], reception_s[bent])
     return delay, amplitude
 
 
 def _settled(
-    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, receiver: Floats, speed_m_s: float,
-    count: int, guess: Moment,
-) -> tuple[Floats, Floats]:  # fmt: skip
+    flight: _Flight, found: Candidates, reception_s: Floats, receiver: Floats, guess: Moment
+) -> tuple[Floats, Floats]:
     """(R,) travel times over straight lines from the images of both ends to a surface, and (R, N) until it is struck.
 
-    The guess is left with the facets and the places in them that are struck.
+    All retardations but the last. The guess is left with the facets and the places in them that are struck.
     """
+    tracing, track, speed_m_s = flight.tracing, flight.track, flight.speed_m_s
     every, place = np.arange(len(found)), np.argmax(found.interaction == Interaction.CURVED, axis=1)
     normal, offset = _planes(tracing, found, np.zeros(found.sequence.shape))
     early, late = mirrors_about(found, place, place)
     received = images_in_turn(receiver, normal, offset, late)[0]
     delay, ahead = found.length_m / speed_m_s, guess.struck_s(np.zeros(len(found)), speed_m_s)
     point, met = np.empty(receiver.shape), found.sequence[every, place]
-    for _ in range(count):
+    for _ in range(flight.count - 1):
         emission = reception_s - delay
         lit = images_in_turn(track.at(np.full(len(found), SPEAKER), emission, 3), normal, offset, early)[-1]
         for index, surface in enumerate(tracing.world.surfaces):
@@ -242,19 +253,17 @@ def _settled(
     return delay, ahead
 
 
-def _over_curves(
-    tracing: Tracing, track: Track, found: Candidates, reception_s: Floats, speed_m_s: float, count: int
-) -> tuple[Floats, Floats]:
+def _over_curves(flight: _Flight, found: Candidates, reception_s: Floats) -> tuple[Floats, Floats]:
     """(C, M) travel time and amplitude of paths over smooth surfaces and edges, whose points are searched anew."""
     found, reception = found[np.repeat(np.arange(len(found)), reception_s.shape[1])], reception_s.ravel()
-    receiver = track.at(MICS + 3 * found.mic, reception, 3)
+    receiver = flight.track.at(MICS + 3 * found.mic, reception, 3)
     moment = Moment(found.points_m, found.normal, found.curvature, found.face, found.uv)
-    delay = moment.length_m() / speed_m_s
-    for _ in range(count):
+    delay = moment.length_m() / flight.speed_m_s
+    for _ in range(flight.count):
         emission = reception - delay
-        source = track.at(np.full(len(found), SPEAKER), emission, 3)
-        moment = _solved(tracing, found, source, receiver, moment.struck_s(emission, speed_m_s), moment)
-        delay = moment.length_m() / speed_m_s
+        source = flight.track.at(np.full(len(found), SPEAKER), emission, 3)
+        moment = _solved(flight.tracing, found, source, receiver, moment.struck_s(emission, flight.speed_m_s), moment)
+        delay = moment.length_m() / flight.speed_m_s
     amplitude = _amplitude(found, moment.points_m, moment.normal, moment.curvature)
     return delay.reshape(reception_s.shape), amplitude.reshape(reception_s.shape)
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
+from simulator.field.unfolded_segments import Segments
+from simulator.world.rounded_parts import Screens
 
 OUTLINE_REACH_RAD = 20.0  # at mid-band: farther out nothing counts, and less and less towards it; errs by 0.04 at most
 LONGEST_M = 0.1  # of a facet over which w is not linear
@@ -26,28 +29,25 @@ def reach_at(wavenumber_1_m: float) -> float:
     return float(np.sqrt(2.0 * OUTLINE_REACH_RAD / wavenumber_1_m))
 
 
-@compiled
 def behind_outlines(
-    corner, ball, first, part, start, end, ahead, across, facing, before, total, ray, wavenumber, reach, direction,
-    field,
-):  # fmt: skip
-    """Fill in the field behind the outlines of facets round each of R rays, re the free field, at K wavenumbers.
+    screens: Screens, part: Ints, segments: Segments, wavenumber_1_m: Floats, reach: float
+) -> Complexes:
+    """(R, K) field behind the outlines of screens round each of R rays, re the free field, at K wavenumbers.
 
     Args:
-        corner: (F, 3, 3) of the facets; those of part p are `first[p]` to `first[p + 1]`.
-        ball: (F, 4) middle and radius of a ball that holds each.
-        part: (Q,) a part in the way of a segment of a ray, in whose rest frame all vectors of the segment are.
-        start, end: (Q, 3) of the segment.
-        ahead: (Q, 3) unit vector along it.
-        across: (Q, 2, 3) unit vectors at right angles to it, the same in all segments of the unfolded ray.
-        facing: (Q, 2, 3) normals of the mirrors at its start and end: what lies behind them is not in its way; 0 at the
-            ends of the ray.
-        before, total: (Q,) length of the ray up to the segment, and of all of it.
-        ray: (Q,) rising.
+        screens: what may be in the way.
+        part: (Q,) number of a screen in the way of each segment, in whose rest frame the segment is.
+        segments: (Q,) ray by ray, from 0 to R - 1; what is across is the same in all segments of the unfolded ray.
         reach: greatest |w|, sqrt(m).
-        direction: (D, 2) cosine and sine, `DIRECTION`.
-        field: (R, K), of ones.
     """
+    field = np.ones((int(segments.ray.max(initial=-1)) + 1, len(wavenumber_1_m)), dtype=np.complex128)
+    _fill_behind(screens, part, segments, wavenumber_1_m, reach, DIRECTION, field)  # type: ignore[call-arg]
+    return field
+
+
+@compiled
+def _fill_behind(screens, part, segments, wavenumber, reach, direction, field):
+    """Fill in what of a field of ones (R, K) is left, by its integral along directions (D, 2), cosine and sine."""
     stack, facet, at = np.empty((DEEPEST, 3, 3)), np.empty((3, 3)), np.empty((3, 3))
     x, y = np.empty(3), np.empty(3)
     spans, count = np.empty((len(direction), SPANS, 2)), np.empty(len(direction), np.int64)
@@ -56,20 +56,19 @@ def behind_outlines(
         fullest = 0
         for n in range(len(count)):
             count[n] = 0
-        while q < len(ray) and ray[q] == r:
-            wide = 0.5 * reach * np.sqrt(total[q])
-            for f in range(first[part[q]], first[part[q] + 1]):
-                if _apart(ball[f], start[q], ahead[q], before[q], total[q], reach):
+        while q < len(part) and segments.ray[q] == r:
+            for f in range(screens.first[part[q]], screens.first[part[q] + 1]):
+                if _apart(screens.ball_m[f], segments, q, reach):
                     continue
-                _copy(corner[f], stack[0])
+                _copy(screens.corner_m[f], stack[0])
                 waiting = 1
                 while waiting:
                     waiting -= 1
                     _copy(stack[waiting], facet)
-                    if _away(facet, start[q], end[q], ahead[q], facing[q], before[q], total[q], wide):
+                    if _away(facet, segments, q, reach):
                         continue
-                    between = _projected(facet, start[q], ahead[q], across[q], before[q], total[q], at, x, y)
-                    bent = not between or _bent(at, total[q], x, y, reach)
+                    between = _projected(facet, segments, q, at, x, y)
+                    bent = not between or _bent(at, segments.total_m[q], x, y, reach)
                     if bent and _halved(facet, stack, waiting):
                         waiting += 2
                     elif between and _within(x, y, reach):
@@ -100,19 +99,22 @@ def _with_room(spans):
 
 
 @inlined
-def _apart(ball, start, ahead, before, total, reach):
-    """Whether all of a ball is out of reach of the ray, which reaches farthest half way."""
+def _apart(ball, segments, q, reach):
+    """Whether all of a ball is out of reach of the ray of segment q, which reaches farthest half way."""
+    start, ahead, total = segments.start_m[q], segments.ahead[q], segments.total_m[q]
     x, y, z = ball[0] - start[0], ball[1] - start[1], ball[2] - start[2]
     depth = x * ahead[0] + y * ahead[1] + z * ahead[2]
     aside = np.sqrt(max(x * x + y * y + z * z - depth * depth, 0.0)) - ball[3]
-    depth += before
+    depth += segments.before_m[q]
     widest = min(max(0.5 * total, depth - ball[3]), depth + ball[3])
     return aside > 0.0 and aside * aside * total > reach * reach * widest * (total - widest)
 
 
 @inlined
-def _away(facet, start, end, ahead, facing, before, total, wide):
-    """Whether a facet is farther off the segment than `wide`, beyond the ends of the ray, or mostly behind a mirror."""
+def _away(facet, segments, q, reach):
+    """Whether a facet is out of reach of segment q, beyond the ends of the ray, or mostly behind a mirror."""
+    start, end, ahead, total = segments.start_m[q], segments.end_m[q], segments.ahead[q], segments.total_m[q]
+    facing = segments.facing[q]
     depth, square, here, there, radius = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
         middle = (facet[0, k] + facet[1, k] + facet[2, k]) / 3.0
@@ -125,8 +127,9 @@ def _away(facet, start, end, ahead, facing, before, total, wide):
             radius = max(radius, abs(facet[i, k] - middle))
     radius *= 1.75  # sqrt(3) of the greatest coordinate holds all corners
     aside = np.sqrt(max(square - depth * depth, 0.0))
-    depth += before
-    return here < 0.0 or there < 0.0 or aside > wide + radius or depth < -radius or depth > total + radius
+    depth += segments.before_m[q]
+    wide = 0.5 * reach * np.sqrt(total) + radius  # the ray reaches farthest half way
+    return here < 0.0 or there < 0.0 or aside > wide or depth < -radius or depth > total + radius
 
 
 @inlined
@@ -149,11 +152,12 @@ def _halved(facet, stack, at):
 
 
 @inlined
-def _projected(facet, start, ahead, across, before, total, at, x, y):
+def _projected(facet, segments, q, at, x, y):
     """Fill in depths of the corners, their places across the ray (3, 3), and w; whether all are between the ends."""
+    start, ahead, across, total = segments.start_m[q], segments.ahead[q], segments.across[q], segments.total_m[q]
     between = True
     for i in range(3):
-        depth, one, other = before, 0.0, 0.0
+        depth, one, other = segments.before_m[q], 0.0, 0.0
         for k in range(3):
             step = facet[i, k] - start[k]
             depth += step * ahead[k]

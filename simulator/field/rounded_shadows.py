@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats
-from simulator.field.outlines import DIRECTION, behind_outlines, reach_at
+from simulator.field.outlines import behind_outlines, reach_at
 from simulator.field.unfolded_segments import Segments, at_rest, segments_of
 from simulator.world.candidates import Candidates
 from simulator.world.frames import into_rest
@@ -54,15 +54,10 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
     frame = placed[found.pose[rows[segments.ray]]][:, parts.obstacle]
     near = _near(segments, frame, parts.box_m, reach) & ~met[segments.ray]
     segment, part = map(np.ascontiguousarray, np.nonzero(near))
-    seen = at_rest(segments[segment], frame[segment, part])
+    seen = at_rest(segments.taken(segment), frame[segment, part])
     shaded, ray = np.unique(seen.ray, return_inverse=True)
-    wavenumber = 2.0 * np.pi * frequency_hz / search.air.sound_speed_m_s
-    field = factor[rows[shaded]]
-    behind_outlines(
-        parts.corner_m, parts.ball_m, parts.first, part, seen.start_m, seen.end_m, seen.ahead, seen.across, seen.facing,
-        seen.before_m, seen.total_m, ray, wavenumber, reach, DIRECTION, field,
-    )  # type: ignore[call-arg]  # fmt: skip
-    factor[rows[shaded]] = field
+    wavenumber = search.wavenumbers_1_m(frequency_hz)
+    factor[rows[shaded]] = behind_outlines(parts.screens, part, seen._replace(ray=ray), wavenumber, reach)
     return factor
 
 

@@ -191,8 +191,6 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     before = total[path, k] - np.where(late, turn, 0.0)
     beyond = np.where(late, total[path, -1], turn) - total[path, k + 1]
     ahead = step[path, k] / length[path, k, None]
-    ends = found.points_m[path, k] - before[:, None] * ahead, found.points_m[path, k + 1] + beyond[:, None] * ahead
-    within = before, before + length[path, k]
     met = _planes_met(search.tracing, found, at, path, k)
     borders = met.copy()
     borders[~world.wedges.flat[found.edge[path]], 2:] = -1
@@ -203,11 +201,18 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     )
     among = np.full(len(world.wedges), -1)
     among[convex] = np.arange(len(convex))
-    own = among[found.edge[path]]
+    straight = _Straight(
+        found.points_m[path, k] - before[:, None] * ahead,
+        found.points_m[path, k + 1] + beyond[:, None] * ahead,
+        before,
+        before + length[path, k],
+        found.pose[path],
+        among[found.edge[path]],
+        borders,
+        met,
+    )
     most = BORDER_REACH_RAD / search.wavenumber_1_m
-    detour, edge, height = _nearest(
-        *ends, *within, found.pose[path], own, borders, met, search.tracing.placed, edges, most
-    )  # type: ignore[call-arg]
+    detour, edge, height = _nearest(straight, search.tracing.placed, edges, most)  # type: ignore[call-arg]
     edge = np.append(convex, -1)[edge]
     shared = (met[:, 2:, None] == planes[edge, None]).any(axis=2) & (met[:, 2:] >= 0) & (edge >= 0)[:, None]
     own = world.wedges.patch[found.edge[path], np.argmax(shared, axis=1)]
@@ -263,19 +268,39 @@ class _Edges(NamedTuple):
     ball: Floats
 
 
-@compiled
-def _nearest(here, there, first, last, pose, own, apart, met, placed, edges, most):
-    """(S,) least detour over an edge between here and there (S, 3), the number of the edge, and where above its start.
+class _Straight(NamedTuple):
+    """What is asked about S segments, each part of a way that is straight in the images of mirrors.
 
-    Args:
-        first, last: (S,) between which lengths from `here` the way is a segment, and passes edges.
+    Attributes:
+        here, there: (S, 3) ends of the way.
+        first, last: (S,) between which lengths from `here` the way is the segment, and passes edges.
+        pose: (S,).
         own: (S,) the edge of the path, which the way passes in a mirror on which its face stands; -1 for others.
         apart: (S, 4) planes whose edges do not count.
         met: (S, 4) planes whose edges' ends do not count.
+    """
+
+    here: Floats
+    there: Floats
+    first: Floats
+    last: Floats
+    pose: Ints
+    own: Ints
+    apart: Ints
+    met: Ints
+
+
+@compiled
+def _nearest(straight, placed, edges, most):
+    """(S,) least detour over an edge of the way of each segment, the number of the edge, and where above its start.
+
+    Args:
+        straight: `_Straight`.
         placed: (N, O, 4) frames of the obstacles.
         edges: `_Edges`.
         most: detours that are no longer count.
     """
+    here, there, first, last, pose, own, apart, met = straight
     start, end, obstacle, plane, at_ends, ball = edges
     least, edge, height = np.full(len(pose), np.inf), np.full(len(pose), -1), np.zeros(len(pose))
     a, b = np.empty(3), np.empty(3)

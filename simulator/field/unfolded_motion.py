@@ -6,7 +6,7 @@ its retarded time settles by fixed point without any search. Most paths are such
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -26,9 +26,8 @@ MARGIN_S = 2e-3
 SPEAKER, MICS, WALKER = 0, 3, 9  # columns of a track
 
 
-@dataclass(frozen=True)
-class Track:
-    """Speaker, microphones and walker as cubic splines of time.
+class Track(NamedTuple):
+    """Speaker, microphones and walker as cubic splines of time; a tuple, as compiled functions take it.
 
     Attributes:
         start_s: of the first piece; each lasts `STEP_S`.
@@ -41,13 +40,39 @@ class Track:
     def at(self, column: Ints, time_s: Floats, count: int) -> Floats:
         """(R, count) neighbouring columns from the given (R,) on, each row at an instant."""
         values = np.empty((len(time_s), count))
-        _read(self.start_s, self.pieces, column, time_s, values)
+        _read(self, column, time_s, values)
         return values
 
     def carrier(self, _pose: Ints, time_s: Floats) -> tuple[Floats, Floats]:
         """(R, 3) and (R,) place and heading of the walker at instants."""
         walker = self.at(np.full(len(time_s), WALKER), time_s, 4)
         return walker[:, :3], walker[:, 3]
+
+
+class _Unfolded(NamedTuple):
+    """C paths over up to N planes and given points, as `_follow` takes them.
+
+    Attributes:
+        along: (C, N + 1) length of each up to its points after the speaker, m.
+        order, mic: (C,) number of these between the ends, and microphone.
+        mirror: (C, N) whether it is reflected off a plane.
+        normal, offset: (C, N, 3) and (C, N) planes at rest.
+        point: (C, N, 3) given points at rest.
+        obstacle: (C, N) whose.
+        first: (C,) which is the first given point.
+        moves: (C,) whether any of these obstacles does.
+    """
+
+    along: Floats
+    order: Ints
+    mic: Ints
+    mirror: Flags
+    normal: Floats
+    offset: Floats
+    point: Floats
+    obstacle: Ints
+    first: Ints
+    moves: Flags
 
 
 def track_of(walk: Walk, phone_points: tuple[Floats, Floats], origin_m: Floats, first_s: float, last_s: float) -> Track:
@@ -85,19 +110,17 @@ def retarded(
     point[given] = into_rest(point[given], placed)
     segments = norm(np.diff(found.points_m, axis=1))
     moves = np.append(frames.moves, False)
-    return _follow(
-        reception_s, np.cumsum(segments, axis=1), found.order, found.mic, mirror, normal, offset, point, obstacle,
-        np.argmax(given, axis=1), np.any(moves[obstacle], axis=1), frames.velocity_m_s, frames.carried, track.start_s,
-        track.pieces, speed_m_s, count,
+    paths = _Unfolded(
+        np.cumsum(segments, axis=1), found.order, found.mic, mirror, normal, offset, point, obstacle,
+        np.argmax(given, axis=1), np.any(moves[obstacle], axis=1),
     )  # fmt: skip
+    return _follow(reception_s, paths, frames.velocity_m_s, frames.carried, track, speed_m_s, count)
 
 
 @compiled
-def _follow(
-    reception, along, order, mic, mirror, normal, offset, point, obstacle, first, moves, velocity, carried, start,
-    pieces, speed, count,
-):  # fmt: skip
+def _follow(reception, paths, velocity, carried, track, speed, count):
     """Every path at every instant; where something moves, each retardation unfolds it anew."""
+    along, order, mic, mirror, normal, offset, point, obstacle, first, moves = paths
     length, before = np.empty(reception.shape), np.zeros(reception.shape)
     width = mirror.shape[1]
     images, planes, frame = np.zeros((width + 2, 3)), np.zeros((width, 4)), np.zeros(4)
@@ -108,11 +131,11 @@ def _follow(
         reflections = mirror[c, : order[c]], normal[c], offset[c], point[c], obstacle[c]
         for m in range(reception.shape[1]):
             time, path = reception[c, m], along[c, -1]
-            _on_track(start, pieces, MICS + 3 * mic[c], time, images[order[c] + 1])
+            _on_track(track, MICS + 3 * mic[c], time, images[order[c] + 1])
             if not moves[c]:
                 rest = _unfold_back(reflections, images)
                 for _ in range(count):
-                    _on_track(start, pieces, SPEAKER, time - path / speed, images[0])
+                    _on_track(track, SPEAKER, time - path / speed, images[0])
                     path = rest + _distance(images, 0, 1)
                 length[c, m], before[c, m] = path, path - rest
                 continue
@@ -120,9 +143,9 @@ def _follow(
                 struck[k] = along[c, k] / speed
             for _ in range(count):
                 emitted = time - path / speed
-                _on_track(start, pieces, SPEAKER, emitted, images[0])
+                _on_track(track, SPEAKER, emitted, images[0])
                 for k in range(order[c]):
-                    _place(obstacle[c, k], emitted + struck[k], velocity, carried, start, pieces, frame)
+                    _place(obstacle[c, k], emitted + struck[k], velocity, carried, track, frame)
                     _unfold(reflections, k, frame, images, planes, fixed)
                 path = fixed[order[c]] + _distance(images, order[c], order[c] + 1)
                 _strike(reflections[0], images, planes, fixed, speed, struck)
@@ -189,10 +212,10 @@ def _distance(images, a, b):
 
 
 @inlined
-def _place(obstacle, time, velocity, carried, start, pieces, frame):
+def _place(obstacle, time, velocity, carried, track, frame):
     """Fill in shift and yaw of an obstacle at an instant, as `Frames.of` has them."""
     if carried[obstacle]:
-        _on_track(start, pieces, WALKER, time, frame)
+        _on_track(track, WALKER, time, frame)
     else:
         for i in range(3):
             frame[i] = time * velocity[obstacle, i]
@@ -200,15 +223,16 @@ def _place(obstacle, time, velocity, carried, start, pieces, frame):
 
 
 @compiled
-def _read(start, pieces, column, time, values):
+def _read(track, column, time, values):
     """Fill in (R, n) columns at R instants."""
     for r in range(len(time)):
-        _on_track(start, pieces, column[r], time[r], values[r])
+        _on_track(track, column[r], time[r], values[r])
 
 
 @compiled
-def _on_track(start, pieces, column, time, value):
+def _on_track(track, column, time, value):
     """Fill in as many columns as there is room for."""
+    start, pieces = track
     at = min(max(int((time - start) / STEP_S), 0), len(pieces) - 1)
     t = time - start - at * STEP_S
     for i in range(len(value)):

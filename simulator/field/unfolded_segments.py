@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
-from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.single import point_slot
 from simulator.images.given_planes import mirrored
@@ -19,9 +18,18 @@ from simulator.world.visibility import COINCIDENT_M
 STRAIGHT = 1e-6  # sine of the turn under which a path goes straight on
 
 
-@dataclass(frozen=True)
-class Segments(Rows):
-    """The straight parts of unfolded rays, ray by ray; arrays as `behind_outlines` takes them."""
+class Segments(NamedTuple):
+    """The straight parts of unfolded rays, ray by ray; a tuple of arrays, as compiled functions take it.
+
+    Attributes:
+        ray: (Q,) rising.
+        start_m, end_m: (Q, 3).
+        ahead: (Q, 3) unit vector along each.
+        across: (Q, 2, 3) unit vectors at right angles to it.
+        facing: (Q, 2, 3) normals of the mirrors at its start and end: what lies behind them is not in its way; 0 at the
+            ends of the ray.
+        before_m, total_m: (Q,) length of the ray up to each, and of all of it.
+    """
 
     ray: Ints
     start_m: Floats
@@ -31,6 +39,10 @@ class Segments(Rows):
     facing: Floats
     before_m: Floats
     total_m: Floats
+
+    def taken(self, rows: Ints) -> Segments:
+        """Some of them, by their numbers."""
+        return Segments._make(column.take(rows, axis=0) for column in self)
 
 
 def segments_of(found: Candidates) -> Segments:
@@ -109,8 +121,7 @@ def _turning_planes(found: Candidates, ahead: Floats) -> Floats:
 def at_rest(segments: Segments, frame: Floats) -> Segments:
     """Segments (G,) as seen in rest frames (G, 4)."""
     yaw = -frame[:, 3]
-    return replace(
-        segments,
+    return segments._replace(
         start_m=into_rest(segments.start_m, frame),
         end_m=into_rest(segments.end_m, frame),
         ahead=rotated(segments.ahead, yaw),

@@ -57,8 +57,9 @@ def _beside_blunt(tracing: Tracing, found: Candidates) -> Flags:
 
 
 def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
-    """Every sequence of patches that carries sound from the speaker to a microphone, walls transparent, blunt ones
-    without end.
+    """Every sequence of patches that carries sound from the speaker to a microphone, whatever stands between.
+
+    Blunt patches go on for ever: what falls beside them fades (`blunt_mirrors`).
 
     Returns:
         where: (R, 4) pose, microphone, order, code; sequence: (R, max_order), -1 padded; hits: (R, max_order, 3);
@@ -70,7 +71,8 @@ def _reached(search: Search) -> tuple[Ints, Ints, Floats, Ints]:
     parts, counts = [], np.zeros(3, dtype=np.int64)
     allowed = np.ones((max_order, len(tracing.world.patches)), dtype=bool)
     allowed[2:] &= search.large_mirrors
-    for level in image_levels(mirrors, allowed, tracing.source_m, Goal(mics[:, 0], spread, limit_m)):
+    goal = Goal(np.ascontiguousarray(mics[:, 0]), spread, limit_m)
+    for level in image_levels(mirrors, allowed, tracing.source_m, goal):
         if level.order == 0:
             continue
         apart = np.linalg.norm(level.images_m[:, level.order, None] - mics[level.pose], axis=2)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from simulator.images.image_tree import Goal, Images, images_lighting
 from simulator.world.frames import out_of_rest
 from simulator.world.search_context import Search
@@ -115,8 +116,10 @@ def images_of(search: Search, body: Body, point_m: Floats, max_order: int, exten
 
 
 def _matched(search: Search, body: Body, lit: Images, received: Images) -> tuple[Ints, Ints]:
-    """Indices of images of speaker and microphone at the same pose that make a path over a body: within the order,
-    not too long, and with large mirrors alone where there are several."""
+    """Indices of images of speaker and microphone at the same pose that make a path over a body.
+
+    Within the order, not too long, and with large mirrors alone where there are several.
+    """
     left, right = matches(lit.pose, lit.order, received.pose, received.order, search.max_order - 1)
     mirrors = lit.order[left] + received.order[right]
     small = np.append(~search.large_towards[:, body.obstacle], False)  # for -1
@@ -144,9 +147,8 @@ def matches(key: Ints, order: Ints, other: Ints, other_order: Ints, most: int) -
     for n in range(most + 1):
         rows, others = np.flatnonzero(order == n), np.flatnonzero(other_order <= most - n)
         first, end = (np.searchsorted(other[others], key[rows], side) for side in ("left", "right"))  # type: ignore[call-overload]
-        count = end - first
-        start = np.repeat(first - np.cumsum(count) + count, count)
-        found.append(np.stack([np.repeat(rows, count), others[start + np.arange(len(start))]]))
+        row, step = repeated(end - first)
+        found.append(np.stack([rows[row], others[first[row] + step]]))
     left, right = np.concatenate(found, axis=1)
     turn = np.lexsort((right, left))
     return left[turn], right[turn]

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
@@ -55,9 +55,8 @@ class EdgeImages(Images):
     wedge: Ints
 
 
-@dataclass(frozen=True)
-class Level:
-    """Images of one order.
+class Level(NamedTuple):
+    """Images of one order; a tuple of arrays, as compiled functions take it.
 
     Attributes:
         order: number of mirrors.
@@ -74,11 +73,9 @@ class Level:
     images_m: Floats
     beam: Floats
 
-    def __len__(self) -> int:
-        return len(self.pose)
-
-    def __getitem__(self, index: NDArray | slice) -> Level:
-        return Level(self.order, self.pose[index], self.sequence[index], self.images_m[index], self.beam[index])
+    def taken(self, rows: Ints | slice) -> Level:
+        """Some of them."""
+        return Level(self.order, self.pose[rows], self.sequence[rows], self.images_m[rows], self.beam[rows])
 
     def lit(self, index: Ints) -> tuple[Ints, Ints, Ints, Floats]:
         """Chosen rows as the columns of `Images`."""
@@ -86,9 +83,8 @@ class Level:
         return self.pose[index], order, self.sequence[index], self.images_m[index, self.order]
 
 
-@dataclass(frozen=True)
-class Goal:
-    """What images are made for.
+class Goal(NamedTuple):
+    """What images are made for; a tuple, as compiled functions take it.
 
     Attributes:
         center_m, radius_m: (N, 3) and one ball a pose, somewhere in which sound is to arrive.
@@ -102,6 +98,23 @@ class Goal:
     beside_m: float = ROUNDING_M
 
 
+class _Edges(NamedTuple):
+    """W edges that images are to light.
+
+    Attributes:
+        start_m, end_m: (N, W, 3) at each pose.
+        patch: (W, 2) of their faces.
+        mirror: (W,) patch that a crease shows itself in.
+        obstacle: (W,) whose.
+    """
+
+    start_m: Floats
+    end_m: Floats
+    patch: Ints
+    mirror: Ints
+    obstacle: Ints
+
+
 def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, goal: Goal) -> Images:
     """Images of (N, 3) points, one a pose, that see some of the goal within the limit, through their last mirror.
 
@@ -110,11 +123,8 @@ def images_lighting(mirrors: Mirrors, allowed: Flags, point_m: Floats, goal: Goa
     """
     parts = []
     for level in image_levels(mirrors, allowed, point_m, goal):
-        lit = _lit_balls(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam,
-            goal.center_m, goal.radius_m, goal.limit_m,
-        )  # type: ignore[call-arg]  # fmt: skip
-        parts.append(Images(*level.lit(np.flatnonzero(lit))))
+        lit = np.flatnonzero(_lit_balls(mirrors, level, goal))  # type: ignore[call-arg]
+        parts.append(Images(*level.lit(lit)))
     found = Images.joined(parts)
     return found[in_turn(found.pose, found.sequence)]
 
@@ -131,12 +141,9 @@ def images_lighting_edges(
         towards: (P, O) patches that may be met, where there are several, on the way to the edges of each obstacle.
     """
     goal = Goal(point_m, limit_m, limit_m, PENUMBRA_M)  # what is nearer than the limit may have an edge
-    parts = []
+    edges, parts = _Edges(start_m, end_m, wedges.patch, wedges.mirror, wedges.obstacle), []
     for level in image_levels(mirrors, allowed, point_m, goal):
-        row, wedge = _lit_edges(
-            mirrors, level.order, level.pose, level.sequence, level.images_m, level.beam, start_m, end_m,
-            wedges.patch, wedges.mirror, wedges.obstacle, towards, limit_m,
-        )  # type: ignore[call-arg]  # fmt: skip
+        row, wedge = _lit_edges(mirrors, level, edges, towards, limit_m)  # type: ignore[call-arg]
         parts.append(EdgeImages(*level.lit(row), wedge))
     found = EdgeImages.joined(parts)
     return found[in_turn(found.pose, found.sequence, found.wedge)]
@@ -160,25 +167,22 @@ def image_levels(mirrors: Mirrors, allowed: Flags, point_m: Floats, goal: Goal) 
     waiting = [level]
     while waiting:
         level = waiting.pop()
-        if level.order == max_order or len(level) == 0:
+        if level.order == max_order or len(level.pose) == 0:
             continue
-        waiting.append(level[at_once:])
-        level = _next_level(mirrors, allowed[level.order], level[:at_once], goal)
+        waiting.append(level.taken(slice(at_once, None)))
+        level = _next_level(mirrors, allowed[level.order], level.taken(slice(at_once)), goal)
         yield level
         waiting.append(level)
 
 
 def _next_level(mirrors: Mirrors, allowed: Flags, level: Level, goal: Goal) -> Level:
     """Images of a level in one more mirror each."""
-    level = level[np.flatnonzero(allowed[level.sequence[:, : level.order]].all(axis=1))]
-    row, patch = _onwards(
-        mirrors, allowed, level.order, level.pose, level.sequence, level.images_m, level.beam,
-        np.ascontiguousarray(goal.center_m), goal.radius_m, goal.limit_m,
-    )  # type: ignore[call-arg]  # fmt: skip
-    pose, sequence, images, beam = level.pose[row], level.sequence[row], level.images_m[row], level.beam[row]
-    sequence[:, level.order] = patch
-    _mirror(mirrors, level.order, pose, patch, images, beam, goal.beside_m)  # type: ignore[call-arg]
-    return Level(level.order + 1, pose, sequence, images, beam)
+    level = level.taken(np.flatnonzero(allowed[level.sequence[:, : level.order]].all(axis=1)))
+    row, patch = _onwards(mirrors, allowed, level, goal)  # type: ignore[call-arg]
+    found = level.taken(row)
+    found.sequence[:, level.order] = patch
+    _mirror(mirrors, patch, found, goal.beside_m)  # type: ignore[call-arg]
+    return found._replace(order=level.order + 1)
 
 
 def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
@@ -187,8 +191,9 @@ def in_turn(pose: Ints, sequence: Ints, *minor: Ints) -> Ints:
 
 
 @compiled
-def _mirror(mirrors, depth, pose, patch, images, beam, beside):
-    """Fill in the images behind given patches, and their beams."""
+def _mirror(mirrors, patch, level, beside):
+    """Fill in the images of a level behind given patches, and their beams."""
+    depth, pose, images, beam = level.order, level.pose, level.images_m, level.beam
     for r in range(len(pose)):
         n, p = pose[r], patch[r]
         normal = mirrors.normal[n, p]
@@ -201,8 +206,9 @@ def _mirror(mirrors, depth, pose, patch, images, beam, beside):
 
 
 @compiled
-def _onwards(mirrors, allowed, depth, pose, sequence, images, beam, goal, goal_radius, limit):
-    """(R,) image of a level after `depth` mirrors and (R,) patch of all that it is mirrored in."""
+def _onwards(mirrors, allowed, level, goal):
+    """(R,) image of a level and (R,) patch of all that it is mirrored in."""
+    depth, pose, sequence, images, beam = level
     rows, patches = np.empty(256, np.int64), np.empty(256, np.int64)
     found = 0
     for r in range(len(pose)):
@@ -216,8 +222,8 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, beam, goal, goal_r
                 continue
             center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
             gap = max(distance(before, center) - radius, 0.0)
-            onwards = max(distance(goal[n], center) - radius - goal_radius, 0.0)
-            if gap + onwards > limit or aside(before, beam[r, :depth], mirrors.corner_m[n, p], 0.0):
+            onwards = max(distance(goal.center_m[n], center) - radius - goal.radius_m, 0.0)
+            if gap + onwards > goal.limit_m or aside(before, beam[r, :depth], mirrors.corner_m[n, p], 0.0):
                 continue
             if found == len(rows):
                 rows, patches = grown(rows), grown(patches)
@@ -227,12 +233,14 @@ def _onwards(mirrors, allowed, depth, pose, sequence, images, beam, goal, goal_r
 
 
 @compiled
-def _lit_balls(mirrors, order, pose, sequence, images, beam, center, radius, limit):
+def _lit_balls(mirrors, level, goal):
     """(I,) whether an image sees the ball, within the limit and, if it is one, through its mirrors."""
+    order, pose, sequence, images, beam = level
+    center, radius = goal.center_m, goal.radius_m
     out = np.zeros(len(pose), np.bool_)
     for r in range(len(pose)):
         n, image = pose[r], images[r, order]
-        if distance(image, center[n]) - radius > limit:
+        if distance(image, center[n]) - radius > goal.limit_m:
             continue
         out[r] = True
         if order > 0:
@@ -244,8 +252,10 @@ def _lit_balls(mirrors, order, pose, sequence, images, beam, center, radius, lim
 
 
 @compiled
-def _lit_edges(mirrors, order, pose, sequence, images, beam, start, end, patch, own_mirror, obstacle, towards, limit):
+def _lit_edges(mirrors, level, edges, towards, limit):
     """(R,) image and (R,) edge of all that can light an edge; a crease by its own mirror as by what comes before it."""
+    order, pose, sequence, images, beam = level
+    start, end, patch, own_mirror, obstacle = edges
     rows, wedges = np.empty(256, np.int64), np.empty(256, np.int64)
     middle, half = np.empty(start.shape), np.empty((start.shape[0], start.shape[1]))
     for n in range(half.shape[0]):

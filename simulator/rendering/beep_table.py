@@ -7,8 +7,8 @@ are right to 5e-7 of the peak for the paper's beep; a beep that changes faster i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
@@ -32,9 +32,8 @@ GROUP = 5  # terms that are weighted and added at a time
 LINE = 16  # numbers in a line of the cache: rows that begin within one take half as long again to read
 
 
-@dataclass(frozen=True)
-class BeepTable:
-    """Cubic splines of K filtered beeps, chirp taken out.
+class BeepTable(NamedTuple):
+    """Cubic splines of K filtered beeps, chirp taken out; a tuple, as compiled functions take it.
 
     Attributes:
         splines: (G, 2, GROUP, n) float32 coefficients at the nodes, real and imaginary part; 0 past the K-th.

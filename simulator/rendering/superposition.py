@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -60,6 +61,28 @@ class Sounds:
         return float((self.motion.middle_s + self.reach_s(duration_s)).max(initial=0.0))
 
 
+class _Rows(NamedTuple):
+    """P sounds as `_add` takes them.
+
+    Attributes:
+        start: (P,) emission, s.
+        mic: (P,) microphone.
+        weight: (P, K) Chebyshev coefficients of the gain.
+        first, end: (P,) between which samples of the sum each may arrive.
+        middle: (P,) instant about which its motion is given, s.
+        delay, strength: (P, D + 1) by powers of the time from there, 1 at the end of the motion.
+    """
+
+    start: Floats
+    mic: Ints
+    weight: Complexes
+    first: Ints
+    end: Ints
+    middle: Floats
+    delay: Floats
+    strength: Floats
+
+
 def add_sounds(total: Floats, rate_hz: float, table: BeepTable, sounds: Sounds) -> None:
     """Add the envelopes about 20 kHz of sounds to a sum (2, 2, n) of real and imaginary parts, row by row."""
     motion = sounds.motion
@@ -68,11 +91,12 @@ def add_sounds(total: Floats, rate_hz: float, table: BeepTable, sounds: Sounds) 
     first = np.maximum(np.ceil((motion.middle_s - reach) * rate_hz), 0.0).astype(np.int64)
     last = np.minimum((motion.middle_s + reach) * rate_hz, total.shape[2] - 1).astype(np.int64)
     strength = motion.strength * sounds.center_delay_s[:, None]
-    _add(
-        total, rate_hz, table.splines, table.lead, table.steps, table.duration_s, table.start_hz,
-        0.5 * table.slope_hz_s, sounds.start_s, sounds.mic, sounds.weight, first, last + 1, motion.middle_s,
-        1.0 / motion.half_width_s, motion.delay_s @ powers, strength @ powers,
+    scale = 1.0 / motion.half_width_s
+    rows = _Rows(
+        sounds.start_s, sounds.mic, sounds.weight, first, last + 1, motion.middle_s, motion.delay_s @ powers,
+        strength @ powers,
     )  # fmt: skip
+    _add(total, rate_hz, table, rows, scale)  # type: ignore[call-arg]
 
 
 def _to_powers(terms: int) -> Floats:
@@ -82,11 +106,11 @@ def _to_powers(terms: int) -> Floats:
 
 
 @fused
-def _add(
-    total, rate, splines, lead, steps, duration, start_hz, half_slope, start, mic, weight, first, end, middle, scale,
-    delay, strength,
-):  # fmt: skip
-    """Every row in turn, block by block."""
+def _add(total, rate, table, rows, scale):
+    """Every row in turn, block by block; `scale` times seconds from the middle of a motion is 1 at its end."""
+    splines, lead, steps, duration, start_hz, slope_hz_s = table
+    start, mic, weight, first, end, middle, delay, strength = rows
+    half_slope = 0.5 * slope_hz_s
     margin, longest = BLOCK_SAMPLES * steps, 0
     for p in range(len(start)):
         longest = max(longest, end[p] - first[p])

@@ -28,26 +28,35 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     whose boughs share a ring would be taken for open.
     """
     apart = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
-    copy = next(filter(_is_closed, _readings(apart)), None)
-    if copy is None:
-        better = (_each_once(_with_area(each)) for each in (apart, _drawn_together(apart)))
-        copy = next((each for mesh in better for each in _readings(mesh) if _is_closed(each)), welded(apart))
-    return _with_area(copy)
-
-
-def _drawn_together(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A copy whose vertices within `TOGETHER_M` of one another are one: of soups whose corners hardly agree."""
-    joined = welded(mesh)
-    pairs = cKDTree(joined.vertices).query_pairs(TOGETHER_M, output_type="ndarray")
-    _, first, which = np.unique(components(pairs, len(joined.vertices)), return_index=True, return_inverse=True)
-    return trimesh.Trimesh(joined.vertices[first], which[joined.faces], process=False)
-
-
-def _readings(apart: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
-    """A mesh merged, as it is, and merged in parts."""
     merged = welded(apart)
+    return _with_area(next(filter(_is_closed, _readings(apart, merged)), merged))
+
+
+def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
+    """What may close a mesh, given as it is and merged: what changes it least comes first."""
+    yield from _mergings(apart, merged)
+    once = _without_excess(apart)
+    yield from _mergings(once, welded(once))
+    drawn = _without_excess(_drawn_together(merged))
+    yield from _mergings(drawn, welded(drawn))
+
+
+def _mergings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
+    """A mesh merged, as it is, and merged in parts."""
     yield from (merged, apart)
     yield _in_parts(merged)
+
+
+def _drawn_together(merged: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy whose vertices within `TOGETHER_M` of one another are one: of soups whose corners hardly agree."""
+    pairs = cKDTree(merged.vertices).query_pairs(TOGETHER_M, output_type="ndarray")
+    _, first, which = np.unique(components(pairs, len(merged.vertices)), return_index=True, return_inverse=True)
+    return trimesh.Trimesh(merged.vertices[first], which[merged.faces], process=False)
+
+
+def _without_excess(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A copy without facets of no area, and with each of the others once."""
+    return _each_once(_with_area(mesh))
 
 
 def _with_area(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -60,8 +69,7 @@ def _with_area(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def _in_parts(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A mesh with vertices of its own for all facets that hang together over edges of two: soups of touching bodies."""
-    label = components(mesh.face_adjacency, len(mesh.faces))
-    corners = np.column_stack([np.repeat(label, 3), mesh.faces.ravel()])
+    corners = np.column_stack([np.repeat(pieces_of(mesh), 3), mesh.faces.ravel()])
     own, faces = np.unique(corners, axis=0, return_inverse=True)
     return trimesh.Trimesh(mesh.vertices[own[:, 1]], faces.reshape(-1, 3), process=False)
 
@@ -92,32 +100,24 @@ def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
         np.column_stack([one + count, other + count * ~against]),
     )
     copy = components(np.concatenate([as_is, over]), 2 * count)
-    _, first, part = np.unique(components(pairs, count), return_index=True, return_inverse=True)
+    _, first, part = np.unique(pieces_of(mesh), return_index=True, return_inverse=True)
     flipped = copy[:count] != copy[first[part]]
     faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
 
 
-def turned_inwards(closed: trimesh.Trimesh) -> Floats:
+def rooms_in(closed: trimesh.Trimesh) -> Floats:
     """(B, 2, 3) boxes round pieces of a closed mesh that are wound inwards, as rooms are, and hollow out no other."""
-    piece = components(closed.face_adjacency, len(closed.faces))
-    corners = closed.vertices[closed.faces] - closed.bounds.mean(axis=0)
-    volume = np.bincount(piece, np.einsum("tx,tx->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
-    inwards, outwards = (
-        np.array([_box(closed.vertices[closed.faces[piece == each]]) for each in np.flatnonzero(wound)]).reshape(
-            -1, 2, 3
-        )
-        for wound in (volume < 0.0, volume > 0.0)
-    )
-    low = np.all(inwards[:, None, 0] >= outwards[:, 0], axis=2)
-    high = np.all(inwards[:, None, 1] <= outwards[:, 1], axis=2)
-    boxes: Floats = inwards[~np.any(low & high, axis=1)]
+    piece, corners = pieces_of(closed), closed.vertices[closed.faces]
+    about = corners - closed.bounds.mean(axis=0)
+    volume = np.bincount(piece, np.einsum("tx,tx->t", about[:, 0], np.cross(about[:, 1], about[:, 2])))
+    low, high = np.full((len(volume), 3), np.inf), np.full((len(volume), 3), -np.inf)
+    np.minimum.at(low, piece, corners.min(axis=1))
+    np.maximum.at(high, piece, corners.max(axis=1))
+    inwards, outwards = volume < 0.0, volume > 0.0
+    hollows = np.all((low[inwards, None] >= low[outwards]) & (high[inwards, None] <= high[outwards]), axis=2)
+    boxes: Floats = np.stack([low[inwards], high[inwards]], axis=1)[~hollows.any(axis=1)]
     return boxes
-
-
-def _box(corners_m: Floats) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of the box round facets (T, 3, 3)."""
-    return corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
 
 
 def _runs_along(faces: Ints, edges: Ints) -> Flags:
@@ -130,3 +130,8 @@ def _runs_along(faces: Ints, edges: Ints) -> Flags:
 def components(pairs: Ints, count: int) -> Ints:
     """(count,) label of what hangs together by the pairs given."""
     return trimesh.graph.connected_component_labels(pairs, node_count=count).astype(np.int64)
+
+
+def pieces_of(mesh: trimesh.Trimesh) -> Ints:
+    """(T,) label of the connected piece that each facet is of."""
+    return components(mesh.face_adjacency, len(mesh.faces))

@@ -17,7 +17,8 @@ import shapely
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.vectors import dot, norm
+from obstaclewatch.support.repeated import repeated
+from obstaclewatch.support.vectors import dot, norm, unit
 from simulator.surfaces.reflectors import COPLANAR_RAD, PlanarPatches
 
 WIDEST_M = 2e-3  # an open crack of this width takes 0.3 dB off the echo of a wall at 1.5 m
@@ -42,8 +43,7 @@ def cracks(patches: PlanarPatches, moves: Flags) -> tuple[Ints, Floats]:
     strip = np.concatenate([here, there[:, ::-1]], axis=1)
     patch, beside = owner[one[rows]], owner[other[rows]]
     middle = strip.mean(axis=1)
-    gap = np.array([not _inside(patches, p, middle[k]) and not _inside(patches, q, middle[k])
-                    for k, (p, q) in enumerate(zip(patch, beside, strict=True))], dtype=bool)  # fmt: skip
+    gap = ~(_inside(patches, patch, middle) | _inside(patches, beside, middle))
     return patch[gap], strip[gap]
 
 
@@ -79,13 +79,14 @@ def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
     body, beside = patches.obstacle[face], patches.obstacle[other]
     stays = (body == beside) | ~(moves[body] | moves[beside])
     short = (off * before > off**2) & (np.abs(dot(normal[face], normal[other])) < ALIKE) & stays
+    at, face, other, off = (column[short] for column in (at, face, other, off))
+    inwards = unit(patches.center_m[face] - point[at])
+    foot = point[at] - off[:, None] * normal[other] + WIDEST_M * inwards
+    meets = np.logical_or(*(_inside(patches, other, foot + side * WIDEST_M * normal[face]) for side in (-1.0, 1.0)))
+    at, face, other, off = (column[meets] for column in (at, face, other, off))
+    towards = normal[other] - np.vecdot(normal[other], normal[face])[:, None] * normal[face]
     reached = point.copy()
-    for k in np.flatnonzero(short):
-        inwards = patches.center_m[face[k]] - point[at[k]]
-        foot = point[at[k]] - off[k] * normal[other[k]] + WIDEST_M * inwards / np.linalg.norm(inwards)
-        if any(_inside(patches, other[k], foot + side * WIDEST_M * normal[face[k]]) for side in (-1.0, 1.0)):
-            towards = normal[other[k]] - (normal[other[k]] @ normal[face[k]]) * normal[face[k]]
-            reached[at[k]] -= off[k] / (towards @ towards) * towards
+    np.subtract.at(reached, at, (off / np.vecdot(towards, towards))[:, None] * towards)
     return replace(patches, edge_m=reached.reshape(-1, 2, 3))
 
 
@@ -143,12 +144,15 @@ def _narrow(here: Floats, there: Floats, rows: Ints) -> tuple[Floats, Floats, In
     return cut[0][kept], cut[1][kept], rows[kept]
 
 
-def _inside(patches: PlanarPatches, patch: int, point_m: Floats) -> bool:
-    """Whether a point (3,) of its plane lies in a patch, by the parity of crossings."""
-    keep = np.argsort(np.abs(patches.normal[patch]))[:2]
-    border = patches.edge_m[patches.edge_start[patch] : patches.edge_start[patch + 1]][:, :, keep] - point_m[keep]
+def _inside(patches: PlanarPatches, patch: Ints, point_m: Floats) -> Flags:
+    """(K,) whether points (K, 3) of the planes of patches (K,) lie in these, by the parity of crossings."""
+    k, side = repeated(np.diff(patches.edge_start)[patch])
+    edge_m = patches.edge_m[patches.edge_start[patch][k] + side]
+    in_plane = np.argsort(np.abs(patches.normal[patch]), axis=1)[:, None, :2]
+    border = np.take_along_axis(edge_m - point_m[k, None], in_plane[k], axis=2)
     (u0, v0), (u1, v1) = border[:, 0].T, border[:, 1].T
     rises = (v0 > 0.0) != (v1 > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = u0 - v0 / (v1 - v0) * (u1 - u0)
-    return bool(np.sum(rises & (crossing > 0.0)) % 2)
+    found: Flags = np.bincount(k[rises & (crossing > 0.0)], minlength=len(patch)) % 2 == 1
+    return found

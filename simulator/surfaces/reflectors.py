@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
 from simulator.scene.scene import Obstacle
-from simulator.surfaces.clean_meshes import cleaned, components, turned_inwards
+from simulator.surfaces.clean_meshes import cleaned, components, pieces_of, rooms_in
 from simulator.surfaces.cone_tips import tips_opened
 from simulator.surfaces.facet_bounds import Clusters, clusters
 from simulator.surfaces.quadratic_triangles import bulges
@@ -139,12 +139,12 @@ class MeshReading:
     @cached_property
     def piece(self) -> Ints:
         """(T,) which of the mesh's connected pieces each facet is of."""
-        return components(self.mesh.face_adjacency, len(self.mesh.faces))
+        return pieces_of(self.mesh)
 
     @cached_property
     def rooms_m(self) -> Floats:
         """(B, 2, 3) boxes round closed pieces that reflect inwards: a phone outside of one has no echo of it."""
-        return np.zeros((0, 2, 3)) if self.solid is None else turned_inwards(self.solid)
+        return np.zeros((0, 2, 3)) if self.solid is None else rooms_in(self.solid)
 
     @property
     def planes(self) -> int:

@@ -7,9 +7,11 @@ have no planes are one part together.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +22,26 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.visibility import Blocker, blocker
 
 
+class Screens(NamedTuple):
+    """Opaque screens made of facets, at rest; a tuple of arrays, as compiled functions take it.
+
+    Attributes:
+        corner_m: (F, 3, 3) corners of all their facets, screen by screen.
+        ball_m: (F, 4) middle and radius of a ball that holds each facet.
+        first: (S + 1,) where the facets of each screen begin.
+    """
+
+    corner_m: Floats
+    ball_m: Floats
+    first: Ints
+
+    @classmethod
+    def of(cls, corners_m: Sequence[Floats]) -> Screens:
+        """A screen of each of the (F, 3, 3) given."""
+        corner = np.concatenate([np.zeros((0, 3, 3)), *corners_m])
+        return cls(corner, _balls_round(corner), np.cumsum([0, *map(len, corners_m)]).astype(np.int64))
+
+
 @dataclass(frozen=True)
 class RoundedParts:
     """The rounded facets of P parts in the rest frames of their obstacles.
@@ -27,17 +49,13 @@ class RoundedParts:
     Attributes:
         obstacle: (P,) indices.
         own_patch: (P, Q) whether a planar patch, of all Q, is of the same piece.
-        corner_m: (F, 3, 3) corners of all their facets, part by part.
-        ball_m: (F, 4) middle and radius of a ball that holds each facet.
-        first: (P + 1,) where the facets of each part begin.
+        screens: their facets, a screen each.
         box_m: (P, 2, 3) middle of the box that holds each, and halves of its sides.
     """
 
     obstacle: Ints
     own_patch: Flags
-    corner_m: Floats
-    ball_m: Floats
-    first: Ints
+    screens: Screens
     box_m: Floats
 
     def __len__(self) -> int:
@@ -46,7 +64,8 @@ class RoundedParts:
     @cached_property
     def blockers(self) -> tuple[Blocker, ...]:
         """Each part by itself."""
-        meshes = [loose(self.corner_m[begin:end]) for begin, end in pairwise(self.first.tolist())]
+        corner, _, first = self.screens
+        meshes = [loose(corner[begin:end]) for begin, end in pairwise(first.tolist())]
         return tuple(blocker([mesh], index) for mesh, index in zip(meshes, self.obstacle.tolist(), strict=True))
 
 
@@ -74,10 +93,8 @@ def rounded_parts(readings: list[MeshReading], rounded: list[Flags]) -> RoundedP
     corners = [corners_of(readings[i], rows) for i, rows in owners]
     bounds = [(corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for corner in corners]
     boxes = [(0.5 * (low + high), 0.5 * (high - low)) for low, high in bounds]
-    corner = np.concatenate([np.zeros((0, 3, 3)), *corners])
     return RoundedParts(
-        np.array([i for i, _ in owners], dtype=np.int64), _own_patches(readings, owners), corner,
-        balls_round(corner), np.cumsum([0, *map(len, corners)]).astype(np.int64),
+        np.array([i for i, _ in owners], dtype=np.int64), _own_patches(readings, owners), Screens.of(corners),
         np.array(boxes).reshape(-1, 2, 3),
     )  # fmt: skip
 
@@ -109,7 +126,7 @@ def corners_of(reading: MeshReading, chosen: Flags | Ints) -> Floats:
     return found
 
 
-def balls_round(corner_m: Floats) -> Floats:
+def _balls_round(corner_m: Floats) -> Floats:
     """(F, 4) middle and radius of a ball that holds each facet (F, 3, 3)."""
     middle = corner_m.mean(axis=1)
     return np.column_stack([middle, norm(corner_m - middle[:, None]).max(axis=1, initial=0.0)])

@@ -88,12 +88,16 @@ class Search:
     @cached_property
     def band_wavenumber_1_m(self) -> Floats:
         """(K,) wavenumbers at these, rad/m."""
-        return 2.0 * np.pi * self.band_hz / self.air.sound_speed_m_s
+        return self.wavenumbers_1_m(self.band_hz)
 
     @cached_property
     def wavenumber_1_m(self) -> float:
         """In the middle of the band, rad/m."""
         return 2.0 * np.pi * REFERENCE_HZ / self.air.sound_speed_m_s
+
+    def wavenumbers_1_m(self, frequency_hz: Floats) -> Floats:
+        """(K,) wavenumbers at K frequencies, rad/m."""
+        return 2.0 * np.pi * frequency_hz / self.air.sound_speed_m_s
 
     def reject(self, reason: Reason, count: int, describe: Callable[[], Rejected]) -> None:
         """Book `count` candidates; `describe` is asked about them only if they are listed."""

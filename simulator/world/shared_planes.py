@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from obstaclewatch.support.repeated import repeated
 from simulator.surfaces.clean_meshes import components
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
@@ -30,8 +31,7 @@ def planes_at_ends(wedges: Wedges, patches: PlanarPatches, planes: Ints) -> Ints
     count = np.bincount(end, minlength=len(ends))
     found = np.full((len(ends), count.max(initial=0)), -1)
     order = np.argsort(end, kind="stable")
-    place = np.arange(len(end)) - np.repeat(np.cumsum(count) - count, count)
-    found[end[order], place] = number[which[order]]
+    found[end[order], repeated(count)[1]] = number[which[order]]
     return found.reshape(len(wedges), 2, found.shape[1])
 
 

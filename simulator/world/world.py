@@ -18,7 +18,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
-from simulator.world.rounded_parts import RoundedParts, balls_round, corners_of
+from simulator.world.rounded_parts import RoundedParts, Screens, corners_of
 from simulator.world.shared_planes import planes_at_ends, planes_of
 from simulator.world.visibility import OFFSET, Blocker
 
@@ -85,15 +85,13 @@ class World:
         return self._blunt_reflectors[number]
 
     @cached_property
-    def blunt_facets(self) -> tuple[Floats, Floats, Ints]:
-        """(F, 3, 3) corners of the facets of blunt patches at rest, (F, 4) balls, and (B + 1,) where each begins."""
+    def blunt_screens(self) -> Screens:
+        """The blunt patches as screens at rest."""
         readings = [reading for reading, _ in self.skins]
         first = np.cumsum([0, *(reading.planes for reading in readings)])
         obstacle = self.patches.obstacle[self.blunt]
         own = np.flatnonzero(self.blunt) - first[obstacle]
-        parts = [corners_of(readings[i], readings[i].patch == k) for i, k in zip(obstacle, own, strict=True)]
-        corner = np.concatenate([np.zeros((0, 3, 3)), *parts])
-        return corner, balls_round(corner), np.cumsum([0, *map(len, parts)])
+        return Screens.of([corners_of(readings[i], readings[i].patch == k) for i, k in zip(obstacle, own, strict=True)])
 
     @cached_property
     def planes(self) -> Ints:

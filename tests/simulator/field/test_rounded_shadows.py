@@ -10,7 +10,9 @@ import trimesh
 from scipy.special import fresnel
 
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
-from simulator.field.outlines import DIRECTION, OUTLINE_REACH_RAD, behind_outlines
+from simulator.field.outlines import OUTLINE_REACH_RAD, behind_outlines
+from simulator.field.unfolded_segments import Segments
+from simulator.world.rounded_parts import Screens
 from tests.references import rigid_cylinder, two_cylinders
 
 SPEED_M_S = 343.0
@@ -205,15 +207,13 @@ def test_behind_a_strip_fresnels_integrals_come_out(begin, end, turn_rad):
     for low, high in pairwise(rows):
         at = [[2.0, u * per_v, v] for u, v in ((begin, low), (end, low), (end, high), (begin, high))]
         facets += [[at[0], at[1], at[2]], [at[0], at[2], at[3]]]
-    corner = np.array(facets)
-    middle = corner.mean(axis=1)
-    ball = np.column_stack([middle, np.linalg.norm(corner - middle[:, None], axis=2).max(axis=1)])
-    found = np.ones((1, 1), dtype=np.complex128)
-    behind_outlines(
-        corner, ball, np.array([0, len(corner)]), np.array([0]), np.zeros((1, 3)), np.array([[4.0, 0.0, 0.0]]),
-        np.array([[1.0, 0.0, 0.0]]), across[None], np.zeros((1, 2, 3)), np.zeros(1), np.array([4.0]), np.array([0]),
-        np.array([wavenumber]), np.sqrt(2.0 * OUTLINE_REACH_RAD / wavenumber), DIRECTION, found,
-    )  # type: ignore[call-arg]  # fmt: skip
+    segment = Segments(
+        ray=np.array([0]), start_m=np.zeros((1, 3)), end_m=np.array([[4.0, 0.0, 0.0]]),
+        ahead=np.array([[1.0, 0.0, 0.0]]), across=across[None], facing=np.zeros((1, 2, 3)), before_m=np.zeros(1),
+        total_m=np.array([4.0]),
+    )  # fmt: skip
+    strip, reach = Screens.of([np.array(facets)]), np.sqrt(2.0 * OUTLINE_REACH_RAD / wavenumber)
+    found = behind_outlines(strip, np.array([0]), segment, np.array([wavenumber]), reach)
     sine, cosine = fresnel(np.array([begin, end]))
     exact = 1.0 - 0.5 * (1.0 + 1j) * np.diff(cosine - 1j * sine)[0]
     assert abs(found[0, 0] - exact) < 0.04
