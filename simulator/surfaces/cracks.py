@@ -19,7 +19,8 @@ from scipy.spatial import cKDTree
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm, unit
-from simulator.surfaces.reflectors import COPLANAR_RAD, PlanarPatches
+from simulator.meshes.planar_regions import COPLANAR_RAD
+from simulator.surfaces.reflectors import PlanarPatches
 
 WIDEST_M = 2e-3  # an open crack of this width takes 0.3 dB off the echo of a wall at 1.5 m
 LEAST_M = 1e-9  # what mirrors take for their border anyway

@@ -15,8 +15,9 @@ import trimesh
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
-from simulator.surfaces.clean_meshes import components
-from simulator.surfaces.reflectors import PLANE_FIT_M, MeshReading
+from simulator.meshes.clean_meshes import components
+from simulator.meshes.planar_regions import PLANE_FIT_M
+from simulator.surfaces.reflectors import MeshReading
 
 FLAT_RAD = 1e-6
 BLUNT_RAD = 2e-3  # an edge this flat diffracts nothing that matters: its facets count as one plane

@@ -13,10 +13,12 @@ from hashlib import blake2b
 from typing import Any
 
 import numpy as np
+import trimesh
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
+from simulator.meshes.common_planes import on_common_planes
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
@@ -147,8 +149,12 @@ class _Shape:
 
 @dataclass(frozen=True)
 class Parts:
-    """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface."""
+    """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface.
 
+    `mesh` is the obstacle's own, but for faces that were brought onto common planes.
+    """
+
+    mesh: trimesh.Trimesh
     reading: MeshReading
     patches: PlanarPatches
     surface: SmoothSurface | None
@@ -166,8 +172,9 @@ def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
 
 @lru_cache(KEPT_MESHES)
 def _parts_of(shape: _Shape) -> Parts:
-    reading = read_mesh(_shifted(shape.obstacle, np.array(shape.origin_m)))
-    return Parts(reading, *reflectors_in(reading))
+    obstacle = _shifted(on_common_planes(shape.obstacle), np.array(shape.origin_m))
+    reading = read_mesh(obstacle)
+    return Parts(obstacle.mesh, reading, *reflectors_in(reading))
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
@@ -199,9 +206,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
     follows = facing(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
-    meshes = [
-        (np.asarray(o.mesh.vertices) - s, np.asarray(o.mesh.faces)) for o, s in zip(obstacles, shifts, strict=True)
-    ]
+    meshes = [(np.asarray(part.mesh.vertices), np.asarray(part.mesh.faces)) for part in parts]
     blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:

@@ -12,14 +12,12 @@ import io
 import numpy as np
 import pytest
 import trimesh
-from numpy.typing import NDArray
 
-from simulator import Fidelity, Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator import Pose, held_rotation
 from tests.references.meshes import frustum
+from tests.simulator.meshes.one_body import echo_on_ground
 
-FREQUENCY_HZ = np.linspace(18e3, 23e3, 11)
 LEAST = 1e-5  # -100 dB re the free field at 1 m: rounding to float32 moves corners by 1e-7 m, and the echoes by 3e-6
-PLACE = Pose([0.0, 0.0, 1.3], held_rotation(0.05, pitch_rad=0.5))
 
 
 def _panels() -> trimesh.Trimesh:
@@ -33,16 +31,6 @@ def _stored(mesh: trimesh.Trimesh, kind: str) -> trimesh.Trimesh:
     return trimesh.load(io.BytesIO(mesh.export(file_type=kind)), file_type=kind)
 
 
-def _echo(mesh: trimesh.Trimesh, place: Pose = PLACE) -> NDArray[np.complex128]:
-    """(2, F) what both microphones receive of a body on the ground."""
-    ground = trimesh.creation.box(bounds=[[-10.0, -10.0, -1.0], [10.0, 10.0, 0.0]])
-    bodies = [Obstacle(ground, Material.rigid(), "ground"), Obstacle(mesh, Material.rigid(), "body")]
-    paths = trace_paths(Scene(bodies), Phone.named("galaxy-s8-plus"), place, Fidelity())
-    paths = paths[np.array(["body" in met for met in paths.obstacles_met()])]
-    field = paths.gain_at(FREQUENCY_HZ) * np.exp(-2j * np.pi * FREQUENCY_HZ * paths.delay_s[:, None])
-    return np.stack([field[paths.mic == mic].sum(axis=0) for mic in range(2)])
-
-
 @pytest.mark.parametrize("kind", ["stl", "ply"])
 @pytest.mark.parametrize(("yaw_deg", "ahead_m"), [(17.0, 2.8), (61.0, 1.6), (123.0, 2.8)])
 @pytest.mark.parametrize("make", [frustum, _panels])
@@ -50,7 +38,7 @@ def test_a_file_of_float32_has_the_echoes_of_its_body(make, yaw_deg, ahead_m, ki
     mesh = make()
     mesh.apply_transform(trimesh.transformations.rotation_matrix(np.radians(yaw_deg), [0.0, 0.0, 1.0]))
     mesh.apply_translation([ahead_m, 0.13, 0.0])
-    ours, exact = _echo(_stored(mesh, kind)), _echo(mesh)
+    ours, exact = echo_on_ground(_stored(mesh, kind)), echo_on_ground(mesh)
     assert (np.abs(exact).max(axis=1) > 5e-4).all()
     np.testing.assert_allclose(ours, exact, rtol=0.0, atol=LEAST)
 
@@ -69,7 +57,7 @@ def test_facets_without_area_or_twice_open_no_bodies_that_touch(spoilt):
     mesh = _bench().apply_translation([1.3, -0.7, 0.0])
     more = mesh.faces[:5] if spoilt == "twice" else spoilt
     kept_badly = trimesh.Trimesh(mesh.vertices, np.vstack([mesh.faces, more]), process=False)
-    np.testing.assert_allclose(_echo(kept_badly), _echo(mesh), rtol=0.0, atol=LEAST)
+    np.testing.assert_allclose(echo_on_ground(kept_badly), echo_on_ground(mesh), rtol=0.0, atol=LEAST)
 
 
 @pytest.mark.parametrize("corner", range(4))
@@ -84,7 +72,7 @@ def test_a_face_of_corners_a_tenth_of_a_millimetre_off_keeps_the_ends_of_its_edg
     vertices[corner, 0] += off_m
     moved = trimesh.Trimesh(vertices, mesh.faces, process=False)
     place = Pose([0.0, 0.0, 1.2], held_rotation(0.0, pitch_rad=0.5, roll_rad=0.1))
-    ours, exact = _echo(moved, place), _echo(mesh, place)
+    ours, exact = echo_on_ground(moved, place), echo_on_ground(mesh, place)
     assert np.abs(ours - exact).max() < 0.1 * np.abs(exact).max()
 
 
@@ -95,5 +83,5 @@ def test_loose_triangles_whose_corners_agree_to_a_micrometre_are_the_body_that_t
     corners = mesh.vertices[mesh.faces].reshape(-1, 3)
     loose = corners + rng.uniform(-1e-6, 1e-6, corners.shape)
     soup = trimesh.Trimesh(loose, np.arange(len(loose)).reshape(-1, 3), process=False)
-    exact = _echo(mesh)
-    assert np.abs(_echo(soup) - exact).max() < 0.1 * np.abs(exact).max()
+    exact = echo_on_ground(mesh)
+    assert np.abs(echo_on_ground(soup) - exact).max() < 0.1 * np.abs(exact).max()
