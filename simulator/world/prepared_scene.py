@@ -13,7 +13,6 @@ from hashlib import blake2b
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Flags, Floats, Ints
@@ -151,10 +150,11 @@ class _Shape:
 class Parts:
     """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface.
 
-    `mesh` is the obstacle's own, but for faces that were brought onto common planes.
+    Its `vertices` (V, 3) and `faces` (F, 3) are copies of the obstacle's, with flush faces on common planes.
     """
 
-    mesh: trimesh.Trimesh
+    vertices: Floats
+    faces: Ints
     reading: MeshReading
     patches: PlanarPatches
     surface: SmoothSurface | None
@@ -174,7 +174,8 @@ def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
 def _parts_of(shape: _Shape) -> Parts:
     obstacle = _shifted(on_common_planes(shape.obstacle), np.array(shape.origin_m))
     reading = read_mesh(obstacle)
-    return Parts(obstacle.mesh, reading, *reflectors_in(reading))
+    vertices, faces = np.array(obstacle.mesh.vertices), np.array(obstacle.mesh.faces)
+    return Parts(vertices, faces, reading, *reflectors_in(reading))
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
@@ -206,7 +207,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
     follows = facing(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
-    meshes = [(np.asarray(part.mesh.vertices), np.asarray(part.mesh.faces)) for part in parts]
+    meshes = [(part.vertices, part.faces) for part in parts]
     blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
