@@ -78,9 +78,10 @@ class StandingPipeline(StillPipeline):
     def _settled(
         self, block: NDArray[np.floating], profile: EchoProfile, direct: DirectSound
     ) -> tuple[EchoProfile, DirectSound]:
-        """The mean of this beep's profile and of earlier ones, all in phase."""
-        if direct.found:
-            profile, self._slip_s = self._slip.held(block, profile, direct)
+        """The mean of this beep's profile and of earlier ones, all in phase; a block without a beep is passed over."""
+        if not direct.found:
+            return profile, direct
+        profile, self._slip_s = self._slip.held(block, profile, direct)
         mean = self._mean.add(profile)
         return mean, direct_sound(mean)
 

@@ -58,3 +58,18 @@ def test_a_click_does_not_end_the_mean_of_beeps(beep):
     del clicked[beep]
     assert any(len(each) for each in clicked)
     assert repr(_columns(clicked)) == repr(_columns(without))
+
+
+@pytest.mark.parametrize("beep", [0, 1, 6])
+def test_a_silent_beep_does_not_end_the_mean_of_beeps(beep):
+    """Silence went into the mean, which began anew with it, and anew after it."""
+    samples = record([Point(3.0, 0.4, gain=0.1)], beeps=12, noise=0.1)
+    blocks = np.stack(np.split(samples, 12, axis=1))
+    detector = StandingDetector(BEEP, PHONE)
+    without = _processed(detector, blocks, passed_over=beep)
+    blocks[beep] = 0.0
+    silent = _processed(detector, blocks)
+    assert [Flag.NO_BEEP in each.beep_flags for each in silent] == [k == beep for k in range(12)]
+    del silent[beep]
+    assert any(len(each) for each in silent)
+    assert repr(_columns(silent)) == repr(_columns(without))

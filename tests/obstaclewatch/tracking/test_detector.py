@@ -136,7 +136,7 @@ def test_two_obstacles_are_followed_at_once():
 
 
 def test_a_missing_beep_leaves_the_track():
-    """Beep 16 is silent: likelihood is gathered anew, while the track that there is goes on."""
+    """Beep 16 is silent, while the track that there is goes on."""
     samples = record([GROUND, Point(5.2, gain=0.1)], speed_m_s=1.3, **WALK).astype(np.float32)
     size = BEEP.period_samples
     samples[:, 16 * size : 17 * size] = 0.0
@@ -147,6 +147,17 @@ def test_a_missing_beep_leaves_the_track():
         assert len(d) >= 1
         hit = d.time_s + 0.5 * BEEP.duration_s + 0.02
         assert np.abs(d.range_m - true_range(Point(5.2), 1.3, hit)).min() < 0.03
+
+
+@pytest.mark.parametrize("before", [2, 3])
+def test_a_missing_beep_does_not_delay_a_weak_track(before):
+    """Likelihood began anew after it: the track came one and two beeps later."""
+    blocks = np.split(record([GROUND, Point(5.2, gain=0.0016)], speed_m_s=1.3, **WALK), WALK["beeps"], axis=1)
+    detector = TrackingDetector(BEEP, PHONE)
+    first = next(d.index for d in map(detector.process, blocks) if len(d))
+    detector.reset()
+    blocks[first - before] = np.zeros_like(blocks[0])
+    assert next(d.index for d in map(detector.process, blocks) if len(d)) <= first
 
 
 def _clicked(samples, beep):
