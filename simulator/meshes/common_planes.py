@@ -1,10 +1,10 @@
-"""Flush faces of several pieces, brought onto one plane: files round the coordinates of their corners.
+"""Faces that rounding has bent or moved apart, brought onto one plane: files round the coordinates of their corners.
 
 A shelf or a bench is often several boxes in one mesh. Where it stands askew and its corners are kept to a millimetre,
 boxes that stood flush have steps, slits and kinks between them. Each of these would be an edge, a corner or a mirror of
 its own: echoes of -21 dB re 1 m were found that the body does not have. So faces of different pieces that fit one plane
 are taken for it, and their corners move onto it, by a twentieth of the wavelength at the most. Within one piece a bend
-is taken for meant, however slight.
+is taken for meant, unless creases bound all of it and no corner leaves the plane by more than 0.4 mm.
 """
 
 from __future__ import annotations
@@ -15,11 +15,19 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.meshes.clean_meshes import cleaned, pieces_of
-from simulator.meshes.planar_regions import CREASE_RAD, curved_faces, mean_planes, planar_regions
+from simulator.meshes.clean_meshes import cleaned, components, pieces_of
+from simulator.meshes.planar_regions import (
+    CREASE_RAD,
+    curved_faces,
+    mean_planes,
+    planar_regions,
+    plane_misfit,
+)
 from simulator.scene.scene import Obstacle, Surface
 
 WITHIN_M = 9e-4  # of a plane: as far as rounding to a millimetre moves corners; 0.7 rad of echo phase
+LEVEL_M = 4e-4  # of a plane: a face that creases bound and that no corner leaves by more is flat
+BROAD_M2 = 5e-4  # smaller ones stay as they are: folds of scanned skin and cloth
 LEAST_M = 1e-5  # what lies so near to one plane is read as in it anyway
 ALIKE = np.cos(np.deg2rad(3.0))  # rounding to a millimetre tilts a face of 3 cm by up to so much
 FEWEST = 3  # corners, of which a face has more: one triangle's plane says little of what was meant
@@ -48,16 +56,16 @@ class _Faces:
 
 
 def on_common_planes(obstacle: Obstacle) -> Obstacle:
-    """The obstacle with flush faces of its pieces in one plane; the same object where they are already.
+    """The obstacle with flat faces level, and flush ones in one plane; the same object where they are already.
 
     Facets of curves stay as they are. So do planes of which a facet would turn over, as a chamfer of half a millimetre
     would.
     """
     mesh, _ = cleaned(obstacle.mesh)
-    flat = _flat_facets(mesh, obstacle.surface)
-    if len(flat) == 0:
+    label = _flat_labels(mesh, obstacle.surface)
+    if (label < 0).all():
         return obstacle
-    faces = _flat_faces(mesh, flat)
+    faces = _flat_faces(mesh, label)
     vertices, groups = np.asarray(mesh.vertices), _groups(np.asarray(mesh.vertices), faces)
     while any(_misfit(vertices, faces, group) > LEAST_M for group in groups):
         level = trimesh.Trimesh(_moved(vertices, faces, groups), mesh.faces, process=False)
@@ -69,15 +77,20 @@ def on_common_planes(obstacle: Obstacle) -> Obstacle:
     return obstacle
 
 
-def _flat_facets(mesh: trimesh.Trimesh, surface: Surface) -> Ints:
-    """Facets of a mesh that are not of a curve."""
-    smooth = mesh.face_adjacency_angles < max(CREASE_RAD[surface], CREASE_RAD["auto"])
-    return np.flatnonzero(~curved_faces(mesh, planar_regions(mesh), mesh.face_adjacency[smooth]))
+def _flat_labels(mesh: trimesh.Trimesh, surface: Surface) -> Ints:
+    """(T,) plane that each facet lies in, -1 for facets of curves; what creases bound and is level is one plane."""
+    smooth = mesh.face_adjacency[mesh.face_adjacency_angles < max(CREASE_RAD[surface], CREASE_RAD["auto"])]
+    region, island = planar_regions(mesh), components(smooth, len(mesh.faces))
+    broad = np.bincount(island, mesh.area_faces) > BROAD_M2
+    level = (broad & (plane_misfit(mesh, island) <= LEVEL_M))[island]
+    curved = curved_faces(mesh, region, smooth)
+    return np.where(level, len(mesh.faces) + island, np.where(curved, -1, region))
 
 
-def _flat_faces(mesh: trimesh.Trimesh, flat: Ints) -> _Faces:
-    """The planes of some facets."""
-    label = np.unique(planar_regions(mesh)[flat], return_inverse=True)[1]
+def _flat_faces(mesh: trimesh.Trimesh, label: Ints) -> _Faces:
+    """The planes of the facets whose label is not -1."""
+    flat = np.flatnonzero(label >= 0)
+    label = np.unique(label[flat], return_inverse=True)[1]
     normal, offset = mean_planes(trimesh.Trimesh(mesh.vertices, mesh.faces[flat], process=False), label)
     corner = np.unique(np.column_stack([np.repeat(label, 3), mesh.faces[flat].ravel()]), axis=0)
     area, piece = np.zeros(len(offset)), np.zeros(len(offset), dtype=np.int64)

@@ -27,12 +27,12 @@ def planar_regions(mesh: trimesh.Trimesh) -> Ints:
     """(T,) label of the plane that each facet lies in; chains that bend away from their plane are cut again."""
     adjacency, angles = mesh.face_adjacency, mesh.face_adjacency_angles
     labels = components(adjacency[angles < COPLANAR_RAD], len(mesh.faces))
-    bent = _plane_misfit(mesh, labels) > PLANE_FIT_M
+    bent = plane_misfit(mesh, labels) > PLANE_FIT_M
     strict = (angles < COPLANAR_RAD) & ~bent[labels[adjacency[:, 0]]] | (angles < 1e-6)
     return components(adjacency[strict], len(mesh.faces))
 
 
-def _plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
+def plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
     """(L,) largest distance of a corner from its region's plane, m."""
     normal, offset = mean_planes(mesh, labels)
     distance = np.abs(np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]) - offset[labels, None])

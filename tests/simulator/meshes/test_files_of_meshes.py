@@ -85,3 +85,16 @@ def test_loose_triangles_whose_corners_agree_to_a_micrometre_are_the_body_that_t
     soup = trimesh.Trimesh(loose, np.arange(len(loose)).reshape(-1, 3), process=False)
     exact = echo_on_ground(mesh)
     assert np.abs(echo_on_ground(soup) - exact).max() < 0.1 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_a_bench_of_corners_a_fifth_of_a_millimetre_off_echoes_as_the_bench(draw):
+    """Cause: each half of a face was a mirror of its own: 0.4 of the echo were wrong."""
+    rng = np.random.default_rng(draw)
+    bench = _bench().apply_transform(trimesh.transformations.rotation_matrix(rng.uniform(-0.6, 0.6), [0.0, 0.0, 1.0]))
+    aside_m = rng.uniform(-0.3, 0.3) - bench.bounds[:, 1].mean()
+    bench.apply_translation([1.3 - bench.bounds[0, 0], aside_m, 0.0])
+    off = bench.vertices + rng.uniform(-2e-4, 2e-4, bench.vertices.shape)
+    place = Pose([0.0, 0.0, 1.2], held_rotation(0.0, pitch_rad=0.5, roll_rad=0.1))
+    ours, exact = (echo_on_ground(trimesh.Trimesh(v, bench.faces, process=False), place) for v in (off, bench.vertices))
+    assert np.abs(ours - exact).max() < 0.1 * np.abs(exact).max()
