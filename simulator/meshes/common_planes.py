@@ -113,15 +113,15 @@ def _groups(vertices: Floats, faces: _Faces) -> list[list[int]]:
 
 def _joined(vertices: Floats, faces: _Faces, seed: int, free: Flags) -> list[int]:
     """A region and the free ones that fit a plane with it, the nearest to its own plane first."""
-    alike = np.abs(faces.normal @ faces.normal[seed]) > ALIKE
     height = np.abs(vertices[faces.corner] @ faces.normal[seed] - faces.offset_m[seed])
     worst = np.maximum.reduceat(height, faces.start[:-1])
-    near = np.flatnonzero(free & alike & (worst < 4.0 * WITHIN_M))
-    group = [seed]
-    for region in near[np.argsort(worst[near], kind="stable")]:
-        elsewhere = faces.piece[region] not in faces.piece[group]
-        fits = region != seed and _misfit(vertices, faces, [*group, region]) <= (WITHIN_M if elsewhere else LEAST_M)
-        group += [int(region)] if fits else []
+    worst[seed] = 0.0  # in its own plane, however uneven
+    alike = free & (np.abs(faces.normal @ faces.normal[seed]) > ALIKE)
+    group = np.flatnonzero(alike & (worst <= LEAST_M)).tolist()
+    near = np.flatnonzero(alike & (worst > LEAST_M) & (worst < 4.0 * WITHIN_M))
+    for region in near[np.argsort(worst[near], kind="stable")].tolist():
+        if faces.piece[region] not in faces.piece[group] and _misfit(vertices, faces, [*group, region]) <= WITHIN_M:
+            group.append(region)
     return group
 
 
