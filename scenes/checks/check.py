@@ -13,11 +13,13 @@ from typing import Literal
 
 import numpy as np
 import trimesh
+from scipy.spatial import cKDTree
 
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
 from scenes.files.schema import UNITS_M
 from scenes.obstacles.solids import shifted
 from scenes.truth.truth import NOT_IN_THE_WAY, contact
+from simulator.meshes.common_planes import on_common_planes
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
 from simulator.scene.scene import Obstacle, Scene, welded, with_area
@@ -81,6 +83,7 @@ def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
     yield from _triangle_findings(name, joined)
     if obstacle.category not in NOT_IN_THE_WAY:
         yield from _shell_findings(name, joined)
+    yield from _uneven_findings(obstacle)
     yield from _merged_findings(obstacle)
 
 
@@ -118,6 +121,17 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
         if inverted:
             message = f"has normals inwards on {inverted} of its closed bodies, which return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
+
+
+def _uneven_findings(obstacle: Obstacle) -> Iterator[Finding]:
+    level = on_common_planes(obstacle)
+    if level is not obstacle:
+        moved_m = cKDTree(obstacle.mesh.vertices).query(level.mesh.vertices)[0].max()
+        message = (
+            "has flat or flush faces that are uneven, as rounded coordinates leave them: levelling them moves "
+            f"corners by up to {1e3 * moved_m:.2g} mm"
+        )
+        yield Finding("warning", obstacle.name, "uneven", message)
 
 
 def _merged_findings(obstacle: Obstacle) -> Iterator[Finding]:

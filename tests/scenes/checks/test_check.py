@@ -59,6 +59,14 @@ def test_a_ground_with_what_stands_on_it_in_one_mesh_is_found() -> None:
     assert found(thing(both, at=(8.0, 0.0))) == [("warning", "thing", "merged")]
 
 
+def test_faces_that_rounding_made_uneven_are_found() -> None:
+    askew = CUBE.copy().apply_transform(trimesh.transformations.rotation_matrix(0.3, [1.0, 2.0, 3.0]))
+    askew.apply_translation([0.0, 0.0, -askew.bounds[0, 2]])
+    rounded = trimesh.Trimesh(np.round(askew.vertices, 4), askew.faces, process=False)
+    assert found(thing(askew)) == []
+    assert found(thing(rounded)) == [("warning", "thing", "uneven")]
+
+
 @pytest.mark.parametrize(
     ("mesh", "rule"),
     [
