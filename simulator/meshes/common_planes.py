@@ -16,13 +16,7 @@ import trimesh
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from simulator.meshes.clean_meshes import cleaned, components, pieces_of
-from simulator.meshes.planar_regions import (
-    CREASE_RAD,
-    curved_faces,
-    mean_planes,
-    planar_regions,
-    plane_misfit,
-)
+from simulator.meshes.planar_regions import CREASE_RAD, curved_faces, mean_planes, planar_regions, plane_misfit
 from simulator.scene.scene import Obstacle, Surface
 
 WITHIN_M = 9e-4  # of a plane: as far as rounding to a millimetre moves corners; 0.7 rad of echo phase
