@@ -75,8 +75,10 @@ def _flat_labels(mesh: trimesh.Trimesh, surface: Surface) -> Ints:
     """(T,) plane that each facet lies in, -1 for facets of curves; what creases bound and is level is one plane."""
     smooth = mesh.face_adjacency[mesh.face_adjacency_angles < max(CREASE_RAD[surface], CREASE_RAD["auto"])]
     region, island = planar_regions(mesh), components(smooth, len(mesh.faces))
+    turn = np.ones(island.max() + 1)
+    np.minimum.at(turn, island, np.einsum("tx,tx->t", mesh.face_normals, mean_planes(mesh, island)[0][island]))
     broad = np.bincount(island, mesh.area_faces) > BROAD_M2
-    level = (broad & (plane_misfit(mesh, island) <= LEVEL_M))[island]
+    level = (broad & (turn > KEPT) & (plane_misfit(mesh, island) <= LEVEL_M))[island]
     curved = curved_faces(mesh, region, smooth)
     return np.where(level, len(mesh.faces) + island, np.where(curved, -1, region))
 

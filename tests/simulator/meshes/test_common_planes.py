@@ -85,3 +85,10 @@ def test_facets_that_would_turn_over_keep_their_planes():
     label = trimesh.creation.box(bounds=[[-2e-4, 0.1, 0.1], [0.0, 0.3, 0.3]])
     both = trimesh.util.concatenate([box, label])
     assert on_common_planes(_body(both)).mesh is both
+
+
+@pytest.mark.parametrize("sections", [8, 12, 32])
+def test_what_closes_upon_itself_is_no_face(sections):
+    """Cause: the side of a post has no mean normal, and every corner lies in the plane of such a normal."""
+    post = Obstacle(trimesh.creation.cylinder(0.2, 1.0, sections), Material.rigid(), "post", "smooth")
+    assert on_common_planes(post) is post
