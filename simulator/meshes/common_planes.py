@@ -75,10 +75,8 @@ def _flat_labels(mesh: trimesh.Trimesh, surface: Surface) -> Ints:
     """(T,) plane that each facet lies in, -1 for facets of curves; what creases bound and is level is one plane."""
     smooth = mesh.face_adjacency[mesh.face_adjacency_angles < max(CREASE_RAD[surface], CREASE_RAD["auto"])]
     region, island = planar_regions(mesh), components(smooth, len(mesh.faces))
-    turn = np.ones(island.max() + 1)
-    np.minimum.at(turn, island, np.einsum("tx,tx->t", mesh.face_normals, mean_planes(mesh, island)[0][island]))
     broad = np.bincount(island, mesh.area_faces) > BROAD_M2
-    level = (broad & (turn > KEPT) & (plane_misfit(mesh, island) <= LEVEL_M))[island]
+    level = (broad & (plane_misfit(mesh, island) <= LEVEL_M))[island]
     curved = curved_faces(mesh, region, smooth)
     return np.where(level, len(mesh.faces) + island, np.where(curved, -1, region))
 
@@ -143,8 +141,8 @@ def _misfit(vertices: Floats, faces: _Faces, group: list[int]) -> float:
 
 def _moved(vertices: Floats, faces: _Faces, groups: list[list[int]]) -> Floats:
     """(V, 3) each vertex at the nearest place on the planes of all groups that it is a corner of."""
-    vertex = np.concatenate([np.unique(_corners(faces, group)) for group in groups])
-    plane = np.repeat(np.arange(len(groups)), [len(np.unique(_corners(faces, group))) for group in groups])
+    corners = [np.unique(_corners(faces, group)) for group in groups]
+    vertex, plane = np.concatenate(corners), np.repeat(np.arange(len(groups)), [len(each) for each in corners])
     normal, offset = (np.array(each) for each in zip(*(_plane(vertices, faces, g) for g in groups), strict=True))
     order = np.argsort(vertex, kind="stable")
     vertex, plane = vertex[order], plane[order]

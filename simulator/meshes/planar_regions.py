@@ -33,11 +33,12 @@ def planar_regions(mesh: trimesh.Trimesh) -> Ints:
 
 
 def plane_misfit(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
-    """(L,) largest distance of a corner from its region's plane, m."""
+    """(L,) largest distance of a corner from its region's plane, m; infinite of one that closes upon itself."""
     normal, offset = mean_planes(mesh, labels)
     distance = np.abs(np.einsum("tcx,tx->tc", mesh.vertices[mesh.faces], normal[labels]) - offset[labels, None])
     worst = np.zeros(labels.max() + 1)
     np.maximum.at(worst, labels, distance.max(axis=1))
+    worst[~normal.any(axis=1)] = np.inf
     return worst
 
 
