@@ -22,11 +22,13 @@ from scenes.streets.placing import distance_along, extents, half_width_across, l
 from scenes.streets.surroundings import SETTINGS, Setting, ground_of, neighbours
 from scenes.truth.swept import Body
 from scenes.truth.truth import Contact, contact, passing_time
-from scenes.walks.gait_walk import Gait, GaitWalk
+from scenes.walks.gait_walk import WALK_RATIO_M_PER_STEPS_MIN, WALK_RATIO_SPREAD, Gait, GaitWalk
 from simulator.phone.phone import Phone
 from simulator.scene.scene import Obstacle, Scene
 
 SPEED_M_S = (0.8, 1.6)
+MOST_DEVIATIONS = 2.5
+"""Of a walk ratio from the usual one."""
 START_M = (4.5, 6.0)
 SHORTEST_S, LONGEST_S = 3.0, 6.0
 AFTER_CONTACT_S = 0.010
@@ -230,8 +232,14 @@ def _endless_walk(rng: np.random.Generator, height_m: float) -> GaitWalk:
         speed_m_s=speed,
         duration_s=15.0,
         pitch_rad=pitch,
-        gait=Gait.at_speed(speed, rng.uniform(0.0, 4.0 * np.pi)),
+        gait=Gait.at_speed(speed, rng.uniform(0.0, 4.0 * np.pi), _walk_ratio_m_min(rng)),
     )
+
+
+def _walk_ratio_m_min(rng: np.random.Generator) -> float:
+    """A person's own, so that steps tell a walker's speed no better than they do; of a stream of its own."""
+    departure = np.clip(rng.spawn(1)[0].standard_normal(), -MOST_DEVIATIONS, MOST_DEVIATIONS)
+    return float(WALK_RATIO_M_PER_STEPS_MIN * (1.0 + WALK_RATIO_SPREAD * departure))
 
 
 def _target(rng: np.random.Generator, setting: Setting, recipe: Recipe, category: str, collision: bool) -> Obstacle:

@@ -26,6 +26,8 @@ QUARTER_TURN = Rotation.from_euler("z", 90.0, degrees=True)
 WALK_RATIO_M_PER_STEPS_MIN = 0.00646
 """Step length over cadence, constant above about 1 m/s: 62 m/min at 98 steps/min (Murakami and Otaka 2017,
 J. Phys. Ther. Sci. 29:722)."""
+WALK_RATIO_SPREAD = 0.12
+"""Relative deviation among people: 0.60 +- 0.07 cm per step a minute (Bogen et al. 2018, Gait Posture 61)."""
 
 ORENDURFF_SPEED_M_S = np.array([0.7, 1.6])
 ORENDURFF_VERTICAL_M = np.array([0.0274, 0.0483])
@@ -112,17 +114,20 @@ class Gait:
             raise ValueError(f"phase_rad must be finite, got {self.phase_rad}")
 
     @classmethod
-    def at_speed(cls, speed_m_s: float, phase_rad: float = 0.0) -> Gait:
+    def at_speed(
+        cls, speed_m_s: float, phase_rad: float = 0.0, walk_ratio_m_min: float = WALK_RATIO_M_PER_STEPS_MIN
+    ) -> Gait:
         """The gait of a healthy adult at that speed; none when standing.
 
-        The cadence follows from the walk ratio. Bob and sway are those of the centre of mass, held outside the
-        measured 0.7-1.6 m/s: that the phone follows the trunk is an assumption, arms damp some of it. The
-        fore-aft oscillation (1 cm) and the wobble of the hand (1.5 and 1 degrees) are assumptions of the same order.
+        The cadence follows from the walk ratio, step length over cadence, which is a person's own. Bob and sway are
+        those of the centre of mass, held outside the measured 0.7-1.6 m/s: that the phone follows the trunk is an
+        assumption, arms damp some of it. The fore-aft oscillation (1 cm) and the wobble of the hand (1.5 and 1 degrees)
+        are assumptions of the same order.
         """
         if speed_m_s == 0.0:
             return cls()
         return cls(
-            step_hz=float(np.sqrt(60.0 * speed_m_s / WALK_RATIO_M_PER_STEPS_MIN)) / 60.0,
+            step_hz=float(np.sqrt(60.0 * speed_m_s / walk_ratio_m_min)) / 60.0,
             bob_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_VERTICAL_M)),
             sway_m=0.5 * float(np.interp(speed_m_s, ORENDURFF_SPEED_M_S, ORENDURFF_LATERAL_M)),
             fore_aft_m=0.010,

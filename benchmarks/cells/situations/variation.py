@@ -114,6 +114,7 @@ def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[st
         beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / speed_m_s / period_s - 1e-9)
         fields |= {"speed_m_s": speed_m_s, "duration_s": beeps * period_s}
     if walks and change.speed_m_s is not None:
-        gait = type(gait).at_speed(speed_m_s, gait.phase_rad)
+        own_hz = gait.step_hz * math.sqrt(speed_m_s / walk.speed_m_s)  # at the same walk ratio
+        gait = replace(type(gait).at_speed(speed_m_s, gait.phase_rad), step_hz=own_hz)
     amplitudes = ("bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad")
     return fields | {"gait": replace(gait, **{name: change.gait_scale * getattr(gait, name) for name in amplitudes})}

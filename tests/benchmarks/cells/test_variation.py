@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from benchmarks.cells.situations.standing import standing_situation
 from benchmarks.cells.situations.variation import changed_phone, changed_walk, varied
 from benchmarks.cells.spec import Cell, Interferer, PhoneChange, RecordingChange, SceneChange, WalkChange
 from obstaclewatch import BeepDesign, MatchedFilter, Recording
-from scenes import GaitWalk, Pace, Route, RouteWalk, ground_truth
+from scenes import Gait, GaitWalk, Pace, Route, RouteWalk, ground_truth
 from scenes.obstacles import ground, wall
 from scenes.streets.approaches import AFTER_CONTACT_S
 from scenes.streets.placing import placed
@@ -22,7 +24,7 @@ from simulator.render import trace_walk, ungated
 
 BEEP = BeepDesign()
 PERIOD_S = BEEP.period_s
-BEFORE_CONTACT = 2055164309  # seed of a walk that ends sooner after contact than its surge takes
+BEFORE_CONTACT = 8  # seed of a walk that ends sooner after contact than its surge takes
 
 
 def sine(frequency_hz: float, seconds: float = 0.5) -> Recording:
@@ -70,6 +72,9 @@ def test_gait_can_be_taken_away_and_speed_changed():
     np.testing.assert_allclose(still.pose(time).position_m[:, 1:], [[0.0, 1.3]] * 50, atol=1e-12)
     slow = changed_walk(walk, WalkChange(speed_m_s=0.8), PERIOD_S)
     assert 3.6 * 1.2 / 0.8 <= slow.duration_s <= 3.6 * 1.2 / 0.8 + 2 * PERIOD_S
+    short_steps = Gait.at_speed(1.2, walk_ratio_m_min=0.0055)
+    own = changed_walk(replace(walk, gait=short_steps), WalkChange(speed_m_s=0.8), PERIOD_S)
+    assert own.motion.step_hz == pytest.approx(Gait.at_speed(0.8, walk_ratio_m_min=0.0055).step_hz)
     with pytest.raises(ValueError, match="walk with gait"):
         changed_walk(StraightWalk(np.zeros(3), 0.0, 1.0, 1.0), WalkChange(pitch_rad=0.1), PERIOD_S)
 
