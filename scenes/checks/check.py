@@ -13,12 +13,13 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from scipy.spatial import cKDTree
 
+from obstaclewatch.support.vectors import norm
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
 from scenes.files.schema import UNITS_M
 from scenes.obstacles.solids import shifted
 from scenes.truth.truth import NOT_IN_THE_WAY, contact
+from simulator.meshes.clean_meshes import cleaned
 from simulator.meshes.common_planes import on_common_planes
 from simulator.phone.phone import Phone
 from simulator.scene.pose import Walk
@@ -124,9 +125,10 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
 
 
 def _uneven_findings(obstacle: Obstacle) -> Iterator[Finding]:
-    level = on_common_planes(obstacle)
-    if level is not obstacle:
-        moved_m = cKDTree(obstacle.mesh.vertices).query(level.mesh.vertices)[0].max()
+    mesh, _ = cleaned(obstacle.mesh)
+    level = on_common_planes(mesh, obstacle.surface)
+    if level is not mesh:
+        moved_m = norm(level.vertices - mesh.vertices).max()
         message = (
             "has flat or flush faces that are uneven, as rounded coordinates leave them: levelling them moves "
             f"corners by up to {1e3 * moved_m:.2g} mm"

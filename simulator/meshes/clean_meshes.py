@@ -9,6 +9,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.distinct_rows import distinct
 from simulator.scene.scene import welded, with_area
 
 TOGETHER_M = 1e-5  # a two-thousandth of the wavelength; drawn together only what then is closed
@@ -33,18 +34,25 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
-    """What may close a mesh, given as it is and merged: what changes it least comes first."""
+    """What may close a mesh, given as it is and merged: what changes it least comes first, and nothing twice."""
     yield from _mergings(apart, merged)
     once = _without_excess(apart)
-    yield from _mergings(once, welded(once))
-    drawn = _without_excess(_drawn_together(merged))
-    yield from _mergings(drawn, welded(drawn))
+    if len(once.faces) < len(apart.faces):
+        yield from _mergings(once, welded(once))
+    together = _drawn_together(merged)
+    if len(together.vertices) < len(merged.vertices):
+        drawn = _without_excess(together)
+        yield from _mergings(drawn, welded(drawn))
 
 
 def _mergings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
     """A mesh merged, as it is, and merged in parts."""
-    yield from (merged, apart)
-    yield _in_parts(merged)
+    yield merged
+    if len(merged.vertices) < len(apart.vertices):
+        yield apart
+    piece = pieces_of(merged)
+    if piece.any():
+        yield _in_parts(merged, piece)
 
 
 def _drawn_together(merged: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -67,11 +75,11 @@ def _with_area(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     return copy
 
 
-def _in_parts(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh with vertices of its own for all facets that hang together over edges of two: soups of touching bodies."""
-    corners = np.column_stack([np.repeat(pieces_of(mesh), 3), mesh.faces.ravel()])
-    own, faces = np.unique(corners, axis=0, return_inverse=True)
-    return trimesh.Trimesh(mesh.vertices[own[:, 1]], faces.reshape(-1, 3), process=False)
+def _in_parts(mesh: trimesh.Trimesh, piece: Ints) -> trimesh.Trimesh:
+    """A mesh with vertices of its own for every piece, (T,) that each facet is of: soups of touching bodies."""
+    corners = np.column_stack([np.repeat(piece, 3), mesh.faces.ravel()])
+    first, which = distinct(corners)
+    return trimesh.Trimesh(mesh.vertices[corners[first, 1]], which.reshape(-1, 3), process=False)
 
 
 def _is_closed(mesh: trimesh.Trimesh) -> bool:
@@ -80,7 +88,7 @@ def _is_closed(mesh: trimesh.Trimesh) -> bool:
 
 def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A mesh without facets on the same corners as earlier ones, through which no facet would find its neighbour."""
-    first = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_index=True)[1]
+    first, _ = distinct(np.sort(mesh.faces, axis=1))
     return trimesh.Trimesh(mesh.vertices, mesh.faces[np.sort(first)], process=False)
 
 

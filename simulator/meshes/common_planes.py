@@ -9,15 +9,16 @@ is taken for meant, unless creases bound all of it and no corner leaves the plan
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from simulator.meshes.clean_meshes import cleaned, components, pieces_of
+from obstaclewatch.support.distinct_rows import distinct
+from simulator.meshes.clean_meshes import components, pieces_of
 from simulator.meshes.planar_regions import CREASE_RAD, curved_faces, mean_planes, planar_regions, plane_misfit
-from simulator.scene.scene import Obstacle, Surface
+from simulator.scene.scene import Surface
 
 WITHIN_M = 9e-4  # of a plane: as far as rounding to a millimetre moves corners; 0.7 rad of echo phase
 LEVEL_M = 4e-4  # of a plane: a face that creases bound and that no corner leaves by more is flat
@@ -49,26 +50,25 @@ class _Faces:
         return self.corner[self.start[region] : self.start[region + 1]]
 
 
-def on_common_planes(obstacle: Obstacle) -> Obstacle:
-    """The obstacle with flat faces level, and flush ones in one plane; the same object where they are already.
+def on_common_planes(mesh: trimesh.Trimesh, surface: Surface) -> trimesh.Trimesh:
+    """A clean mesh with flat faces level, and flush ones in one plane; the same object where they are already.
 
     Facets of curves stay as they are. So do planes of which a facet would turn over, as a chamfer of half a millimetre
     would.
     """
-    mesh, _ = cleaned(obstacle.mesh)
-    label = _flat_labels(mesh, obstacle.surface)
+    label = _flat_labels(mesh, surface)
     if (label < 0).all():
-        return obstacle
+        return mesh
     faces = _flat_faces(mesh, label)
     vertices, groups = np.asarray(mesh.vertices), _groups(np.asarray(mesh.vertices), faces)
     while any(_misfit(vertices, faces, group) > LEAST_M for group in groups):
         level = trimesh.Trimesh(_moved(vertices, faces, groups), mesh.faces, process=False)
         tipped = ~(np.einsum("tx,tx->t", mesh.face_normals, level.face_normals) > KEPT)
         if not tipped.any():
-            return replace(obstacle, mesh=level)
+            return level
         spoilt = np.isin(np.arange(len(vertices)), mesh.faces[tipped])
         groups = [group for group in groups if not spoilt[_corners(faces, group)].any()]
-    return obstacle
+    return mesh
 
 
 def _flat_labels(mesh: trimesh.Trimesh, surface: Surface) -> Ints:
@@ -86,7 +86,8 @@ def _flat_faces(mesh: trimesh.Trimesh, label: Ints) -> _Faces:
     flat = np.flatnonzero(label >= 0)
     label = np.unique(label[flat], return_inverse=True)[1]
     normal, offset = mean_planes(trimesh.Trimesh(mesh.vertices, mesh.faces[flat], process=False), label)
-    corner = np.unique(np.column_stack([np.repeat(label, 3), mesh.faces[flat].ravel()]), axis=0)
+    corner = np.column_stack([np.repeat(label, 3), mesh.faces[flat].ravel()])
+    corner = corner[distinct(corner)[0]]
     area, piece = np.zeros(len(offset)), np.zeros(len(offset), dtype=np.int64)
     np.add.at(area, label, mesh.area_faces[flat])
     piece[label] = pieces_of(mesh)[flat]

@@ -62,9 +62,10 @@ def broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
     An arc over a chord w whose ends turn by half a fold each rises by w / 8 times the fold.
     """
     vertices = np.asarray(mesh.vertices)
-    corners, order = vertices[mesh.faces], np.argsort(regions)
-    first = np.searchsorted(regions[order], np.arange(regions.max() + 1))
-    high, low = (take.reduceat(corners[order].reshape(-1, 3), 3 * first) for take in (np.maximum, np.minimum))
+    order = np.argsort(regions, kind="stable")
+    corners = vertices[mesh.faces[order]].reshape(-1, 3)
+    first = 3 * np.searchsorted(regions[order], np.arange(regions.max() + 2))
+    high, low = (take.reduceat(corners, first[:-1]) for take in (np.maximum, np.minimum))
     pair, fold = regions[mesh.face_adjacency[rows]], mesh.face_adjacency_angles[rows]
     least = 8.0 * MOST_BULGE_M / np.maximum(fold, 1e-9)  # of the chord
     wide = (pair[:, 0] != pair[:, 1]) & (norm(high - low)[pair] > least[:, None]).all(axis=1)
@@ -72,7 +73,7 @@ def broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
     for row in np.flatnonzero(wide):
         start, end = vertices[mesh.face_adjacency_edges[rows[row]]]
         along = (end - start) / np.linalg.norm(end - start)
-        sides = (np.cross(corners[regions == region] - start, along) for region in pair[row])
+        sides = (np.cross(corners[first[region] : first[region + 1]] - start, along) for region in pair[row])
         if min(norm(side).max() for side in sides) > least[row]:
             found.append(rows[row])
     return np.array(found, dtype=np.int64)

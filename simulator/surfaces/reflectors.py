@@ -15,8 +15,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import norm
 from simulator.meshes.clean_meshes import cleaned, components, pieces_of, rooms_in
+from simulator.meshes.common_planes import on_common_planes
 from simulator.meshes.cone_tips import tips_opened
 from simulator.meshes.planar_regions import CREASE_RAD, broad_folds, curved_faces, mean_planes, planar_regions
 from simulator.scene.scene import Obstacle
@@ -151,8 +153,11 @@ class MeshReading:
 
 
 def read_mesh(obstacle: Obstacle) -> MeshReading:
-    """Tell the facets of an obstacle apart."""
+    """Tell the facets of an obstacle apart, once its flush faces are on common planes."""
     mesh, closed = cleaned(obstacle.mesh)
+    level = on_common_planes(mesh, obstacle.surface)
+    if level is not mesh:
+        mesh, closed = cleaned(level)
     solid = mesh if closed else None
     mesh = tips_opened(mesh, CREASE_RAD[obstacle.surface])
     regions = planar_regions(mesh)
@@ -223,9 +228,9 @@ def _boundary_edges(mesh: trimesh.Trimesh, labels: Ints) -> tuple[Ints, Ints]:
     """(E, 2) vertex pairs that bound a region, and (E,) the region: edges used once by its facets."""
     faces = np.flatnonzero(labels >= 0)
     edges = np.sort(mesh.faces[faces][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    owner = np.repeat(labels[faces], 3)
-    unique, count = np.unique(np.column_stack([owner, edges]), axis=0, return_counts=True)
-    once = unique[count == 1]
+    owned = np.column_stack([np.repeat(labels[faces], 3), edges])
+    first, which = distinct(owned)
+    once = owned[first[np.bincount(which) == 1]]
     return once[:, 1:], once[:, 0]
 
 

@@ -17,7 +17,6 @@ import numpy as np
 from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
-from simulator.meshes.common_planes import on_common_planes
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
 from simulator.scene.pose import Pose
@@ -148,13 +147,8 @@ class _Shape:
 
 @dataclass(frozen=True)
 class Parts:
-    """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface.
+    """A mesh read as the first obstacle of a world: its facets told apart, planes and smooth surface."""
 
-    Its `vertices` (V, 3) and `faces` (F, 3) are copies of the obstacle's, with flush faces on common planes.
-    """
-
-    vertices: Floats
-    faces: Ints
     reading: MeshReading
     patches: PlanarPatches
     surface: SmoothSurface | None
@@ -172,10 +166,8 @@ def parts_of(obstacle: Obstacle, origin_m: Floats) -> Parts:
 
 @lru_cache(KEPT_MESHES)
 def _parts_of(shape: _Shape) -> Parts:
-    obstacle = _shifted(on_common_planes(shape.obstacle), np.array(shape.origin_m))
-    reading = read_mesh(obstacle)
-    vertices, faces = np.array(obstacle.mesh.vertices), np.array(obstacle.mesh.faces)
-    return Parts(vertices, faces, reading, *reflectors_in(reading))
+    reading = read_mesh(_shifted(shape.obstacle, np.array(shape.origin_m)))
+    return Parts(reading, *reflectors_in(reading))
 
 
 def velocities(obstacles: tuple[Obstacle, ...]) -> Floats:
@@ -207,7 +199,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
     follows = facing(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
-    meshes = [(part.vertices, part.faces) for part in parts]
+    meshes = [(np.asarray(part.reading.mesh.vertices), np.asarray(part.reading.mesh.faces)) for part in parts]
     blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:

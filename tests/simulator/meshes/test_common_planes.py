@@ -10,13 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from simulator import Material, Obstacle, Pose, held_rotation
+from simulator import Pose, held_rotation
 from simulator.meshes.common_planes import WITHIN_M, on_common_planes
 from tests.simulator.meshes.one_body import echo_on_ground
-
-
-def _body(mesh: trimesh.Trimesh) -> Obstacle:
-    return Obstacle(mesh, Material.rigid(), "body")
 
 
 def _crate(size_m: tuple[float, float, float], wall_m: float, yaw_rad: float) -> trimesh.Trimesh:
@@ -55,7 +51,7 @@ def test_a_crate_of_boxes_echoes_alike_with_rounded_corners(size_m, wall_m, yaw_
 def test_flush_faces_come_into_one_plane_and_corners_hardly_move(rng):
     crate = _crate((0.5, 0.4, 0.45), 0.03, 0.7)
     rounded = _rounded(crate, 1e-3)
-    level = on_common_planes(_body(rounded)).mesh
+    level = on_common_planes(rounded, "auto")
     along = np.round(crate.face_normals, 6)
     for normal in np.unique(along, axis=0):
         corners = np.flatnonzero((along == normal).all(axis=1))
@@ -67,8 +63,8 @@ def test_flush_faces_come_into_one_plane_and_corners_hardly_move(rng):
 
 
 def test_what_fits_already_is_the_same_object():
-    body = _body(_crate((0.5, 0.4, 0.45), 0.03, 0.7))
-    assert on_common_planes(body) is body
+    crate = _crate((0.5, 0.4, 0.45), 0.03, 0.7)
+    assert on_common_planes(crate, "auto") is crate
 
 
 def test_a_bend_within_one_piece_is_meant():
@@ -76,7 +72,7 @@ def test_a_bend_within_one_piece_is_meant():
     foot, waist, top = 0.22, 0.2515, 0.281
     rings = [[[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]] for r, z in ((foot, 0.0), (waist, 0.45), (top, 0.9))]
     bin_ = trimesh.convex.convex_hull(np.concatenate(rings))
-    assert on_common_planes(_body(bin_)).mesh is bin_
+    assert on_common_planes(bin_, "auto") is bin_
 
 
 def test_facets_that_would_turn_over_keep_their_planes():
@@ -84,11 +80,10 @@ def test_facets_that_would_turn_over_keep_their_planes():
     box = trimesh.creation.box(bounds=[[0.0, 0.0, 0.0], [0.4, 0.4, 0.4]])
     label = trimesh.creation.box(bounds=[[-2e-4, 0.1, 0.1], [0.0, 0.3, 0.3]])
     both = trimesh.util.concatenate([box, label])
-    assert on_common_planes(_body(both)).mesh is both
+    assert on_common_planes(both, "auto") is both
 
 
 def test_what_closes_upon_itself_is_no_face():
     """Cause: the side of this post has no mean normal, and every corner lies in the plane of such a normal."""
-    mesh = trimesh.creation.cylinder(0.15, 1.5, sections=32).apply_translation([1.35, -0.55, 0.75])
-    post = _body(mesh)
-    assert on_common_planes(post) is post
+    post = trimesh.creation.cylinder(0.15, 1.5, sections=32).apply_translation([1.35, -0.55, 0.75])
+    assert on_common_planes(post, "auto") is post
