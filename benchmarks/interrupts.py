@@ -48,7 +48,8 @@ def _terminate(_number: int, _frame: FrameType | None) -> None:
 def _interrupt(_number: int, frame: FrameType | None) -> None:
     if not _within_import(frame):
         raise KeyboardInterrupt
-    again = threading.Timer(AGAIN_S, signal.raise_signal, [signal.SIGINT])
+    # To the main thread: a signal that another one raises does not wake it where it waits.
+    again = threading.Timer(AGAIN_S, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT])
     again.daemon = True
     again.start()
 
