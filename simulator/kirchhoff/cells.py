@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from obstaclewatch.support.arrays import Complexes, Floats, Ints
+from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.rows import Rows
 from simulator.kirchhoff.illuminating_images import Ends
@@ -56,6 +57,45 @@ class CellSums(Rows):
         return cls(none, none, np.zeros(0), np.zeros((0, nodes), dtype=np.complex128))
 
 
+class _Standing(NamedTuple):
+    """S facets that may stand for cells.
+
+    Attributes:
+        middle, normal, area: (S, 3), (S, 3), (S,).
+        number: (S,) which facets of the body these are.
+        closed: whether they show on one side alone.
+    """
+
+    middle: Floats
+    normal: Floats
+    area: Floats
+    number: Ints
+    closed: bool
+
+    @classmethod
+    def of(cls, facets: Facets, some: Ints) -> _Standing:
+        """Some of the facets of a body."""
+        return cls(facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed)
+
+
+class _Seen(NamedTuple):
+    """Where E ends are, how they drift, and what they see of F facets: see `Ends`."""
+
+    point: Floats
+    drift: Floats
+    of_view: Ints
+    lit: Flags
+
+
+class _Asked(NamedTuple):
+    """M cells, sorted by pair: number along the pair's path, the path of its centre, and the one wanted."""
+
+    pair: Ints
+    slot: Ints
+    centre: Floats
+    wanted: Floats
+
+
 def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid, sums: CellSums) -> Cells:
     """Cells and the facets that stand for their delays.
 
@@ -63,16 +103,13 @@ def with_stand_ins(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: 
         first, second: (R,) ends of each pair.
         sums: of some cells of these pairs.
     """
-    pair, slot, centre, gain = sums.pair, sums.slot, sums.centre_m, sums.gain
-    width = grid.taps * STEP_M
+    pair, gain, centre, width = sums.pair, sums.gain, sums.centre_m, grid.taps * STEP_M
     wanted = centre + _excess(gain, grid.wavenumber_rad_m, width)
+    seen = _Seen(ends.point_m, ends.drift_m, ends.view, ends.lit)
     facet, length, left = np.full(len(pair), -1), np.full(len(pair), np.inf), np.arange(len(pair))
     for some in (np.flatnonzero(facets.stands), np.arange(len(facets))):
-        chosen, length[left] = _stand_ins(
-            facets.middle_m[some], facets.normal[some], facets.area_m2[some], some, facets.closed,
-            ends.point_m, ends.drift_m, ends.view, ends.lit, first, second, pair[left], slot[left], centre[left],
-            wanted[left], width,
-        )  # type: ignore[call-arg]  # fmt: skip
+        asked = _Asked(pair[left], sums.slot[left], centre[left], wanted[left])
+        chosen, length[left] = _stand_ins(_Standing.of(facets, some), seen, first, second, asked, width)  # type: ignore[call-arg]
         facet[left[chosen >= 0]] = some[chosen[chosen >= 0]]
         # where none of those that stand for others has a path within a cell of the wanted one, all facets are asked
         left = np.flatnonzero(np.abs(length - centre) > width)
@@ -105,9 +142,7 @@ def _excess(gain: Complexes, wavenumber: Floats, most_m: float) -> Floats:
 
 
 @compiled
-def _stand_ins(
-    middle, normal, area, facet_of, closed, ends, drift, view, lit, first, second, pair, slot, centre, wanted, width
-):  # fmt: skip
+def _stand_ins(standing, seen, first, second, asked, width):
     """(M,) facet that stands for each cell, near to its centroid and with a path near to the wanted.
 
     Besides (M,) its path as the chirp makes it seem.
@@ -115,55 +150,55 @@ def _stand_ins(
     Cells in a row then have facets in a row, which move alike: otherwise what cancels between them would not stay so.
 
     Args:
-        middle, normal, area: (S, 3), (S, 3), (S,) of the facets that may stand in; facet_of: (S,) which these are.
-        ends, drift, view, lit: (E, 3), (E, 3), (E,), (V, F) of the ends.
         first, second: (R,) ends of the pairs.
-        pair, slot, centre, wanted: (M,) of the cells, sorted by pair: number along the path, its path, the one wanted.
         width: of a cell.
     """
-    facet, length = np.empty(len(pair), np.int64), np.zeros(len(pair))
-    for i in range(len(pair)):
+    facet, length = np.empty(len(asked.pair), np.int64), np.zeros(len(asked.pair))
+    for i in range(len(facet)):
         facet[i] = -1
-    path, at = np.empty(len(area)), np.empty(len(area), np.int64)
+    path, at = np.empty(len(standing.area)), np.empty(len(standing.area), np.int64)
     low = 0
-    while low < len(pair):
-        r, high = pair[low], low
-        while high < len(pair) and pair[high] == r:
+    while low < len(facet):
+        r, high = asked.pair[low], low
+        while high < len(facet) and asked.pair[high] == r:
             high += 1
-        count = _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, first[r], second[r], path, at)
-        origin, row = centre[low] - slot[low] * width, _rows(slot, low, high)
-        place = _centroids(middle, area, path, at, count, origin, width, row)
-        _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length)
+        count = _lit_paths(standing, seen, first[r], second[r], path, at)
+        origin, row = asked.centre[low] - asked.slot[low] * width, _rows(asked.slot[low:high])
+        over, which = path[:count], at[:count]
+        place = _centroids(standing, over, which, origin, width, row)
+        wanted = asked.wanted[low:high]
+        _choose(standing.middle, over, which, origin, width, place, row, wanted, facet[low:high], length[low:high])
         low = high
     return facet, length
 
 
 @inlined
-def _rows(slot, low, high):
-    """(C,) the row from `low` to `high` of each cell along a pair's path, -1 of those that are not asked for."""
-    row = np.full(slot[high - 1] + 2, -1, np.int64)
-    for i in range(low, high):
+def _rows(slot):
+    """(C,) which of a pair's cells, from the first on, has each number along its path; -1 of those not asked for."""
+    row = np.full(slot[-1] + 2, -1, np.int64)
+    for i in range(len(slot)):
         row[slot[i]] = i
     return row
 
 
 @inlined
-def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, path, at):
+def _lit_paths(standing, seen, a, b, path, at):
     """Fill in the paths over the facets that both ends see, as the chirp makes them seem, and which these are; return
     their number.
 
     Ends that share their light may be a little below one of them: its rim diffracts all the same.
     """
-    count, here, there = 0, lit[view[a]], lit[view[b]]
-    for f in range(len(facet_of)):
-        if not (here[facet_of[f]] and there[facet_of[f]]):
+    middle, normal, ends, drift = standing.middle, standing.normal, seen.point, seen.drift
+    count, here, there = 0, seen.lit[seen.of_view[a]], seen.lit[seen.of_view[b]]
+    for f in range(len(middle)):
+        if not (here[standing.number[f]] and there[standing.number[f]]):
             continue
         l = m = up = down = u = v = 0.0
         for k in range(3):
             x, y = ends[a, k] - middle[f, k], ends[b, k] - middle[f, k]
             l, m, up, down = l + x * x, m + y * y, up + x * normal[f, k], down + y * normal[f, k]
             u, v = u + x * drift[a, k], v + y * drift[b, k]
-        if closed or up * down > 0.0:
+        if standing.closed or up * down > 0.0:
             l, m = np.sqrt(l), np.sqrt(m)
             path[count], at[count] = l + m + u / l + v / m, f
             count += 1
@@ -171,11 +206,11 @@ def _lit_paths(middle, normal, facet_of, closed, ends, drift, view, lit, a, b, p
 
 
 @inlined
-def _centroids(middle, area, path, at, count, origin, width, row):
+def _centroids(standing, path, at, origin, width, row):
     """(C, 3) centroids of the facets that each cell asked for overlaps with; 0 where there is none."""
     cells = len(row)
     place, weight = np.zeros((cells, 3)), np.zeros(cells)
-    for i in range(count):
+    for i in range(len(path)):
         here = (path[i] - origin) / width
         below = int(np.floor(here))
         if not (0 <= below < cells and row[below] >= 0) and not (0 <= below + 1 < cells and row[below + 1] >= 0):
@@ -183,10 +218,10 @@ def _centroids(middle, area, path, at, count, origin, width, row):
         lower = np.cos(0.5 * np.pi * (here - below)) ** 2
         for c, part in ((below, lower), (below + 1, 1.0 - lower)):
             if 0 <= c < cells:
-                share = area[at[i]] * part
+                share = standing.area[at[i]] * part
                 weight[c] += share
                 for k in range(3):
-                    place[c, k] += share * middle[at[i], k]
+                    place[c, k] += share * standing.middle[at[i], k]
     for c in range(cells):
         if weight[c] > 0.0:
             for k in range(3):
@@ -195,10 +230,10 @@ def _centroids(middle, area, path, at, count, origin, width, row):
 
 
 @inlined
-def _choose(middle, path, at, count, place, row, wanted, low, high, origin, width, facet, length):
-    """Fill in the facets of the cells from `low` to `high`; where none overlaps, the one nearest by path."""
-    best = np.full(high - low, np.inf)
-    for j in range(count):
+def _choose(middle, path, at, origin, width, place, row, wanted, facet, length):
+    """Fill in the facets of a pair's cells and their paths; where none overlaps, the one nearest by path."""
+    best = np.full(len(wanted), np.inf)
+    for j in range(len(path)):
         below = int(np.floor((path[j] - origin) / width))
         for c in (below, below + 1):
             if not 0 <= c < len(row) or row[c] < 0:
@@ -207,12 +242,12 @@ def _choose(middle, path, at, count, place, row, wanted, low, high, origin, widt
             miss = ((path[j] - wanted[i]) / PATH_M) ** 2
             for k in range(3):
                 miss += ((middle[at[j], k] - place[c, k]) / PLACE_M) ** 2
-            if miss < best[i - low]:
-                best[i - low], facet[i], length[i] = miss, at[j], path[j]
-    for i in range(low, high):
+            if miss < best[i]:
+                best[i], facet[i], length[i] = miss, at[j], path[j]
+    for i in range(len(wanted)):
         if facet[i] >= 0:
             continue
         near = np.inf
-        for j in range(count):
+        for j in range(len(path)):
             if abs(path[j] - wanted[i]) < near:
                 near, facet[i], length[i] = abs(path[j] - wanted[i]), at[j], path[j]

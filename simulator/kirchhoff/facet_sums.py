@@ -7,10 +7,12 @@ vectors reach, one facet at a time being slow; what comes of it past the last of
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.support.arrays import Ints
+from obstaclewatch.support.arrays import Flags, Ints
 from obstaclewatch.support.compiled import fused, fused_inline
 from simulator.kirchhoff.facet_waves import HALF, NONE, ONE, SINGLE, THIRD, TWO, either, facet_wave, turn
 from simulator.kirchhoff.illuminating_images import NOWHERE_M
@@ -24,14 +26,51 @@ _NOWHERE = SINGLE(NOWHERE_M)
 
 NOTHING, QUARTERS, SOME = range(3)  # what a view shows of a block: no facet, quarters of facets that are lit, others
 
-Blocks = tuple[NDArray[np.float32], Ints, Ints]
+
+class Blocks(NamedTuple):
+    """F facets, block by block.
+
+    Attributes:
+        rows: (B, 16 * WIDE) columns of each block, one after the other: x, y, z of the centroids about the body's
+            centre, normal, area, first and second corner about the corners' mean, the edges' bulges.
+        start: (B + 1,) the facet with which each block begins.
+        part_of: (F,) the facet that each is a quarter of, -1 where it is none.
+    """
+
+    rows: NDArray[np.float32]
+    start: Ints
+    part_of: Ints
+
+    @classmethod
+    def of(cls, facets: Facets) -> Blocks:
+        """Those of a body."""
+        about = facets.middle_m - facets.center_m
+        rows = _rows(facets.start, about, facets.normal, facets.area_m2, facets.corner_m, facets.bulge_m)
+        return cls(rows, facets.start, facets.part_of)
 
 
-def blocks_of(facets: Facets) -> Blocks:
-    """What `add_facets` takes: (B, 16 * WIDE) columns block by block, (B + 1,) where each begins, (F,) `part_of`."""
-    about = facets.middle_m - facets.center_m
-    rows = _rows(facets.start, about, facets.normal, facets.area_m2, facets.corner_m, facets.bulge_m)
-    return rows, facets.start, facets.part_of
+class GroupedEnds(NamedTuple):
+    """E ends in G groups.
+
+    Attributes:
+        columns: (E, 9) points about the body's centre, leans, drifts.
+        of_view: (E,) which view each end has; numba takes any other `view` for numpy's.
+        lit: (V, F) facets that each view shows.
+        start: (G + 1,) the end with which each group begins.
+    """
+
+    columns: NDArray[np.float32]
+    of_view: Ints
+    lit: Flags
+    start: Ints
+
+
+class GroupedPairs(NamedTuple):
+    """R pairs of ends, and (G + 1,) the pair with which each group begins."""
+
+    first: Ints
+    second: Ints
+    start: Ints
 
 
 @fused
@@ -52,28 +91,21 @@ def _rows(start, about, normal, area, corner, bulge):
 
 
 @fused
-def add_facets(
-    rows, start, part_of, ends, view, lit, end_start, first, second, pair_start, wavenumber, table, closed, lead, step,
-    total,
-):  # fmt: skip
+def add_facets(blocks, ends, pairs, wavenumber, table, closed, lead, step, total):
     """Add all facets to the grids of all pairs, block by block and group by group of ends.
 
     Args:
-        rows: (B, 16 * WIDE) float32, block by block and one after the other: x, y, z of the centroids about the body's
-            centre, normal, area, first and second corner about the corners' mean, the edges' bulges.
-        start: (B + 1,) the facet with which each block begins.
-        part_of: (F,) the facet that each is a quarter of, -1 where it is none.
-        ends: (E, 9) float32 points about the body's centre, leans, drifts; end_start: (G + 1,) those of each group.
-        view: (E,) which view each end has; lit: (V, F) bool, facets that each view shows.
-        first, second: (R,) ends of each pair; pair_start: (G + 1,) those of each group.
+        blocks, ends, pairs: `Blocks`, `GroupedEnds`, `GroupedPairs`.
         wavenumber: at the band's centre.
         table: (Q, C, 2) float32 parts of the reflection at C cosines of incidence.
+        closed: whether facets show on one side alone.
         lead: from the grid's first point to the path over the body's centre; step: of the grid, m.
         total: (R, Q, N, 2) float64 sums on the grid.
     """
+    rows, start, part_of, view, lit = blocks.rows, blocks.start, blocks.part_of, ends.of_view, ends.lit
     most = 0
-    for g in range(len(end_start) - 1):
-        most = max(most, end_start[g + 1] - end_start[g])
+    for g in range(len(ends.start) - 1):
+        most = max(most, ends.start[g + 1] - ends.start[g])
     segments = np.empty((most, 9 * WIDE), np.float32)
     pair = np.empty(6 * WIDE, np.float32)
     shown = _shown(lit, start, part_of)
@@ -81,19 +113,19 @@ def add_facets(
         begin, part = start[block], rows[block]
         count = start[block + 1] - begin
         padded = (count + VECTOR - 1) // VECTOR * VECTOR
-        for g in range(len(end_start) - 1):
-            first_end, best = end_start[g], NOTHING
-            for e in range(first_end, end_start[g + 1]):
+        for g in range(len(ends.start) - 1):
+            first_end, best = ends.start[g], NOTHING
+            for e in range(first_end, ends.start[g + 1]):
                 best = max(best, shown[view[e], block])
             if best != SOME:
                 continue
-            for e in range(first_end, end_start[g + 1]):
+            for e in range(first_end, ends.start[g + 1]):
                 if shown[view[e], block] != NOTHING:
                     segment = segments[e - first_end]
                     _light(lit[view[e]], begin, count, part_of, segment[6 * WIDE :])
-                    _segment(part, padded, ends[e], wavenumber, closed, segment)
-            for r in range(pair_start[g], pair_start[g + 1]):
-                a, b = first[r], second[r]
+                    _segment(part, padded, ends.columns[e], wavenumber, closed, segment)
+            for r in range(pairs.start[g], pairs.start[g + 1]):
+                a, b = pairs.first[r], pairs.second[r]
                 here, there = shown[view[a], block], shown[view[b], block]
                 if min(here, there) != NOTHING and max(here, there) == SOME:
                     here, there = segments[a - first_end], segments[b - first_end]

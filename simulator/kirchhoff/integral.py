@@ -26,7 +26,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from simulator.kirchhoff.cells import Cells, CellSums, with_stand_ins
-from simulator.kirchhoff.facet_sums import Blocks, add_facets, blocks_of
+from simulator.kirchhoff.facet_sums import Blocks, GroupedEnds, GroupedPairs, add_facets
 from simulator.kirchhoff.fringe_waves import add_fringe_waves
 from simulator.kirchhoff.illuminating_images import Ends
 from simulator.kirchhoff.path_length_grid import STEP_M, Grid
@@ -53,7 +53,7 @@ def cell_sums(facets: Facets, ends: Ends, first: Ints, second: Ints, grid: Grid,
     first, second = _in_order(ends.point_m, first, second)
     to_middle_m = np.add(*ends.over(facets.center_m))
     middle_m = to_middle_m[first] + to_middle_m[second]
-    parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], blocks_of(facets)
+    parts, blocks = [CellSums.none(len(grid.wavenumber_rad_m))], Blocks.of(facets)
     for rows in _portions(ends.group[first], grid.points):
         part = _held_cells(facets, blocks, ends, first[rows], second[rows], middle_m[rows], grid, reflection)
         parts.append(replace(part, pair=part.pair + rows.start))
@@ -92,14 +92,12 @@ def _held_cells(
     chosen = np.concatenate([np.arange(a, b) for a, b in zip(begin, stop, strict=True)])
     row = np.zeros(len(ends.group), dtype=np.int64)
     row[chosen] = np.arange(len(chosen))
-    end_start = np.append(0, np.cumsum(stop - begin))
-    pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
     columns = np.hstack([ends.point_m - facets.center_m, ends.lean, ends.drift_m])[chosen].astype(np.float32)
-    add_facets(
-        *blocks, columns, ends.view[chosen], ends.lit, end_start, row[first], row[second], pair_start,
-        np.float32(grid.centre_rad_m), table, facets.closed, np.float32(grid.lead_m), np.float32(STEP_M),
-        total,
-    )  # type: ignore[call-arg]  # fmt: skip
+    those = GroupedEnds(columns, ends.view[chosen], ends.lit, np.append(0, np.cumsum(stop - begin)))
+    pair_start = np.append(np.searchsorted(ends.group[first], groups), len(first))
+    pairs = GroupedPairs(row[first], row[second], pair_start)
+    lead_m, step_m = np.float32(grid.lead_m), np.float32(STEP_M)
+    add_facets(blocks, those, pairs, np.float32(grid.centre_rad_m), table, facets.closed, lead_m, step_m, total)  # type: ignore[call-arg]
     parts = [(total.view(np.complex128)[..., 0], over_band * (grid.wavenumber_rad_m / grid.centre_rad_m))]
     if len(facets.creases):
         rims = np.zeros_like(total)

@@ -18,13 +18,13 @@ import numpy as np
 from obstaclewatch.support.arrays import Bytes, Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import dot, norm
-from simulator.images.image_method import REACHED, backtrack, fill_images
 from simulator.kirchhoff.illuminating_images import Sights
+from simulator.kirchhoff.light.paths_to_skin import Begins, Skin, paths_to
 from simulator.kirchhoff.light.quarters import quartered
 from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
-from simulator.world.frames import into_rest, rotated_back
+from simulator.world.frames import into_rest
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -48,29 +48,6 @@ class Light:
     agreed: float
     alike: float
     border_m: float = np.inf
-
-
-class Skin(NamedTuple):
-    """Where light on a body is asked for: close by one another in memory, since they are asked for again and again.
-
-    Attributes:
-        obstacle: the body.
-        place_m: (I, 3) on the facets that speak.
-        normal, standoff_m: (I, 3), (I,) of these.
-        closed: whether they show on one side alone.
-    """
-
-    obstacle: int
-    place_m: Floats
-    normal: Floats
-    standoff_m: Floats
-    closed: bool
-
-    @classmethod
-    def of(cls, facets: Facets, rows: Ints) -> Skin:
-        """Some of the facets."""
-        middle, normal = facets.middle_m.take(rows, axis=0), facets.normal.take(rows, axis=0)
-        return cls(facets.obstacle, middle, normal, facets.standoff_m.take(rows), facets.closed)
 
 
 def seeing(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light: Light) -> Flags:
@@ -171,14 +148,15 @@ def _facet_by_facet(
     every = np.zeros((len(views), len(facets)), dtype=bool)
     own = Skin(facets.obstacle, facets.asked_m, facets.normal, facets.standoff_m, facets.closed)
     image = into_rest(views.image_m, tracing.placed[views.pose, facets.obstacle])
-    skin = facets.normal, dot(facets.middle_m, facets.normal), facets.closed, by_spot, begin, quarters
+    height = dot(facets.middle_m, facets.normal)
+    by_spots = _BySpots(facets.normal, height, facets.closed, by_spot, begin, quarters)
     asked = np.bincount(of_facet, np.where(quarters < 0, 1, 4), state.shape[1])
     rays = ((state >= BORDER) @ asked).astype(np.int64)
     # made anew for each call the room takes half of the time of all
     room = np.empty((2, AT_ONCE + int(rays.max(initial=0))), dtype=np.int64)
     for chosen in between.in_turn:
         for some in _in_parts(rays[chosen]):
-            view, item = _spread(image, chosen[some], *skin, state, every, room)  # type: ignore[call-arg]
+            view, item = _spread(image, chosen[some], by_spots, state, every, room)  # type: ignore[call-arg]
             _ask(tracing, own, views, between, every, view, item)
     return every
 
@@ -221,30 +199,47 @@ def _states(image, middle, normal, apart, rise, closed, beside, lit):
     return state
 
 
+class _BySpots(NamedTuple):
+    """F facets, spot by spot.
+
+    Attributes:
+        normal, height: (F, 3), (F,) of their planes.
+        closed: whether they show on one side alone.
+        facet, start: (F,) facets in the order of their spots, and (S + 1,) where each spot begins among them.
+        quarters: (F,) the first of the four quarters of each, -1 where it has none.
+    """
+
+    normal: Floats
+    height: Floats
+    closed: bool
+    facet: Ints
+    start: Ints
+    quarters: Ints
+
+
 @compiled
-def _spread(image, chosen, normal, height, closed, by_spot, begin, quarters, state, every, room):
+def _spread(image, chosen, by_spots, state, every, room):
     """Fill in for the facets (V, F) of chosen views, all dark so far, what their spots say (V, S) where they face it.
 
     Args:
-        by_spot, begin: facets spot by spot, and (S + 1,) where each spot begins among them.
-        quarters: the first of the four quarters of each facet, -1 where it has none.
         room: (2, R) or more.
 
     Returns (R,) views and (R,) facets to be asked one by one, in `room`: quarters instead of facets that have them.
     """
+    normal, height, closed, start = by_spots.normal, by_spots.height, by_spots.closed, by_spots.start
     view, facet = room
     count = 0
     for v in chosen:
         x, y, z = image[v, 0], image[v, 1], image[v, 2]
-        for s in range(len(begin) - 1):
+        for s in range(len(start) - 1):
             says = state[v, s]
             if says == DARK:
                 continue
-            for i in range(begin[s], begin[s + 1]):
-                f = by_spot[i]
+            for i in range(start[s], start[s + 1]):
+                f = by_spots.facet[i]
                 if closed and not _faces(x, y, z, normal, height, f):
                     continue
-                first = quarters[f]
+                first = by_spots.quarters[f]
                 if says == LIT:
                     every[v, f] = True
                     for q in range(first, first + 4 if first >= 0 else first):
@@ -274,66 +269,11 @@ def _in_parts(rays: Ints) -> list[slice]:
 
 def _reached(tracing: Tracing, skin: Skin, views: Views, view: Ints, item: Ints) -> Flags:
     """(R,) whether sound from the origins of views (R,) comes to pieces (R,) of a skin that face their images."""
-    row, stops = _paths_to(
-        tracing.mirrors, views.pose, views.order, views.sequence, views.start_m,
-        tracing.placed[views.pose, skin.obstacle], *skin[1:], tracing.world.clear_m, view, item,
-    )  # type: ignore[call-arg]  # fmt: skip
+    begins = Begins.of(tracing, views, skin.obstacle)
+    row, stops = paths_to(tracing.mirrors, begins, skin, tracing.world.clear_m, view, item)  # type: ignore[call-arg]
     reached = np.zeros(len(view), dtype=bool)
     reached[row] = _free(tracing, stops, views.pose[view[row]], views.order[view[row]])
     return reached
-
-
-@compiled
-def _paths_to(mirrors, pose, order, sequence, start, frame, middle, normal, clearance, closed, gap, view, facet):
-    """Which of some views (R,) and facets (R,) face each other through the mirrors of the view.
-
-    Returns (P,) rows, and (K + 2, P, 3) where sound starts, its crossings of the mirrors `gap` off them, and
-    the middle of the facet, off it by its clearance: the last ones of K + 2 where the view has fewer mirrors.
-    """
-    # numbers, not parts of arrays, as in `backtrack`
-    width = sequence.shape[1]
-    row, stops = np.empty(len(view), np.int64), np.empty((width + 2, len(view), 3))
-    turns, images, hits, foot = np.empty(width, np.int64), np.empty((width + 1, 3)), np.empty((width, 3)), np.empty(3)
-    count, c, s, x, y, z = 0, 1.0, 0.0, 0.0, 0.0, 0.0
-    for r in range(len(view)):
-        v, f = view[r], facet[r]
-        n, last = pose[v], order[v]
-        if r == 0 or view[r - 1] != v:
-            for k in range(width):
-                turns[k] = sequence[v, k]
-            fill_images(mirrors, n, start[v], turns, last, images)
-            c, s = np.cos(frame[v, 3]), np.sin(frame[v, 3])
-            east, north, z = images[last, 0] - frame[v, 0], images[last, 1] - frame[v, 1], images[last, 2] - frame[v, 2]
-            x, y = rotated_back(east, north, c, s)
-        i, j, k = normal[f, 0], normal[f, 1], normal[f, 2]
-        rise = (x - middle[f, 0]) * i + (y - middle[f, 1]) * j + (z - middle[f, 2]) * k
-        if closed and rise <= 0.0:
-            continue
-        foot[0] = c * middle[f, 0] - s * middle[f, 1] + frame[v, 0]
-        foot[1] = s * middle[f, 0] + c * middle[f, 1] + frame[v, 1]
-        foot[2] = middle[f, 2] + frame[v, 2]
-        if backtrack(mirrors, n, images, turns, last, foot, hits) != REACHED:
-            continue
-        offset = clearance[f] if rise >= 0.0 else -clearance[f]
-        i, j = c * i - s * j, s * i + c * j
-        _put(stops, width + 1, count, foot[0] + offset * i, foot[1] + offset * j, foot[2] + offset * k)
-        here, there, up = start[v, 0], start[v, 1], start[v, 2]
-        _put(stops, width - last, count, here, there, up)
-        for m in range(last):
-            i, j, k = mirrors.normal[n, turns[m], 0], mirrors.normal[n, turns[m], 1], mirrors.normal[n, turns[m], 2]
-            above = (here - hits[m, 0]) * i + (there - hits[m, 1]) * j + (up - hits[m, 2]) * k
-            offset = gap if above >= 0.0 else -gap
-            here, there, up = hits[m, 0], hits[m, 1], hits[m, 2]
-            _put(stops, width - last + 1 + m, count, here + offset * i, there + offset * j, up + offset * k)
-        row[count] = r
-        count += 1
-    return row[:count], stops[:, :count]
-
-
-@inlined
-def _put(stops, place, row, x, y, z):
-    """Fill in one of the stops of a path."""
-    stops[place, row, 0], stops[place, row, 1], stops[place, row, 2] = x, y, z
 
 
 def _free(tracing: Tracing, stops: Floats, pose: Ints, order: Ints) -> Flags:

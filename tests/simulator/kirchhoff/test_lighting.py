@@ -16,7 +16,8 @@ from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_pairs import images_of
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
-from simulator.kirchhoff.light.lighting import Light, _paths_to, lit_facets
+from simulator.kirchhoff.light.lighting import Light, lit_facets
+from simulator.kirchhoff.light.paths_to_skin import Begins, Skin, paths_to
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.light.views import Views
 from simulator.kirchhoff.path_length_grid import Grid
@@ -42,10 +43,9 @@ def test_paths_to_facets_are_those_of_the_image_method():
     side = np.zeros_like(images.pose)
     views = Views.of(tracing, tracing.source_m[images.pose], images.pose, side, images.order, images.sequence)
     np.testing.assert_allclose(views.image_m, images.point_m, atol=1e-12)
-    frame = tracing.placed[views.pose, 2]
     view, place = (each.ravel() for each in np.indices((len(views), len(facets))))
-    args = frame, facets.middle_m, facets.normal, facets.standoff_m, facets.closed, 0.0, view, place
-    row, stops = _paths_to(tracing.mirrors, views.pose, views.order, views.sequence, views.start_m, *args)
+    skin = Skin.of(facets, np.arange(len(facets)))
+    row, stops = paths_to(tracing.mirrors, Begins.of(tracing, views, 2), skin, 0.0, view, place)
     view, place = view[row], place[row]
     in_view = np.zeros((len(views), len(facets)), dtype=bool)
     in_view[view, place] = True
