@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import cache
 
 import numpy as np
 import pytest
@@ -173,21 +174,28 @@ def _dropped(samples, beep):
         samples[:, beep * BEEP.period_samples + place :][:, :200] = 0.0
 
 
+def _silent(samples, beep):
+    samples[:, beep * BEEP.period_samples :][:, : BEEP.period_samples] = 0.0
+
+
+@cache
+def _detected(damage, beep):
+    """What is detected at each beep of a walk of which one is damaged."""
+    samples = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)
+    damage(samples, beep)
+    detector = TrackingDetector(BEEP, PHONE)
+    return [detector.process(block) for block in np.split(samples, WALK["beeps"], axis=1)]
+
+
 @pytest.mark.parametrize("damage", [_clicked, _zeroed, _dropped])
 @pytest.mark.parametrize("beep", [0, 1, 12, 18, 21])
 def test_a_damaged_beep_is_as_one_that_is_missing(damage, beep):
     """It went into all memories: a click ended the alerts of the next 20 beeps, or began some of nothing."""
-    samples, missing = (record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK) for _ in range(2))
-    damage(samples, beep)
-    missing[:, beep * BEEP.period_samples :][:, : BEEP.period_samples] = 0.0
-    detector, decisions = TrackingDetector(BEEP, PHONE), []
-    for each in (samples, missing):
-        detector.reset()
-        found = [detector.process(block) for block in np.split(each, WALK["beeps"], axis=1)]
-        decisions.append([d.decision for d in found[:beep] + found[beep + 1 :]])
-        if each is samples and beep > 0:  # of the first one nothing could be known
-            assert [d.index for d in found if Flag.DAMAGED in d.beep_flags] == [beep]
-            assert len(found[beep]) == 0
+    damaged, missing = _detected(damage, beep), _detected(_silent, beep)
+    if beep > 0:  # of the first one nothing could be known
+        assert [d.index for d in damaged if Flag.DAMAGED in d.beep_flags] == [beep]
+        assert len(damaged[beep]) == 0
+    decisions = [[d.decision for d in found[:beep] + found[beep + 1 :]] for found in (damaged, missing)]
     assert any(decision.alert for decision in decisions[0])
     assert repr(decisions[0]) == repr(decisions[1])
 
