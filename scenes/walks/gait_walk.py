@@ -123,7 +123,17 @@ class Gait:
         those of the centre of mass, held outside the measured 0.7-1.6 m/s: that the phone follows the trunk is an
         assumption, arms damp some of it. The fore-aft oscillation (1 cm) and the wobble of the hand (1.5 and 1 degrees)
         are assumptions of the same order.
+
+        Args:
+            speed_m_s: mean speed of the walk.
+            phase_rad: of the step cycle at time 0.
+            walk_ratio_m_min: metres that a step is long for each step a minute.
+
+        Raises:
+            ValueError: a walk ratio that is not positive and finite.
         """
+        if not 0.0 < walk_ratio_m_min < np.inf:
+            raise ValueError(f"walk_ratio_m_min must be positive and finite, got {walk_ratio_m_min}")
         if speed_m_s == 0.0:
             return cls()
         return cls(

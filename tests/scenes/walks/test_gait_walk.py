@@ -29,6 +29,14 @@ def test_cadence_follows_from_the_walk_ratio() -> None:
     assert 1.6 < Gait.at_speed(1.2).step_hz < 2.0
 
 
+def test_who_takes_longer_steps_takes_fewer() -> None:
+    usual, long = Gait.at_speed(1.2), Gait.at_speed(1.2, walk_ratio_m_min=0.00646 * 1.44)
+    assert long.step_hz == pytest.approx(usual.step_hz / 1.2)
+    for ratio in (0.0, -0.006, np.nan, np.inf):
+        with pytest.raises(ValueError, match=f"walk_ratio_m_min must be positive and finite, got {ratio}"):
+            Gait.at_speed(1.2, walk_ratio_m_min=ratio)
+
+
 def test_bob_is_twice_as_fast_as_sway() -> None:
     gait = Gait.at_speed(1.3)
     walk = GaitWalk(np.array([0.0, 0.0, 1.3]), speed_m_s=1.3, duration_s=20.0)
