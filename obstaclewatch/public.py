@@ -15,6 +15,7 @@ from obstaclewatch.sound_speed import assumed_sound_speed
 from obstaclewatch.standing.detector import StandingDetector
 from obstaclewatch.tracking.detector import TrackingDetector
 from obstaclewatch.tracking.settings import TrackingSettings
+from obstaclewatch.walker.walking_speed import measured_walk_ratio
 
 __all__ = [
     "BeepDesign",
@@ -40,6 +41,7 @@ __all__ = [
     "assumed_sound_speed",
     "inspect_recording",
     "measure_mic_phase",
+    "measured_walk_ratio",
     "read_recording",
     "write_recording",
 ]

@@ -17,8 +17,10 @@ import importlib
 import inspect
 import re
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import obstaclewatch
@@ -126,18 +128,17 @@ def build_detector(
     phone: PhoneGeometry,
     settings: PaperSettings,
     pitch_rad: float | None,
-    sound_speed_m_s: float | None = None,
+    known: Mapping[str, float] = MappingProxyType({}),
 ) -> Any:
     """The detector that a suite names, with the constants in brackets on top of the given settings.
 
-    The speed of sound goes to those that take one; None leaves their own.
+    What is `known` besides, such as sound_speed_m_s, goes to those that take an argument of that name.
 
     Raises:
         ValueError: an unknown class or constant, or a value out of range.
     """
     wanted, settings, own = _taken_apart(text, settings)
-    if sound_speed_m_s is not None and _takes(wanted, "sound_speed_m_s"):
-        own = {"sound_speed_m_s": sound_speed_m_s} | own
+    own = {name: value for name, value in known.items() if _takes(wanted, name)} | own
     try:
         return wanted(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
     except TypeError as error:

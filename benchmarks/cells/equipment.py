@@ -14,8 +14,15 @@ from benchmarks.cells.spec import BeepSetting, Cell
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.direct_sound import measured_direct_delay_s
 from obstaclewatch.sound_speed import assumed_sound_speed
+from scenes import GaitWalk
 from simulator import Air, Phone, Scene, StraightWalk, render_walk
 from simulator.scene.pose import Walk
+
+STREAM = (4, 2)
+"""Of a walk's seed, for what was measured on another day; see `benchmarks.plan.unknowns`."""
+FROM_DAY_TO_DAY = 0.03
+"""Relative deviation of a person's walk ratio from one test to the next: 2.1 % each of step length and cadence (40
+people, standard errors of measurement, jkema.org 9-2-208, table 1)."""
 
 
 def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) -> Any:
@@ -29,9 +36,13 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
     pitch = mean_pitch_rad(setting.walk) if cell.knowledge.pitch else None
     if pitch is not None:
         pitch += cell.knowledge.pitch_error_rad
-    sound_speed = _sound_speed_m_s(cell, setting.scene.air)
+    known = {
+        "sound_speed_m_s": _sound_speed_m_s(cell, setting.scene.air),
+        "walk_ratio_m_min": _walk_ratio_m_min(cell, setting.walk),
+    }
     built = standing_form(name) if cell.kind == "standing" else name
-    return build_detector(built, beep, setting.phone.geometry, settings, pitch, sound_speed)
+    given = {name: value for name, value in known.items() if value is not None}
+    return build_detector(built, beep, setting.phone.geometry, settings, pitch, given)
 
 
 def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
@@ -45,6 +56,14 @@ def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
         return air.fixed_sound_speed_m_s
     temperature_c = air.temperature_c + cell.knowledge.temperature_error_c
     return assumed_sound_speed(temperature_c, air.relative_humidity, air.pressure_pa)
+
+
+def _walk_ratio_m_min(cell: Cell, walk: Walk) -> float | None:
+    """What the walker measured of their steps on another day; None if it is not given, or there are no steps."""
+    if not (cell.knowledge.walk_ratio and isinstance(walk, GaitWalk) and walk.motion.step_hz):
+        return None
+    rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=STREAM))
+    return walk.speed_m_s / (60.0 * walk.motion.step_hz**2) * (1.0 + FROM_DAY_TO_DAY * float(rng.standard_normal()))
 
 
 def _direct_delay_s(cell: Cell, setting: Situation) -> float:

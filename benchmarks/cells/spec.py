@@ -43,7 +43,7 @@ class BeepSetting(BaseModel, extra="forbid", frozen=True):
 
 
 class Knowledge(BaseModel, extra="forbid", frozen=True):
-    """What the detector is given of its phone, beside the geometry.
+    """What the detector is given of its phone and walker, beside the phone's geometry.
 
     Attributes:
         pitch: the mean pitch of the phone's top edge, as its accelerometer gives it.
@@ -51,6 +51,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
             than sound through the air.
         air: temperature and humidity of the air, as a weather service gives them, and so the speed of sound; False
             leaves what the detector assumes by itself.
+        walk_ratio: the walker's walk ratio, measured on another day; detectors that take none stay as they are.
         pitch_error_rad: what the accelerometer adds to the pitch.
         temperature_error_c: what the weather service adds to the temperature.
     """
@@ -58,6 +59,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
     pitch: bool = True
     direct_delay: bool = True
     air: bool = True
+    walk_ratio: bool = False
     pitch_error_rad: Angle = 0.0
     temperature_error_c: Finite = 0.0
 

@@ -18,7 +18,6 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Floats, Ints, SingleComplexes
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.trajectories.geometry import NEAREST_M
-from obstaclewatch.trajectories.prior import walking_speed
 from obstaclewatch.walker.pitch_oscillation import Oscillation, oscillation_as_read
 
 MEMORY_BEEPS, LEAST_BEEPS = 20, 8
@@ -127,7 +126,14 @@ class ApproachMemory:
         return newest
 
     def sums(
-        self, now_s: float, first_m: float, cell_m: float, ground_m: float, oscillation: Oscillation, ahead_s: float
+        self,
+        now_s: float,
+        first_m: float,
+        cell_m: float,
+        ground_m: float,
+        oscillation: Oscillation,
+        speed_m_s: float,
+        ahead_s: float,
     ) -> ApproachSums:
         """The best sums at a time.
 
@@ -136,6 +142,7 @@ class ApproachMemory:
             first_m, cell_m: range of the first cell, and their spacing.
             ground_m: height of microphone 0 above the ground.
             oscillation: of the phone.
+            speed_m_s: expected of the walker.
             ahead_s: how far ahead the chirp reads.
         """
         if self._count < LEAST_BEEPS:
@@ -143,7 +150,6 @@ class ApproachMemory:
         newest_first = self._newest_first()
         time_s, ratio = self._time_s[newest_first], self._ratio[newest_first]
         waves = oscillation_as_read(oscillation, time_s, ahead_s)
-        speed_m_s, _ = walking_speed(oscillation.step_rad_s / (2.0 * np.pi))
         grid = AHEAD_M, np.minimum(HEIGHTS_M, ground_m), MISSES_M, SPEEDS
         best = _best_sums(ratio, now_s - ahead_s - time_s, waves, speed_m_s, first_m, cell_m, *grid)
         return ApproachSums(*best)

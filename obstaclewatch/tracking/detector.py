@@ -37,8 +37,8 @@ from obstaclewatch.tracking.track_before_detect import LineLikelihood
 from obstaclewatch.tracking.tracks import Approaches, Track
 from obstaclewatch.trajectories.posterior import WALKING_M_S
 from obstaclewatch.trajectories.posterior_grid import Expectation, TrajectoryGrid
-from obstaclewatch.trajectories.prior import walking_speed
 from obstaclewatch.walker.pitch_oscillation import STEADY, OscillationEstimator
+from obstaclewatch.walker.walking_speed import USUAL, walk_ratio, walking_speed
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
@@ -75,6 +75,8 @@ class TrackingDetector(StreamingDetector):
             phones have; None for not known, then only changes of phase from beep to beep count.
         false_alert_cost: what a false alert costs, re a collision without an alert. More means fewer alerts of both
             kinds, and later ones; docs/learned.md has what it does in the street.
+        walk_ratio_m_min: metres that the walker's step is long for each step a minute: a property of the walker,
+            measured once (`measured_walk_ratio`). None for not known: people's, give or take 12 %.
 
     Attributes:
         evidence, picture: what the last beep's decision is based on.
@@ -113,12 +115,14 @@ class TrackingDetector(StreamingDetector):
         pitch_rad: float | None = None,
         mic_phase_rad: float | None = 0.0,
         false_alert_cost: float = 1.0,
+        walk_ratio_m_min: float | None = None,
     ) -> None:
         check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         check_mic_phase(mic_phase_rad)
         check_numbers(false_alert_cost=false_alert_cost)
         if not 0.0 < false_alert_cost < np.inf:
             raise ValueError(f"false_alert_cost must be positive and finite, got {false_alert_cost}")
+        self._walk_ratio = walk_ratio(walk_ratio_m_min)
         self.settings = TrackingSettings.of(settings)
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
@@ -135,7 +139,8 @@ class TrackingDetector(StreamingDetector):
         )
         self._pitch_rad = np.nan
         self._take_pitch()
-        self._oscillation, self._timing = STEADY, Timing(beep.range_doppler_s, beep.period_s)
+        self._oscillation, self._walking = STEADY, USUAL
+        self._timing = Timing(beep.range_doppler_s, beep.period_s)
 
     def reset(self) -> None:
         """Forget all beeps so far."""
@@ -150,7 +155,7 @@ class TrackingDetector(StreamingDetector):
         self._memory.clear()
         self.evidence, self.picture, self.bearing_evidence = NO_EVIDENCE, NO_PICTURE, NO_BEARINGS
         self._take_pitch()
-        self._oscillation = STEADY
+        self._oscillation, self._walking = STEADY, USUAL
 
     def process(self, block: ArrayLike, time_s: float | None = None) -> Detection:
         """Follow one beep and decide; see `StreamingDetector.process`."""
@@ -171,6 +176,7 @@ class TrackingDetector(StreamingDetector):
         tracks = tracks[: self.settings.max_candidates]
         self._memory.add(hit_s, peaks.moved)
         self._oscillation = self._steps.oscillation(self._finder.ground_m)
+        self._walking = walking_speed(self._steps.step_hz, self._walk_ratio)
         trajectories = [self._judged(track, hit_s) for track in tracks]
         self._look(hit_s, peaks, tracks)
         return self._report(index, emitted_s, tracks, trajectories, peaks.flag)
@@ -195,7 +201,8 @@ class TrackingDetector(StreamingDetector):
         """What to expect of a track, judged anew if it was detected since it last was."""
         if track.judged is None or track.detected_s > track.judged.time_s:
             samples = track.samples(self.beep.range_doppler_s)
-            track.judged = self._grid.posterior(samples, hit_s, self._finder.ground_m, self._oscillation)
+            received = self._oscillation, self._walking
+            track.judged = self._grid.posterior(samples, hit_s, self._finder.ground_m, *received)
             if track.judged.misfit > MOST_MISFIT:
                 track.forget_oldest()
         track.trajectory = self._grid.trajectory(track.judged, hit_s)
@@ -204,8 +211,8 @@ class TrackingDetector(StreamingDetector):
     def _look(self, hit_s: float, peaks: MovingPeaks, tracks: list[Track]) -> None:
         """Gather what the decision is based on."""
         ahead_s, ground_m, place = self.beep.range_doppler_s, self._finder.ground_m, (peaks.first_m, peaks.cell_m)
-        sums = self._memory.sums(hit_s, *place, ground_m, self._oscillation, ahead_s)
-        speed_m_s, _ = walking_speed(self._oscillation.step_rad_s / (2.0 * np.pi))
+        speed_m_s = self._walking.mean_m_s
+        sums = self._memory.sums(hit_s, *place, ground_m, self._oscillation, speed_m_s, ahead_s)
         carrier = Carrier(speed_m_s, ground_m, self._separation_m, self._pitch_rad, self._oscillation.step_rad_s)
         self.evidence = evidence_of(tracks, sums, carrier, self.evidence)
         phases = self._finder.wavelength_m, None if peaks.flag else self._mic_phase_rad

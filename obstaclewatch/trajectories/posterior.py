@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from obstaclewatch.signal.carrier_phase import log_agreement
-from obstaclewatch.support.arrays import Flags, Floats, SingleComplexes, Singles
+from obstaclewatch.support.arrays import Flags, Floats, Singles
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.trajectories.geometry import NEAREST_M, bodies_at, cone_cosine, sight
 from obstaclewatch.trajectories.likelihood import Agreement, Receivers, agreement
@@ -26,7 +26,6 @@ MOST_MISFIT = 40.0
 """Squared deviations. Larger misfits lower the likelihood no further, since some peaks belong to other echoes."""
 WALKING_M_S = 1.4
 """Of a faster approach, the obstacle's own speed makes up the rest."""
-CYCLE_RAD = 2.0 * np.pi
 NEGLIGIBLE = 1e-10
 """Probability of a trajectory that no expectation needs."""
 
@@ -79,10 +78,8 @@ def posterior(
     ground_m: float,
     phone: tuple[Any, ...],
     oscillating: tuple[Any, ...],
-    time_s: Floats,
-    range_m: Floats,
-    range_std_m: Floats,
-    second: SingleComplexes,
+    walking: tuple[Any, ...],
+    samples: tuple[Any, ...],
     now_s: float,
 ) -> tuple[Floats, Singles, Singles, float]:
     """What `Posterior` has from `share` on, after K >= 3 beeps.
@@ -93,11 +90,12 @@ def posterior(
         ground_m: height of microphone 0 above the ground, from which on things are corners.
         phone: its `Receivers`.
         oscillating: its `Oscillation`.
-        time_s, range_m, range_std_m: (K,) times that the readings stand for, and what was read.
-        second: (K, W) microphone 1 around each peak.
+        walking: the walker's `WalkingSpeed`.
+        samples: what was read, see `Samples`.
         now_s: time from which the trajectories run.
     """
     prior, receivers, oscillation = Prior(*known), Receivers(*phone), Oscillation(*oscillating)
+    time_s, range_m, range_std_m, second = samples
     bodies = bodies_at(table, ground_m)
     hit_s, since_s = time_s - receivers.ahead_s, time_s - now_s
     covariance = reading_covariance(
@@ -108,7 +106,7 @@ def posterior(
         oscillation_at(oscillation, hit_s),
     )
     found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
-    density = speed_density(found.closing_m_s / prior.nearing, oscillation.step_rad_s / CYCLE_RAD)
+    density = speed_density(found.closing_m_s / prior.nearing, walking[0], walking[1])
     share = shares(prior.log_share, found, density, prior.has_phase, prior.phase_rad)
     misfit = float(found.misfit[np.argmin(found.misfit)]) / len(time_s)
     return share, found.ahead_m, found.closing_m_s, misfit

@@ -31,6 +31,7 @@ from obstaclewatch.trajectories.passed_walls import ends_of_passed
 from obstaclewatch.trajectories.posterior import Expectation, Meeting, Posterior, Prior, expectations, posterior
 from obstaclewatch.trajectories.prior import Hypotheses, hypotheses
 from obstaclewatch.walker.pitch_oscillation import LEAST_COS, STEADY, Oscillation
+from obstaclewatch.walker.walking_speed import USUAL, WalkingSpeed
 
 
 class Samples(NamedTuple):
@@ -93,7 +94,12 @@ class TrajectoryGrid:
         self._aside = self._all.miss_m, self._all.angle_rad, kinds_of(self._all)
 
     def posterior(
-        self, samples: Samples, now_s: float, ground_m: float, oscillation: Oscillation = STEADY
+        self,
+        samples: Samples,
+        now_s: float,
+        ground_m: float,
+        oscillation: Oscillation = STEADY,
+        walking: WalkingSpeed = USUAL,
     ) -> Posterior:
         """The posterior after K >= 3 beeps.
 
@@ -102,8 +108,10 @@ class TrajectoryGrid:
             now_s: time from which the trajectories run.
             ground_m: height of microphone 0 above the ground.
             oscillation: of the phone; `STEADY` if it is not known.
+            walking: what is known of the walker's speed.
         """
-        found = posterior(self._prior, self._bodies, ground_m, self._receivers, tuple(oscillation), *samples, now_s)
+        known = tuple(oscillation), tuple(walking), tuple(samples)
+        found = posterior(self._prior, self._bodies, ground_m, self._receivers, *known, now_s)
         return Posterior(now_s, self._bodies, ground_m, *found)
 
     def trajectory(self, judged: Posterior, now_s: float) -> Expectation:

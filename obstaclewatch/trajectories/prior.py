@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from obstaclewatch.support.arrays import Flags, Floats
-from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled import inlined
 
 MISS_M = np.sqrt(np.concatenate([[0.0, 0.02, 0.05, 0.09, 0.14, 0.2, 0.27, 0.35], np.arange(0.44, 3.2, 0.1)]))
 """Evenly in the square, as bearing's cosine and path difference see it: 0.1 m^2 at 1.5 m are 3 mm of path, 65 degrees
@@ -51,11 +51,6 @@ WALL_HIT_RAD = np.deg2rad(30.0)
 end is passed: of 40 walls of the development walks, 14 of the 21 hit and 6 of the 19 missed lay within 25 degrees."""
 WALL_MISS_RAD, WALL_MISS_STD_RAD = np.deg2rad(25.0), np.deg2rad(8.0)
 
-WALKER_M_S, WALKER_STD_M_S = 1.25, 0.2
-WALK_RATIO_M_MIN = 0.00646
-"""Step length over steps a minute, the same at all usual speeds (Murakami and Otaka 2017, J. Phys. Ther. Sci. 29)."""
-WALK_RATIO_SPREAD = 0.12
-"""How people differ in it: 0.60 +- 0.07 cm per step a minute (Bogen et al. 2018, Gait Posture 61)."""
 ONCOMING_M_S = (0.3, 1.9)
 """What an oncoming obstacle adds to the walker's speed."""
 ONCOMING_PRIOR = 0.12
@@ -111,28 +106,14 @@ def hypotheses(half_width_m: float) -> Hypotheses:
     )
 
 
-@compiled
-def walking_speed(step_hz: float) -> tuple[float, float]:
-    """Expected walking speed and its deviation, m/s: of all walkers, and given their steps a second if they are known.
-
-    speed = step length x cadence = walk ratio x cadence^2. 0 stands for not known.
-    """
-    if step_hz == 0.0:
-        return WALKER_M_S, WALKER_STD_M_S
-    by_steps = WALK_RATIO_M_MIN * (60.0 * step_hz) ** 2 / 60.0
-    usual, received = WALKER_STD_M_S**-2, (WALK_RATIO_SPREAD * by_steps) ** -2
-    return (usual * WALKER_M_S + received * by_steps) / (usual + received), (usual + received) ** -0.5
-
-
 @inlined
-def speed_density(speed_m_s: Floats, step_hz: float) -> Floats:
-    """Density of speeds of approach (H,), s/m: walkers', and one in eight of an oncoming obstacle."""
-    own, std = walking_speed(step_hz)
+def speed_density(speed_m_s: Floats, own_m_s: float, std_m_s: float) -> Floats:
+    """Density of speeds of approach (H,), s/m: the walker's own, and one in eight of an oncoming obstacle's."""
     slowest, fastest = ONCOMING_M_S
     density = np.empty(len(speed_m_s))
     for trajectory in range(len(speed_m_s)):
-        faster = speed_m_s[trajectory] - own
-        walking = np.exp(-0.5 * (faster / std) ** 2) / (np.sqrt(2.0 * np.pi) * std)
+        faster = speed_m_s[trajectory] - own_m_s
+        walking = np.exp(-0.5 * (faster / std_m_s) ** 2) / (np.sqrt(2.0 * np.pi) * std_m_s)
         oncoming = 1.0 / (fastest - slowest) if slowest < faster < fastest else 0.0
         density[trajectory] = (1.0 - ONCOMING_PRIOR) * walking + ONCOMING_PRIOR * oncoming + ANY_SPEED
     return density

@@ -23,15 +23,22 @@ from obstaclewatch.signal.matched_filter import EchoProfile, nearest_sample
 from obstaclewatch.support.arrays import Complexes, Floats
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.order_statistic import median
+from obstaclewatch.walker.gait import STEP_HZ, STEP_STD_HZ
 from obstaclewatch.walker.sinusoid import common_sinusoid
 
 STEP_RAD_S = 2.0 * np.pi * np.arange(1.3, 2.45, 0.05)
 """Steps of adults (gait.STEP_HZ) and a margin."""
+LOG_PRIOR = -0.5 * ((STEP_RAD_S / (2.0 * np.pi) - STEP_HZ) / STEP_STD_HZ) ** 2
+NEAR_RATES = 3
+"""On either side of the walker's own, 0.15 Hz, which are tried once that is known."""
 REACH_M = 0.13
 """How far from its mean place the ground may be read: a bob of 2.4 cm reads 7 cm."""
 MEMORY_BEEPS = 24
 LEAST_BEEPS = 12
 """A second: two steps."""
+RATE_BEEPS = 60
+"""Over which the walker's cadence is taken, 5 s: what crosses the ground's echo spoils it for a second or two. On 252
+development walks it is off by 2.8 % rms with the median and the prior, and by 7.3 % without either."""
 READ_SCALE_M, PHASE_SCALE = 0.012, 0.35
 """Residuals, m and rad, at which a beep's weight has halved."""
 LEAST_SHARE = 0.6
@@ -149,6 +156,12 @@ class OscillationEstimator:
         self._separation_m, self._wavelength_m, self._ahead_s = separation_m, wavelength_m, ahead_s
         self.set_pitch(pitch_rad)
         self._received = deque[tuple[float, float, float]](maxlen=MEMORY_BEEPS)
+        self._rates_rad_s = deque[float](maxlen=RATE_BEEPS)
+
+    @property
+    def step_hz(self) -> float:
+        """Steps a second: the median of what the last beeps said; 0 where none said any."""
+        return float(np.median(self._rates_rad_s)) / (2.0 * np.pi) if self._rates_rad_s else 0.0
 
     def set_pitch(self, pitch_rad: float) -> None:
         """Take another pitch of the phone for the mean; what was received stays."""
@@ -157,6 +170,7 @@ class OscillationEstimator:
     def clear(self) -> None:
         """Forget everything."""
         self._received.clear()
+        self._rates_rad_s.clear()
 
     def add(self, time_s: float, echo: GroundEcho) -> None:
         """One beep's ground, at the time at which the beep's centre met it."""
@@ -170,7 +184,18 @@ class OscillationEstimator:
         """
         if len(self._received) < LEAST_BEEPS:
             return STEADY
-        return Oscillation(*_oscillation(np.array(self._received), self._pitch_per_phase(height_m), self._ahead_s))
+        tried, received, per_phase = self._tried(), np.array(self._received), self._pitch_per_phase(height_m)
+        found = Oscillation(*_oscillation(received, STEP_RAD_S[tried], LOG_PRIOR[tried], per_phase, self._ahead_s))
+        if found.step_rad_s > 0.0:
+            self._rates_rad_s.append(found.step_rad_s)
+        return found
+
+    def _tried(self) -> slice:
+        """Which rates come into question: those about the walker's own, once it is known for a second."""
+        if len(self._rates_rad_s) < LEAST_BEEPS:
+            return slice(None)
+        own = int(np.argmin(np.abs(STEP_RAD_S - np.median(self._rates_rad_s))))
+        return slice(max(own - NEAR_RATES, 0), own + NEAR_RATES + 1)
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""
@@ -180,10 +205,13 @@ class OscillationEstimator:
 
 
 @compiled
-def _oscillation(received: Floats, pitch_per_phase: float, ahead_s: float) -> tuple[float, complex, complex, complex]:
+def _oscillation(
+    received: Floats, rates_rad_s: Floats, log_prior: Floats, pitch_per_phase: float, ahead_s: float
+) -> tuple[float, complex, complex, complex]:
     """`Oscillation` of (K, 3) times and `GroundEcho`s; steady where no step explains enough of them."""
     time_s, read_m, phase_rad = received[:, 0].copy(), received[:, 1].copy(), received[:, 2].copy()
-    step_rad_s, phasors, shares = common_sinusoid(time_s, _departures(read_m, phase_rad), STEP_RAD_S)
+    departures = _departures(read_m, phase_rad)
+    step_rad_s, phasors, shares = common_sinusoid(time_s, departures, rates_rad_s, log_prior)
     if shares[np.argmax(shares)] < LEAST_SHARE:
         return 0.0, 0.0j, 0.0j, 0.0j
     read = phasors[0] if shares[0] >= LEAST_SHARE else 0.0j

@@ -18,16 +18,19 @@ LEAST_LEFT = 0.02
 
 
 @inlined
-def common_sinusoid(time_s: Floats, values: Floats, rates_rad_s: Floats) -> tuple[float, Complexes, Floats]:
-    """The frequency at which sinusoids explain two series best, their phasors, and the shares that they explain.
+def common_sinusoid(
+    time_s: Floats, values: Floats, rates_rad_s: Floats, log_prior: Floats
+) -> tuple[float, Complexes, Floats]:
+    """The likeliest frequency of sinusoids in two series, their phasors, and the shares that they explain.
 
     Args:
         time_s: (K,).
         values: (2, K) in units of the residual at which a weight has halved; their means are fitted too.
         rates_rad_s: (F,) angular frequencies that are tried, evenly spaced.
+        log_prior: (F,) of these.
     """
     cosine, sine = waves(time_s, rates_rad_s)
-    best, phasor, share = _robust_fit(cosine, sine, values)
+    best, phasor, share = _robust_fit(cosine, sine, values, log_prior)
     return rates_rad_s[best], phasor, share
 
 
@@ -46,14 +49,14 @@ def waves(time_s: Floats, rates_rad_s: Floats) -> tuple[Floats, Floats]:
 
 
 @inlined
-def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Complexes, Floats]:
+def _robust_fit(cosine: Floats, sine: Floats, values: Floats, log_prior: Floats) -> tuple[int, Complexes, Floats]:
     """The best of F frequencies, (2,) phasors, and (2,) shares explained, from (K, F) cosines and sines."""
     best, phasor, share = 0, np.empty(2, dtype=np.complex128), np.empty(2)
     weight = np.ones(values.shape)
     for _ in range(ROUNDS):
         first, of_first = weighted_fits(cosine, sine, values[0], weight[0])
         second, of_second = weighted_fits(cosine, sine, values[1], weight[1])
-        best = _likeliest(of_first, of_second)
+        best = _likeliest(of_first, of_second, len(cosine), log_prior)
         share[0], share[1] = of_first[best], of_second[best]
         for row, fit in enumerate((first, second)):
             phasor[row] = complex(fit[0, best], -fit[1, best])
@@ -64,13 +67,17 @@ def _robust_fit(cosine: Floats, sine: Floats, values: Floats) -> tuple[int, Comp
 
 
 @inlined
-def _likeliest(first: Floats, second: Floats) -> int:
-    """Which frequency leaves the least of both series, from the (F,) shares that it explains."""
-    best, least = 0, np.inf
+def _likeliest(first: Floats, second: Floats, count: int, log_prior: Floats) -> int:
+    """Which frequency is likeliest, from the (F,) shares of two series of so many values that it explains.
+
+    What is left of a series is white and of unknown variance: log likelihood -count / 2 log(left).
+    """
+    best, most = 0, -np.inf
     for which in range(len(first)):
         left = max(1.0 - first[which], LEAST_LEFT) * max(1.0 - second[which], LEAST_LEFT)
-        if left < least:
-            best, least = which, left
+        log = log_prior[which] - 0.5 * count * np.log(left)
+        if log > most:
+            best, most = which, log
     return best
 
 

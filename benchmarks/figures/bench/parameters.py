@@ -14,6 +14,7 @@ _WORDS: dict[str, tuple[str, float]] = {
     "recording.identical": ("equal channels", 1.0),
     "knowledge.pitch_error_rad": ("error of the pitch, °", _DEGREES),
     "knowledge.temperature_error_c": ("error of the temperature, °C", 1.0),
+    "knowledge.walk_ratio": ("walker's own walk ratio known", 1.0),
     "noise.level_spl_db": ("noise, dB SPL", 1.0),
     "phone.level_spl_db": ("beep, dB SPL", 1.0),
     "walk.gait_scale": ("gait, times", 1.0),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.cells.compute import compute
+from benchmarks.cells.compute import compute, situation_of
 from benchmarks.cells.detectors import (
     build_detector,
     check_detector,
@@ -25,6 +25,8 @@ from benchmarks.cells.spec import Cell, Knowledge
 from benchmarks.plan.cells import plan_cells
 from benchmarks.plan.suite import load_suite
 from obstaclewatch import BeepDesign, PaperDetector, PaperSettings
+from obstaclewatch.walker.walking_speed import ANYONE
+from scenes import Gait
 from simulator import Phone
 
 PHONE = Phone.named("galaxy-s5").geometry
@@ -161,6 +163,24 @@ def test_the_weather_tells_the_speed_of_sound(told, assumed):
     assert found._pipeline.sound_speed_m_s == pytest.approx(assumed, abs=0.3)
 
 
+def test_a_walker_s_own_walk_ratio_is_one_of_another_day():
+    """The detector has it on demand: off by 3 %, the same in every run, and nothing where nobody walks in steps."""
+    planned = plan_cells(load_suite("paper", ["knowledge.walk_ratio=true"]), "full")
+    off = []
+    for cell in [cell for cell in planned if cell.kind == "approach"][:200:10]:
+        setting = situation_of(cell)
+        built = [detector_for(cell, "TrackingDetector", setting, BeepDesign()) for _ in range(2)]
+        assert built[0]._walk_ratio == built[1]._walk_ratio
+        own = setting.walk.speed_m_s / (60.0 * setting.walk.motion.step_hz**2)
+        off.append(built[0]._walk_ratio.m_min / own - 1.0)
+        still = replace(setting, walk=replace(setting.walk, gait=Gait()))
+        assert detector_for(cell, "TrackingDetector", still, BeepDesign())._walk_ratio == ANYONE
+        assert isinstance(detector_for(cell, "PaperDetector", setting, BeepDesign()), PaperDetector)
+    assert 0.015 < np.sqrt(np.mean(np.square(off))) < 0.045
+    unknown = cell.model_copy(update={"knowledge": Knowledge()})
+    assert detector_for(unknown, "TrackingDetector", setting, BeepDesign())._walk_ratio == ANYONE
+
+
 def test_a_class_that_takes_no_speed_of_sound_is_not_told(module):
     module.write_text(
         "class Own:\n"
@@ -170,7 +190,9 @@ def test_a_class_that_takes_no_speed_of_sound_is_not_told(module):
         "        return iter(())\n",
         encoding="utf-8",
     )
-    own = build_detector("mine_for_a_test.detectors:Own", BeepDesign(), PHONE, PaperSettings(), 0.5, 351.0)
+    own = build_detector(
+        "mine_for_a_test.detectors:Own", BeepDesign(), PHONE, PaperSettings(), 0.5, {"sound_speed_m_s": 351.0}
+    )
     assert own.pitch_rad == 0.5
 
 

@@ -39,7 +39,7 @@ def test_every_point_has_the_same_walks_and_no_more_is_changed_than_it_says(tier
     suite = load_suite("budget")
     points = by_point(plan_cells(suite, tier))
     first = points["as it is"]
-    assert len(points) == len(suite.sweep.points) == 12
+    assert len(points) == len(suite.sweep.points) == 13
     assert {cell.collision for cell in first} == {True, False}
     for point in suite.sweep.points:
         there = points[point["name"]]

@@ -15,6 +15,7 @@ from obstaclewatch.tracking.approach_sums import (
     _best_sums,
 )
 from obstaclewatch.walker.pitch_oscillation import STEADY
+from obstaclewatch.walker.walking_speed import WALKER_M_S
 
 CELL_M, FIRST_M, CELLS, GROUND_M, AHEAD_S, PERIOD_S, SPEED_M_S = 0.0143, 0.3, 460, 1.3, 0.205, 0.09, 1.25
 
@@ -31,7 +32,7 @@ def _sums(miss_m, height_m=0.0, power=4.0, standing=0.0, beeps=24, seed=3, end_m
             received[at - 2 : at + 2] += np.sqrt(power) * np.exp(2j * np.pi * rng.random())
         received[100:110] += np.sqrt(standing) * np.exp(2j * np.pi * rng.random())
         memory.add(now_s, np.array([received, received]))
-    return memory.sums(time_s[-1], FIRST_M, CELL_M, GROUND_M, STEADY, AHEAD_S)
+    return memory.sums(time_s[-1], FIRST_M, CELL_M, GROUND_M, STEADY, WALKER_M_S, AHEAD_S)
 
 
 @pytest.mark.parametrize("height_m", [0.0, 0.5, 1.3])
@@ -64,7 +65,7 @@ def test_few_beeps_and_a_cleared_memory_say_nothing():
     memory = ApproachMemory(CELLS, 2 * CELLS)
     for beep in range(LEAST_BEEPS):
         memory.add(PERIOD_S * beep, np.ones((2, 2 * CELLS)))
-    place = FIRST_M, CELL_M, GROUND_M, STEADY, AHEAD_S
+    place = FIRST_M, CELL_M, GROUND_M, STEADY, WALKER_M_S, AHEAD_S
     assert memory.sums(1.0, *place) is NO_SUMS
     for beep in range(LEAST_BEEPS, 2 * LEAST_BEEPS):
         memory.add(PERIOD_S * beep, np.ones((2, 2 * CELLS)))

@@ -16,13 +16,13 @@ from obstaclewatch.trajectories.posterior_grid import Expectation, Samples, Traj
 from obstaclewatch.trajectories.prior import (
     HEIGHTS_M,
     RADIUS_M,
-    WALK_RATIO_M_MIN,
     WALL_TILTS_RAD,
     hypotheses,
     speed_density,
 )
 from obstaclewatch.walker.gait import OTHER_M, READING_M, reading_covariance
-from obstaclewatch.walker.pitch_oscillation import Oscillation
+from obstaclewatch.walker.pitch_oscillation import STEADY, Oscillation
+from obstaclewatch.walker.walking_speed import ANYONE, USUAL, WalkingSpeed, walking_speed
 from tests.obstaclewatch.synthetic import BEEP, PHONE, C
 
 LENGTH = PHONE.mic_separation_m
@@ -82,6 +82,19 @@ def test_course_is_told_from_ranges_and_phase(height, radius, miss, collides):
     assert (trajectory.collision > 0.5) == collides
     assert abs(trajectory.collision - collides) < 0.35
     assert trajectory.miss_m == pytest.approx(miss, abs=0.35)
+
+
+def test_who_knows_the_walking_speed_knows_what_is_passed_sooner():
+    """Half a second of a miss by 0.8 m says little of speed and bearing by itself."""
+    grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, None, BASELINE_M)
+    samples = _samples(speed=1.5, miss=0.8, height=0.35, level=0.5, beeps=6, last_m=1.6)
+    anyone, own = (
+        grid.trajectory(grid.posterior(samples, 0.0, GROUND_M, STEADY, walking), 0.0)
+        for walking in (USUAL, WalkingSpeed(1.5, 0.05))
+    )
+    assert abs(own.speed_m_s - 1.5) < 0.5 * abs(anyone.speed_m_s - 1.5)
+    assert own.bearing_std_rad < anyone.bearing_std_rad
+    assert own.collision < anyone.collision
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.2, 0.3])
@@ -151,9 +164,10 @@ def test_a_panel_that_leans_is_placed_where_it_is():
     u_read, u_now = (_mirrored_difference(normal, distance) for distance in (read_m, now_m))
     second = 6.0 * np.exp(-(((OFFSETS_M - u_read[:, None]) / 0.1) ** 2) - 2j * np.pi * u_now[:, None] / WAVELENGTH)
     samples = Samples(time + AHEAD_S, read_m, np.full(24, 0.004), second.astype("c8"))
-    steps = Oscillation(2.0 * np.pi * np.sqrt(1.25 * 60.0 / WALK_RATIO_M_MIN) / 60.0, 0.0j, 0.0j, 0.0j)
+    steps = Oscillation(2.0 * np.pi * np.sqrt(1.25 * 60.0 / ANYONE.m_min) / 60.0, 0.0j, 0.0j, 0.0j)
+    walking = walking_speed(steps.step_rad_s / (2.0 * np.pi))
     grid = TrajectoryGrid(LENGTH, WAVELENGTH, PITCH, 0.25, AHEAD_S, 0.0, BASELINE_M)
-    trajectory = grid.trajectory(grid.posterior(samples, 0.0, GROUND_M, steps), 0.0)
+    trajectory = grid.trajectory(grid.posterior(samples, 0.0, GROUND_M, steps, walking), 0.0)
     assert trajectory.bearing_rad == pytest.approx(angle, abs=np.deg2rad(8.0))
     assert trajectory.collision > 0.7
     assert trajectory.speed_m_s == pytest.approx(1.25, abs=0.1)
@@ -296,7 +310,7 @@ def test_prior_is_half_collisions_and_a_density_of_speeds():
     assert share.sum() == pytest.approx(1.0)
     assert share @ prior.collision == pytest.approx(0.5)
     speed = np.linspace(0.0, 4.0, 4001)
-    assert np.trapezoid(speed_density(speed, 0.0), speed) == pytest.approx(1.0, abs=0.01)
+    assert np.trapezoid(speed_density(speed, *USUAL), speed) == pytest.approx(1.0, abs=0.01)
 
 
 def test_gait_covariance_is_that_of_many_random_steps():
