@@ -60,10 +60,11 @@ def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
 
 def _walk_ratio_m_min(cell: Cell, walk: Walk) -> float | None:
     """What the walker measured of their steps on another day; None if it is not given, or there are no steps."""
-    if not (cell.knowledge.walk_ratio and isinstance(walk, GaitWalk) and walk.motion.step_hz):
+    own = walk.walk_ratio_m_min if cell.knowledge.walk_ratio and isinstance(walk, GaitWalk) else None
+    if own is None:
         return None
     rng = np.random.default_rng(np.random.SeedSequence(cell.seed, spawn_key=STREAM))
-    return walk.speed_m_s / (60.0 * walk.motion.step_hz**2) * (1.0 + FROM_DAY_TO_DAY * float(rng.standard_normal()))
+    return own * (1.0 + FROM_DAY_TO_DAY * float(rng.standard_normal()))
 
 
 def _direct_delay_s(cell: Cell, setting: Situation) -> float:

@@ -213,6 +213,12 @@ class GaitWalk:
         """The gait in use."""
         return Gait.at_speed(self.speed_m_s) if self.gait is None else self.gait
 
+    @property
+    def walk_ratio_m_min(self) -> float | None:
+        """Metres that a step is long for each step a minute; None without steps."""
+        cadence_min = 60.0 * self.motion.step_hz
+        return 60.0 * self.speed_m_s / cadence_min**2 if self.speed_m_s * cadence_min else None
+
     def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N,) times, s, to (N, 2) places in plan without the gait."""
         ahead = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.cells.situations.situation import Situation, until_contact
 from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
-from scenes import GaitWalk, RouteWalk
+from scenes import Gait, GaitWalk, RouteWalk
 from simulator import Air, Material, Obstacle, Phone, Scene
 from simulator.phone.transducers import Transducer
 from simulator.scene.pose import Walk
@@ -107,14 +107,13 @@ def _louder_material(material: Material, level_db: float) -> Material:
 
 def _gait_fields(walk: GaitWalk, change: WalkChange, period_s: float) -> dict[str, Any]:
     fields: dict[str, Any] = change.model_dump(include={"pitch_rad", "roll_rad", "holding"}, exclude_none=True)
-    gait, walks = walk.motion, walk.speed_m_s > 0.0
+    gait = walk.motion
     speed_m_s = walk.speed_m_s if change.speed_m_s is None else change.speed_m_s
-    if walks and (change.speed_m_s is not None or change.gait_scale != 1.0):
+    if walk.speed_m_s > 0.0 and (change.speed_m_s is not None or change.gait_scale != 1.0):
         # one beep more than the path takes: another gait oscillates otherwise, and contact must not fall off the end
         beeps = 1 + math.ceil(walk.duration_s * walk.speed_m_s / speed_m_s / period_s - 1e-9)
         fields |= {"speed_m_s": speed_m_s, "duration_s": beeps * period_s}
-    if walks and change.speed_m_s is not None:
-        own_hz = gait.step_hz * math.sqrt(speed_m_s / walk.speed_m_s)  # at the same walk ratio
-        gait = replace(type(gait).at_speed(speed_m_s, gait.phase_rad), step_hz=own_hz)
+    if change.speed_m_s is not None and walk.walk_ratio_m_min is not None:
+        gait = Gait.at_speed(speed_m_s, gait.phase_rad, walk.walk_ratio_m_min)
     amplitudes = ("bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad")
     return fields | {"gait": replace(gait, **{name: change.gait_scale * getattr(gait, name) for name in amplitudes})}

@@ -171,8 +171,7 @@ def test_a_walker_s_own_walk_ratio_is_one_of_another_day():
         setting = situation_of(cell)
         built = [detector_for(cell, "TrackingDetector", setting, BeepDesign()) for _ in range(2)]
         assert built[0]._walk_ratio == built[1]._walk_ratio
-        own = setting.walk.speed_m_s / (60.0 * setting.walk.motion.step_hz**2)
-        off.append(built[0]._walk_ratio.m_min / own - 1.0)
+        off.append(built[0]._walk_ratio.m_min / setting.walk.walk_ratio_m_min - 1.0)
         still = replace(setting, walk=replace(setting.walk, gait=Gait()))
         assert detector_for(cell, "TrackingDetector", still, BeepDesign())._walk_ratio == ANYONE
         assert isinstance(detector_for(cell, "PaperDetector", setting, BeepDesign()), PaperDetector)

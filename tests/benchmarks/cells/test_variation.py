@@ -75,6 +75,8 @@ def test_gait_can_be_taken_away_and_speed_changed():
     short_steps = Gait.at_speed(1.2, walk_ratio_m_min=0.0055)
     own = changed_walk(replace(walk, gait=short_steps), WalkChange(speed_m_s=0.8), PERIOD_S)
     assert own.motion.step_hz == pytest.approx(Gait.at_speed(0.8, walk_ratio_m_min=0.0055).step_hz)
+    gliding = changed_walk(replace(walk, gait=Gait()), WalkChange(speed_m_s=0.8), PERIOD_S)
+    assert gliding.motion == Gait()  # had amplitudes of 0.8 m/s, at a standstill
     with pytest.raises(ValueError, match="walk with gait"):
         changed_walk(StraightWalk(np.zeros(3), 0.0, 1.0, 1.0), WalkChange(pitch_rad=0.1), PERIOD_S)
 

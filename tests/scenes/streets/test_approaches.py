@@ -78,7 +78,7 @@ def test_the_same_whatever_was_made_before() -> None:
 def test_steps_tell_the_speed_no_better_than_peoples_do() -> None:
     """Cause: every walker had the same walk ratio, so that a detector could read the speed off the steps exactly."""
     walks = [_endless_walk(np.random.default_rng(seed), 1.3) for seed in range(200)]
-    ratios = np.array([walk.speed_m_s / (60.0 * walk.motion.step_hz**2) for walk in walks]) / WALK_RATIO_M_PER_STEPS_MIN
+    ratios = np.array([walk.walk_ratio_m_min for walk in walks]) / WALK_RATIO_M_PER_STEPS_MIN
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
     assert np.std(ratios) == pytest.approx(0.12, abs=0.02)
 

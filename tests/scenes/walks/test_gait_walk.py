@@ -23,6 +23,15 @@ def test_standing_still_has_no_gait() -> None:
     np.testing.assert_array_equal(position, np.tile([0.0, 0.0, 1.3], (50, 1)))
 
 
+def test_a_walk_has_its_walkers_walk_ratio() -> None:
+    """None without steps: standing, or gliding."""
+    start = np.array([0.0, 0.0, 1.3])
+    own = GaitWalk(start, speed_m_s=0.9, gait=Gait.at_speed(0.9, walk_ratio_m_min=0.0058))
+    assert own.walk_ratio_m_min == pytest.approx(0.0058)
+    assert GaitWalk(start, speed_m_s=0.0).walk_ratio_m_min is None
+    assert GaitWalk(start, speed_m_s=0.9, gait=Gait()).walk_ratio_m_min is None
+
+
 def test_cadence_follows_from_the_walk_ratio() -> None:
     """At 62 m/min people take 98 steps a minute (Murakami and Otaka 2017)."""
     assert Gait.at_speed(62.0 / 60.0).step_hz * 60.0 == pytest.approx(98.0, rel=0.002)
