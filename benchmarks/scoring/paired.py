@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from benchmarks.scoring.statistics import BOOTSTRAP, mcnemar
+from benchmarks.scoring.statistics import BOOTSTRAP, expanded_confidence, mcnemar
 
 Summary = Callable[..., Any]
 """`np.median` or `np.mean`."""
@@ -67,7 +67,7 @@ class Shift:
 def shift_of(
     before: Mapping[str, float], now: Mapping[str, float], summary: Summary, confidence: float = 0.95
 ) -> Shift:
-    """Bootstrap the summary of the paired differences over walks (Efron and Tibshirani 1993, percentile interval)."""
+    """Bootstrap the summary of the paired differences over walks, by expanded percentiles."""
     labels = sorted(before.keys() & now.keys())
     pairs = np.array([(before[label], now[label]) for label in labels], dtype=np.float64).reshape(-1, 2)
     had, has = (int(np.isfinite(pairs[:, k]).sum()) for k in (0, 1))
@@ -80,6 +80,6 @@ def shift_of(
         return Shift(value, value, value, 1, had, has)
     low, high = scipy.stats.bootstrap(
         (difference,), summary, n_resamples=BOOTSTRAP, batch=max(1, BATCH_VALUES // len(difference)), vectorized=True,
-        confidence_level=2.0 * confidence - 1.0, method="percentile", rng=0,
+        confidence_level=expanded_confidence(2.0 * confidence - 1.0, len(difference)), method="percentile", rng=0,
     ).confidence_interval  # fmt: skip
     return Shift(value, float(low), float(high), len(difference), had, has)

@@ -154,10 +154,24 @@ def paired_interval(gained: int, lost: int, n: int) -> tuple[float, float]:
     return float(low * (many if low < 0.0 else few)), float(high * (many if high > 0.0 else few))
 
 
+def expanded_confidence(confidence: float, n: int) -> float:
+    """At which a percentile interval of n resampled values is as wide as Student's t makes it for so few.
+
+    Resamples have (n - 1) / n of the variance, and their percentiles are those of a normal distribution (Hesterberg
+    2015, Am. Stat. 69:371). Of the medians of 8 and 15 walks 95 % intervals held the true one 92 and 94 times in 100,
+    and 88 and 92 times without; of P80 of 15 walks 91 and 88 times, of P90 of 30 walks 92 and 89 times.
+
+    >>> print(f"{expanded_confidence(0.95, 10):.3f}, {expanded_confidence(0.95, 200):.3f}")
+    0.983, 0.952
+    """
+    tail = scipy.stats.t.ppf(0.5 * (1.0 - confidence), n - 1) * np.sqrt(n / (n - 1))
+    return float(1.0 - 2.0 * scipy.stats.norm.cdf(tail))
+
+
 def quantile_with_interval(
     values: ArrayLike, q: float, clusters: ArrayLike | None = None
 ) -> tuple[float, float, float, int]:
-    """`quantile` of the finite values with a 95 % percentile interval of a cluster bootstrap.
+    """`quantile` of the finite values with a 95 % interval: expanded percentiles of a cluster bootstrap.
 
     Args:
         values: (n,) NaN is left out.
@@ -187,7 +201,7 @@ def quantile_with_interval(
 
 
 def _cluster_bootstrap(data: Floats, labels: NDArray, q: float) -> tuple[float, float]:
-    """Ends of the 95 % percentile interval of a quantile over resampled clusters, by weighting the sorted values.
+    """Ends of the 95 % interval of a quantile over resampled clusters, by weighting the sorted values.
 
     Few resamples at a time: a run has 10^5 beeps, and all at once would take gigabytes.
     """
@@ -208,7 +222,8 @@ def _cluster_bootstrap(data: Floats, labels: NDArray, q: float) -> tuple[float, 
         found: Floats = ranked[(weight < wanted).sum(axis=1)]
         return found
 
-    found = scipy.stats.bootstrap(
-        (np.arange(len(names)),), quantiles, n_resamples=BOOTSTRAP, method="percentile", vectorized=True, rng=0
-    )
-    return float(found.confidence_interval.low), float(found.confidence_interval.high)
+    low, high = scipy.stats.bootstrap(
+        (np.arange(len(names)),), quantiles, n_resamples=BOOTSTRAP, vectorized=True,
+        confidence_level=expanded_confidence(0.95, len(names)), method="percentile", rng=0,
+    ).confidence_interval  # fmt: skip
+    return float(low), float(high)
