@@ -37,8 +37,6 @@ step a minute (Bogen et al. 2018, Gait Posture 61)."""
 OWN_SPREAD = 0.03
 """From one test to the next of 40 people step length differed by 2.1 % and cadence by 2.1 % (standard errors of
 measurement, jkema.org 9-2-208, table 1)."""
-
-
 CADENCE_SPREAD = 0.02
 """Relative deviation of the cadence, as the ground's echo gives it."""
 
