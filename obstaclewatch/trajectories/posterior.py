@@ -106,7 +106,8 @@ def posterior(
         oscillation_at(oscillation, hit_s),
     )
     found = agreement(bodies, receivers, since_s, range_m, covariance, second, oscillation_read, oscillation_hit)
-    density = speed_density(found.closing_m_s / prior.nearing, walking[0], walking[1])
+    own_m_s, std_m_s = walking
+    density = speed_density(found.closing_m_s / prior.nearing, own_m_s, std_m_s)
     share = shares(prior.log_share, found, density, prior.has_phase, prior.phase_rad)
     misfit = float(found.misfit[np.argmin(found.misfit)]) / len(time_s)
     return share, found.ahead_m, found.closing_m_s, misfit

@@ -162,8 +162,7 @@ class OscillationEstimator:
     @property
     def step_hz(self) -> float:
         """Steps a second: the median of what the last beeps said; 0 where none said any."""
-        said = [rate for rate in self._rates_rad_s if rate > 0.0]
-        return float(np.median(said)) / (2.0 * np.pi) if said else 0.0
+        return self._step_rad_s() / (2.0 * np.pi)
 
     def set_pitch(self, pitch_rad: float) -> None:
         """Take another pitch of the phone for the mean; what was received stays."""
@@ -199,10 +198,16 @@ class OscillationEstimator:
 
     def _tried(self) -> slice:
         """Which rates come into question: those about the walker's own where it is known for a second or more."""
-        if sum(rate > 0.0 for rate in self._rates_rad_s) < LEAST_BEEPS:
+        usual_rad_s = self._step_rad_s(LEAST_BEEPS)
+        if usual_rad_s == 0.0:
             return slice(None)
-        own = int(np.argmin(np.abs(STEP_RAD_S - 2.0 * np.pi * self.step_hz)))
+        own = int(np.argmin(np.abs(STEP_RAD_S - usual_rad_s)))
         return slice(max(own - NEAR_RATES, 0), own + NEAR_RATES + 1)
+
+    def _step_rad_s(self, least_beeps: int = 1) -> float:
+        """The median rate of the beeps that said one; 0 where fewer did."""
+        said = [rate for rate in self._rates_rad_s if rate > 0.0]
+        return float(np.median(said)) if len(said) >= least_beeps else 0.0
 
     def _pitch_per_phase(self, height_m: float) -> float:
         """du = -wavelength / 2 pi dphase, and du/dpitch as above."""

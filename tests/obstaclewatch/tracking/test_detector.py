@@ -93,9 +93,9 @@ def _one_sample_lost(samples):
 @pytest.mark.parametrize("ratio", [20e-6, -100e-6])
 def test_another_clock_changes_no_decision(ratio):
     """The direct sound and its ringing stayed in what moves: of seven rendered walks past things 20 ppm raised false
-    alerts on five. Here the probability of a collision rose from 0.02 to 0.05 and 0.08."""
+    alerts on five. Here the probability of a collision was off by 0.03 and 0.06."""
     ringing = Point(0.35, gain=3.0, carried=True)
-    samples = record([GROUND, ringing, Point(5.0, 1.8, gain=0.1)], speed_m_s=1.3, **WALK)
+    samples = record([GROUND, ringing, Point(5.0, 2.2, gain=0.1)], speed_m_s=1.3, **WALK)
     whole, other = (
         [found.decision for found in TrackingDetector(BEEP, PHONE).stream(Recording(each, BEEP.sample_rate_hz))]
         for each in (samples, at_another_clock(samples, ratio))
@@ -104,7 +104,7 @@ def test_another_clock_changes_no_decision(ratio):
     assert len(both) >= len(whole) - 1
     assert not any(decision.alert for decision in other)
     stated = np.array([[each.collision_probability for each in pair] for pair in both])
-    assert np.nanmax(stated[:, 0]) > 0.015
+    assert np.nanmax(stated[:, 0]) > 0.03
     np.testing.assert_allclose(stated[:, 1], stated[:, 0], atol=0.006)
 
 
