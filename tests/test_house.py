@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 from pathlib import Path
 
@@ -42,6 +43,19 @@ def test_rooms_stand_on_few_levels_without_a_circle(package):
         assert ready, f"a circle among {sorted(below.keys() - level.keys())}"
         level |= {room: 1 + max((level[other] for other in below[room]), default=0) for room in ready}
     assert 3 <= max(level.values()) <= MOST_LEVELS
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_module_asks_its_own_package_for_names(package):
+    """A package loads its public names when it is asked for one, and so would load the module that asks once more: it
+    fails where that module is the first to be imported. `import scenes.obstacles as obstacles` asks for a module."""
+    asking = [
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / package).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module == package and node.level == 0
+    ]
+    assert asking == []
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import trimesh
 
-from scenes import obstacles
+import scenes.obstacles as obstacles
 from scenes.obstacles.solids import box, cylinder
 
 
