@@ -25,7 +25,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats
 from simulator.field.outlines import behind_outlines, reach_at
 from simulator.field.unfolded_segments import Segments, at_rest, segments_of
 from simulator.world.candidates import Candidates
-from simulator.world.frames import into_rest
+from simulator.world.frames import into_rest, rotated
 from simulator.world.interactions import Interaction
 from simulator.world.search_context import Search
 
@@ -62,18 +62,21 @@ def behind_rounded(search: Search, found: Candidates, frequency_hz: Floats) -> C
 
 
 def _near(segments: Segments, frame: Floats, box_m: Floats, reach: float) -> Flags:
-    """(G, P) whether a segment comes so near a box that what it holds may be within reach, |w| at most.
+    """(G, P) whether what a box holds may be in the way of a segment: within reach of the ray, |w| at most.
+
+    A mirror may stand obliquely: what is before it can lie beyond the end of a segment, as far as the ray goes.
 
     Args:
         frame: (G, P, 4) where the boxes rest.
         box_m: (P, 2, 3) in these frames.
     """
     middle, half = box_m[:, 0], box_m[:, 1]
-    here, there = (into_rest(point[:, None], frame) - middle for point in (segments.start_m, segments.end_m))
-    width = half + (0.5 * reach * np.sqrt(segments.total_m))[:, None, None]
-    step = there - here
+    here = into_rest(segments.start_m[:, None], frame) - middle
+    step = rotated(segments.ahead[:, None], -frame[..., 3])
     step = np.where(step == 0.0, 1e-300, step)
+    width = half + (0.5 * reach * np.sqrt(segments.total_m))[:, None, None]
     one, other = (-width - here) / step, (width - here) / step
     enter, leave = np.minimum(one, other).max(axis=-1), np.maximum(one, other).min(axis=-1)
-    found: Flags = np.maximum(enter, 0.0) <= np.minimum(leave, 1.0)
+    before = segments.before_m[:, None]
+    found: Flags = np.maximum(enter, -before) <= np.minimum(leave, segments.total_m[:, None] - before)
     return found
