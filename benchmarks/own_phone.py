@@ -84,6 +84,8 @@ def load_phone(path: Path) -> PhoneFile:
     Raises:
         ValueError: not YAML, or neither.
     """
+    if not path.is_file():
+        raise ValueError(f"phone '{path}' must be a file, got {'a folder' if path.is_dir() else 'none of that name'}")
     data = parsed(read_text(path, "phone"), str(path), "phone")[0]
     if isinstance(data, dict) and "obstacles" in data:
         return phone_file(load_encounter(path).phone.geometry)

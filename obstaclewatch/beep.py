@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_finite, as_floats, as_number, hold_numbers
 from obstaclewatch.support.arrays import Floats
 
 LEAST_TAPER = 0.01  # what rises faster is a click
@@ -54,10 +54,7 @@ class BeepDesign:
     taper: float = 1.0
 
     def __post_init__(self) -> None:
-        check_numbers(
-            start_hz=self.start_hz, stop_hz=self.stop_hz, duration_s=self.duration_s, gap_s=self.gap_s,
-            sample_rate_hz=self.sample_rate_hz, taper=self.taper,
-        )  # fmt: skip
+        hold_numbers(self, "start_hz", "stop_hz", "duration_s", "gap_s", "sample_rate_hz", "taper")
         for name in ("start_hz", "stop_hz", "duration_s", "sample_rate_hz"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
@@ -101,9 +98,15 @@ class BeepDesign:
     def beeps_in(self, duration_s: float) -> int:
         """Whole periods within a duration, which rounding does not make one fewer.
 
+        Raises:
+            ValueError: a duration that is negative or not finite.
+
         >>> BeepDesign().beeps_in(0.27)
         3
         """
+        duration_s = as_number("duration_s", duration_s)
+        if not 0.0 <= duration_s < math.inf:
+            raise ValueError(f"duration_s must be finite and not negative, got {duration_s}")
         return math.floor(duration_s / self.period_s + 1e-9)
 
     @property
@@ -122,20 +125,35 @@ class BeepDesign:
         return self.center_hz / self.chirp_rate_hz_s
 
     def window(self, time_s: ArrayLike) -> Floats:
-        """Hann window, or Tukey's, at times after the start of the beep; exactly zero outside it."""
-        t = np.asarray(time_s, dtype=np.float64)
+        """Hann window, or Tukey's, at times after the start of the beep; exactly zero outside it.
+
+        Raises:
+            ValueError: times that are not numbers.
+        """
+        t = as_floats("time_s", time_s)
+        if np.isnan(t).any():
+            raise ValueError("time_s must be numbers, got NaN")
         to_end = np.minimum(t, self.duration_s - t)
         risen = np.minimum(np.maximum(to_end, 0.0) / (self.taper * self.duration_s), 0.5)
         return np.sin(np.pi * risen) ** 2
 
     def phase_rad(self, time_s: ArrayLike) -> Floats:
-        """Phase of the chirp, 2 pi (f0 t + k t^2 / 2), rad."""
-        t = np.asarray(time_s, dtype=np.float64)
+        """Phase of the chirp, 2 pi (f0 t + k t^2 / 2), rad.
+
+        Raises:
+            ValueError: times that are not finite numbers.
+        """
+        t = as_finite("time_s", time_s)
         return 2.0 * np.pi * (self.start_hz + 0.5 * self.chirp_rate_hz_s * t) * t
 
     def waveform(self, time_s: ArrayLike) -> Floats:
-        """The beep at any times, s, peak 1."""
-        return self.window(time_s) * np.cos(self.phase_rad(time_s))
+        """The beep at any times, s, peak 1; zero outside it, also at infinity.
+
+        Raises:
+            ValueError: times that are not numbers.
+        """
+        t = as_floats("time_s", time_s)
+        return self.window(t) * np.cos(self.phase_rad(np.where(np.isinf(t), 0.0, t)))
 
     def samples(self) -> Floats:
         """(n,) the beep sampled at `sample_rate_hz`; 9600 samples for the paper's beep."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import as_floats, as_reals, check_numbers
+from obstaclewatch.support.argument_types import as_floats, as_reals, check_types, hold_numbers
 from obstaclewatch.support.arrays import Floats, Singles
 
 
@@ -38,6 +38,7 @@ class PhoneGeometry:
     mics_m: Floats
 
     def __post_init__(self) -> None:
+        check_types(name=(self.name, str))
         object.__setattr__(self, "speaker_m", _checked(self.speaker_m, (3,), "speaker_m"))
         object.__setattr__(self, "mics_m", _checked(self.mics_m, (2, 3), "mics_m"))
         if self.mic_separation_m == 0.0:
@@ -59,7 +60,8 @@ class Recording:
     """A two-channel recording; channel k is microphone k.
 
     Attributes:
-        samples: (2, N) float32, relative to digital full scale.
+        samples: (2, N) float32, relative to digital full scale; a view that cannot be written through. Where float32 is
+            given it is not copied, as ten minutes are a gigabyte: that array must not change any more.
         sample_rate_hz: samples per second.
 
     Raises:
@@ -74,16 +76,18 @@ class Recording:
     sample_rate_hz: float
 
     def __post_init__(self) -> None:
-        samples = np.ascontiguousarray(as_reals("samples", self.samples), dtype=np.float32)
+        with np.errstate(over="ignore"):  # what float32 does not hold is refused as infinite
+            samples = np.ascontiguousarray(as_reals("samples", self.samples), dtype=np.float32).view()
         if samples.ndim != 2 or samples.shape[0] != 2:
             raise ValueError(f"samples must have shape (2, N), one row per microphone, got {samples.shape}")
         if samples.shape[1] == 0:
             raise ValueError("samples must hold at least one sample per microphone, got none")
         if not np.isfinite([samples.min(), samples.max()]).all():
             raise ValueError(f"samples must be finite, got {int((~np.isfinite(samples)).sum())} NaN or infinite values")
-        check_numbers(sample_rate_hz=self.sample_rate_hz)
+        hold_numbers(self, "sample_rate_hz")
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise ValueError(f"sample_rate_hz must be positive, got {self.sample_rate_hz}")
+        samples.setflags(write=False)
         object.__setattr__(self, "samples", samples)
 
     def __repr__(self) -> str:

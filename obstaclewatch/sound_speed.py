@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_numbers
 
 DRY_AIR_J_KG_K = 287.05
 KELVIN = 273.15
@@ -29,7 +29,9 @@ def assumed_sound_speed(temperature_c: float, relative_humidity: float = 0.5, pr
     >>> print(f"{assumed_sound_speed(20.0):.1f} m/s at 20 C, {assumed_sound_speed(0.0):.1f} m/s at 0 C")
     343.9 m/s at 20 C, 331.5 m/s at 0 C
     """
-    check_numbers(temperature_c=temperature_c, relative_humidity=relative_humidity, pressure_pa=pressure_pa)
+    temperature_c, relative_humidity, pressure_pa = as_numbers(
+        temperature_c=temperature_c, relative_humidity=relative_humidity, pressure_pa=pressure_pa
+    )
     if not -80.0 <= temperature_c <= 70.0:
         raise ValueError(f"temperature_c must lie within -80..70, got {temperature_c}")
     if not 0.0 <= relative_humidity <= 1.0:

@@ -127,7 +127,7 @@ class Paths:
         Raises:
             ValueError: anything else, such as a single number.
         """
-        index = as_rows(mask)
+        index = as_rows(mask, len(self))
         rows: dict[str, Any] = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in _SHARED}
         return replace(self, **rows)
 
@@ -210,11 +210,11 @@ def _frequencies(frequency_hz: ArrayLike) -> Floats:
     return frequency
 
 
-def as_rows(chosen: ArrayLike | slice) -> Any:
-    """A mask, an index array or a slice as numpy takes it: what it selects of columns are columns.
+def as_rows(chosen: ArrayLike | slice, count: int) -> Any:
+    """A mask, an index array or a slice as numpy takes it: what it selects of columns of `count` rows are columns.
 
     Raises:
-        ValueError: anything else, such as a single number.
+        ValueError: anything else, such as a single number, or a mask of another length.
     """
     if isinstance(chosen, slice):
         return chosen
@@ -223,6 +223,8 @@ def as_rows(chosen: ArrayLike | slice) -> Any:
         return index.astype(np.int64)
     if index.ndim != 1 or index.dtype.kind not in "biu":
         raise ValueError(f"paths must be selected by a mask, an index array or a slice, got {reprlib.repr(chosen)}")
+    if index.dtype == bool and len(index) != count:
+        raise ValueError(f"a mask must have one truth value for each of {count} paths, got {len(index)}")
     return index
 
 

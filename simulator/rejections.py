@@ -67,7 +67,7 @@ class Rejections:
 
     def __getitem__(self, mask: ArrayLike) -> Rejections:
         """Those that a boolean mask, an index array or a slice selects."""
-        index = as_rows(mask)
+        index = as_rows(mask, len(self))
         return replace(self, **{f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "counts"})
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
-from obstaclewatch.support.argument_types import check_numbers, check_seed, check_types
+from obstaclewatch.support.argument_types import as_number, check_seed, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints, Singles
 from simulator.field.motion import Motion, check_smooth, fastest_closing_m_s, motion_within, velocities_of
 from simulator.paths import Paths
@@ -150,14 +150,14 @@ def beep_count(walk: Walk, beep: BeepDesign) -> int:
     Raises:
         ValueError: there is none, or the duration is no finite number or above four hours.
     """
-    check_numbers(duration_s=walk.duration_s)
-    if not np.isfinite(walk.duration_s):
-        raise ValueError(f"duration_s of the walk must be finite, got {walk.duration_s}")
-    if walk.duration_s > LONGEST_S:
-        raise ValueError(f"the walk must last at most {LONGEST_S:g} s, got {walk.duration_s:g} s")
-    count = beep.beeps_in(walk.duration_s)
+    duration_s = as_number("duration_s", walk.duration_s)
+    if not np.isfinite(duration_s):
+        raise ValueError(f"duration_s of the walk must be finite, got {duration_s}")
+    if duration_s > LONGEST_S:
+        raise ValueError(f"the walk must last at most {LONGEST_S:g} s, got {duration_s:g} s")
+    count = beep.beeps_in(max(duration_s, 0.0))
     if count < 1:
-        raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {walk.duration_s} s")
+        raise ValueError(f"the walk must last one beep period ({beep.period_s} s) or more, got {duration_s} s")
     return count
 
 

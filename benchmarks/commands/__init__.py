@@ -17,6 +17,8 @@ ALLOW_CODE = "allow the modules that a suite file, not one of this project, name
 """Help of the option `--allow-code`."""
 OF_APPROACH: tuple[str, ...] = ("index", "collision")
 """Options that say which approach of a category."""
+SOUNDS = (".wav", ".flac")
+"""Suffixes of the recordings that are written."""
 
 
 class Real(click.types.FloatParamType):
@@ -51,7 +53,7 @@ def check_output(path: Path, option: str, suffixes: Sequence[str], others: Itera
         others: what the command reads, or writes as well.
 
     Raises:
-        ValueError: another suffix, no such folder, or one of the others, by whichever name.
+        ValueError: another suffix, no such folder, a folder in its place, or one of the others, by whichever name.
 
     >>> check_output(Path("paths.json"), "--paths", (".json",), [Path("walk.flac")])
     """
@@ -59,6 +61,8 @@ def check_output(path: Path, option: str, suffixes: Sequence[str], others: Itera
         raise ValueError(f"{option} must end in {' or '.join(suffixes)}, got '{path}'")
     if not path.parent.is_dir():
         raise ValueError(f"the folder of '{path}' must exist")
+    if path.is_dir():
+        raise ValueError(f"{option} must be a file, got the folder '{path}'")
     for other in others:
         if path == other or (path.exists() and other.exists() and path.samefile(other)):
             raise ValueError(f"{option} must be another file than '{other}', got '{path}'")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from benchmarks.commands import Real, RealRange, check_output
+from benchmarks.commands import SOUNDS, Real, RealRange, check_output
 
 if TYPE_CHECKING:
     from obstaclewatch import BeepDesign, PhoneGeometry, Recording
@@ -69,6 +69,7 @@ def beep(
     from obstaclewatch import BeepDesign, Recording, write_recording
     from obstaclewatch.recordings.live import played_period
 
+    check_output(output, "OUTPUT", SOUNDS)
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate)
     sounds = [[side in ("both", "left")], [side in ("both", "right")]]
     period = np.where(sounds, played_period(design, level), 0.0)

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from benchmarks.commands import OF_APPROACH, Real, check_output, check_pitch, given, refuse_given
+from benchmarks.commands import OF_APPROACH, SOUNDS, Real, check_output, check_pitch, given, refuse_given
 
 if TYPE_CHECKING:
     from scenes import Encounter
     from simulator.paths import Paths
 
-SUFFIXES = (".wav", ".flac")
 STRAIGHT: tuple[str, ...] = ("start", "heading", "speed", "duration", "pitch")
 """Options of a straight walk."""
 
@@ -54,7 +53,7 @@ def simulate(
     from simulator import Fidelity, Phone, render_pieces
     from simulator.render import beep_count, trace_walk
 
-    check_output(output, "--output", SUFFIXES, [Path(scene)])
+    check_output(output, "--output", SOUNDS, [Path(scene)])
     if paths is not None:
         check_output(paths, "--paths", (".json",), [Path(scene), output])
     beep, fidelity = BeepDesign(), Fidelity()

@@ -38,6 +38,9 @@ def operating_point(hits: Floats, misses: Floats, true_negative_rate: float) -> 
     Returns:
         None without walks of both kinds, or if a score is NaN: the detector states none.
 
+    Raises:
+        ValueError: a rate that is not above 0 and at most 1.
+
     >>> import numpy as np
     >>> point = operating_point(np.array([0.2, 0.6, 0.9]), np.array([0.0, 0.1, 0.1, 0.5]), 0.75)
     >>> point.threshold, point.true_positive.k, point.true_negative.k
@@ -45,6 +48,8 @@ def operating_point(hits: Floats, misses: Floats, true_negative_rate: float) -> 
     >>> round(point.true_positive.low, 2), point.true_positive.high
     (0.0, 1.0)
     """
+    if not 0.0 < true_negative_rate <= 1.0:
+        raise ValueError(f"true_negative_rate must be above 0 and at most 1, got {true_negative_rate}")
     if len(hits) == 0 or len(misses) == 0 or np.isnan(hits).any() or np.isnan(misses).any():
         return None
     quiet = int(np.ceil(true_negative_rate * len(misses) - 1e-9))

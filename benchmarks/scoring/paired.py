@@ -34,8 +34,8 @@ class Change:
 
     @property
     def loss_points(self) -> float:
-        """Loss of the rate in percentage points; negative is a gain."""
-        return 100.0 * (self.lost - self.gained) / self.n
+        """Loss of the rate in percentage points; negative is a gain, NaN of no walks."""
+        return 100.0 * (self.lost - self.gained) / self.n if self.n else float("nan")
 
 
 def change_of(before: Mapping[str, bool], now: Mapping[str, bool]) -> Change:

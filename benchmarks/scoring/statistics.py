@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -46,16 +47,25 @@ def exact_rate(k: int, n: int) -> Rate:
     Raises:
         ValueError: k outside 0..n.
     """
-    if not 0 <= k <= n:
-        raise ValueError(f"k must lie within 0..n, got {k} of {n}")
+    _check_count(k, n)
     if n == 0:
         return Rate(0, 0, float("nan"), float("nan"))
     interval = scipy.stats.binomtest(k, n).proportion_ci(method="exact")
     return Rate(k, n, float(interval.low), float(interval.high))
 
 
+def _check_count(k: int, n: int) -> None:
+    if not 0 <= k <= n:
+        raise ValueError(f"k must lie within 0..n, got {k} of {n}")
+
+
 def lower_bound(k: int, n: int, confidence: float = 0.95) -> float:
-    """One-sided exact lower bound of a proportion (Clopper and Pearson 1934), for gates; NaN where n is 0."""
+    """One-sided exact lower bound of a proportion (Clopper and Pearson 1934), for gates; NaN where n is 0.
+
+    Raises:
+        ValueError: k outside 0..n.
+    """
+    _check_count(k, n)
     if n == 0:
         return float("nan")
     return float(scipy.stats.binomtest(k, n, alternative="greater").proportion_ci(confidence, method="exact").low)
@@ -65,7 +75,7 @@ def needed_of(n: int, claim: float, confidence: float = 0.95) -> int | None:
     """Least k of n whose `lower_bound` reaches a claimed proportion; None if even n of n does not."""
     if n == 0 or lower_bound(n, n, confidence) < claim:
         return None
-    below, enough = 0, n
+    below, enough = -1, n
     while enough - below > 1:
         middle = (below + enough) // 2
         if lower_bound(middle, n, confidence) >= claim:
@@ -97,7 +107,12 @@ def upper_quantile_bound(values: ArrayLike, q: float, confidence: float = 0.95) 
     """One-sided exact upper bound of a quantile: an order statistic (Conover 1999, 3.2), NaN with too few values.
 
     The k-th smallest of n values lies above the quantile unless fewer than k lie below it; their number is binomial.
+
+    Raises:
+        ValueError: q outside 0 to 1.
     """
+    if not 0.0 <= q <= 1.0:
+        raise ValueError(f"q must lie within 0..1, got {q}")
     ranked = np.sort(np.asarray(values, dtype=np.float64))
     k = int(scipy.stats.binom.ppf(confidence, len(ranked), q))
     return float(ranked[k]) if k < len(ranked) else float("nan")
@@ -109,10 +124,15 @@ def share_of_clusters(hits: ArrayLike, clusters: ArrayLike) -> tuple[float, floa
     Clopper and Pearson's interval of as many trials as would spread by themselves like the share over clusters (Korn
     and Graubard 1998); at shares of 0 and 1, and of one cluster, as many as there are clusters. NaN without any.
 
+    Raises:
+        ValueError: hits that are NaN, or not one cluster for each.
+
     >>> [round(end, 2) for end in share_of_clusters([True] * 30, [1, 2, 3] * 10)]
     [1.0, 0.29, 1.0]
     """
     hit, (names, owner) = np.asarray(hits, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)
+    if len(hit) != len(owner) or np.isnan(hit).any():
+        raise ValueError(f"hits must be truth values, one for each of {len(owner)} clusters, got {reprlib.repr(hits)}")
     if len(hit) == 0:
         return float("nan"), float("nan"), float("nan")
     share, count = float(hit.mean()), len(names)

@@ -18,7 +18,7 @@ from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest, size_from_radius
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.sample_faults import one_is_the_other
-from obstaclewatch.recordings.streaming import check_arguments, reach_s
+from obstaclewatch.recordings.streaming import checked_arguments, reach_s
 from obstaclewatch.signal.damaged_beeps import DamagedBeeps
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.echoes import (
@@ -81,7 +81,7 @@ class EchoPipeline:
         sound_speed_m_s: float,
         pitch_rad: float | None,
     ) -> None:
-        check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
+        sound_speed_m_s, pitch_rad = checked_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         errata = settings.errata
         self.settings = settings
         self.sound_speed_m_s = sound_speed_m_s if errata.given_sound_speed else PRINTED_SOUND_SPEED_M_S

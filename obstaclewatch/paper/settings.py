@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from obstaclewatch.paper.errata import Errata
-from obstaclewatch.support.argument_types import check_counts, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_number, check_counts, check_types, hold_numbers
 
+MOST_COUNT = 10_000
 COUNTS = ("max_candidates", "votes_needed", "votes_of")
 PAIRS = ("closing_speed_m_s", "body_distance_m", "crest_radius")
 OPTIONAL = ("crest_radius", "direct_delay_s")
@@ -96,7 +98,7 @@ class PaperSettings:
     errata: Errata = field(default_factory=Errata)
 
     def __post_init__(self) -> None:
-        self._check_types()
+        self._hold_types()
         if not 0.0 < self.near_m < self.far_m < np.inf:
             raise ValueError(f"near_m and far_m must be 0 < near_m < far_m, got {self.near_m} and {self.far_m}")
         if not 1 <= self.votes_needed <= self.votes_of:
@@ -143,8 +145,8 @@ class PaperSettings:
         check_types(settings=(settings, cls))
         return settings
 
-    def _check_types(self) -> None:
-        """Refuse what no comparison can refuse: texts, fractions of a count, one number for two."""
+    def _hold_types(self) -> None:
+        """Hold Python's own numbers, and refuse what no comparison can refuse: texts, fractions of a count."""
         check_types(errata=(self.errata, Errata))
         for name in (each.name for each in fields(self) if each.name != "errata"):
             value = getattr(self, name)
@@ -152,12 +154,15 @@ class PaperSettings:
                 continue
             if name in COUNTS:
                 check_counts(1, **{name: value})
+                if value > MOST_COUNT:
+                    raise ValueError(f"{name} must be at most {MOST_COUNT}, got {reprlib.repr(value)}")
+                object.__setattr__(self, name, int(value))
             elif name not in PAIRS:
-                check_numbers(**{name: value})
+                hold_numbers(self, name)
             elif not isinstance(value, (tuple, list)) or len(value) != 2:
                 raise ValueError(f"{name} must be two numbers, got {value!r}")
             else:
-                check_numbers(**{f"{name}[0]": value[0], f"{name}[1]": value[1]})
+                object.__setattr__(self, name, tuple(as_number(f"{name}[{k}]", value[k]) for k in (0, 1)))
 
     def _check_numbers(self) -> None:
         """Refuse what would stop all detections without an error: NaN is below, above and within nothing."""

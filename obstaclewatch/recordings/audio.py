@@ -105,6 +105,8 @@ def _as_path(path: str | os.PathLike[str]) -> Path:
 def _pieces(recording: Recording | Iterable[Recording]) -> Iterator[Recording]:
     """The recording in pieces that cost little while they are written."""
     check_types(recording=(recording, Recording | Iterable))
+    if isinstance(recording, np.ndarray) and recording.ndim == 0:
+        raise ValueError(f"recording must be of type Recording or Iterable, got {recording!r}")
     for piece in [recording] if isinstance(recording, Recording) else recording:
         check_types(recording=(piece, Recording))
         for start in range(0, piece.samples.shape[1], _PIECE):

@@ -21,6 +21,7 @@ from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
 from obstaclewatch.signal.direct_sound import direct_sound
 from obstaclewatch.signal.matched_filter import MatchedFilter
+from obstaclewatch.support.argument_types import check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 
 AIR_M_S = (310.0, 365.0)
@@ -82,6 +83,7 @@ def calibrate(recording: Recording, beep: BeepDesign, phone: PhoneGeometry) -> C
         NoBeepError: no complete beep.
         ValueError: the recording's rate is not the beep's.
     """
+    check_types(recording=(recording, Recording), beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
     if recording.sample_rate_hz != beep.sample_rate_hz:
         raise ValueError(f"the recording's rate must be {beep.sample_rate_hz} Hz, got {recording.sample_rate_hz} Hz")
     finder = BeepFinder(beep, float(phone.speaker_to_mic_m[0]) / NOMINAL_M_S)

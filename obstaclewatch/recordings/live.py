@@ -13,6 +13,7 @@ import numpy as np
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import Recording
+from obstaclewatch.support.argument_types import as_numbers, check_types
 from obstaclewatch.support.arrays import Singles
 
 
@@ -29,6 +30,8 @@ def live_pieces(beep: BeepDesign, duration_s: float, level: float = 0.5) -> Iter
     Raises:
         ValueError: a duration or level out of range; sounddevice is missing; or there is no such sound device.
     """
+    check_types(beep=(beep, BeepDesign))
+    duration_s, level = as_numbers(duration_s=duration_s, level=level)
     if not duration_s > 0.0:
         raise ValueError(f"duration_s must be positive, got {duration_s}")
     if not 0.0 < level <= 1.0:

@@ -14,12 +14,15 @@ from obstaclewatch.recording import PhoneGeometry, Recording
 from obstaclewatch.recordings.alignment import BeepFinder, NoBeepError
 from obstaclewatch.recordings.block_alignment import BlockAlignment
 from obstaclewatch.recordings.sample_feed import SampleFeed
-from obstaclewatch.support.argument_types import check_numbers, check_types
+from obstaclewatch.support.argument_types import as_number, check_types
 
 TAIL_S = 2e-3
 """How much of the envelope is kept beyond the farthest echo."""
 MOST_APART_M = 1.5
 """From speaker to microphone, or between these; what is farther apart is given in another unit."""
+
+SOUND_SPEEDS_M_S = (250.0, 450.0)
+"""Air's is 283 m/s at -73 C and 375 at 60 C, dry or moist; what lies far outside is given in another unit."""
 
 
 class StreamingDetector(ABC):
@@ -57,8 +60,9 @@ class StreamingDetector(ABC):
             The detection. Without a beep it holds no candidates, the flag NO_BEEP, and casts no vote.
 
         Raises:
-            ValueError: a block of another shape, samples that are not finite, or a time that is not finite or not
-                later than the last block's. The detector is as it was before, ready for another block.
+            ValueError: a block of another shape, samples that are not finite or beyond +-1e10 re full scale, or a time
+                that is not finite, beyond +-1e10 s or not later than the last block's. The detector is as it was
+                before, ready for another block.
         """
 
     def stream(self, recording: Recording) -> Iterator[Detection]:
@@ -104,22 +108,27 @@ class StreamingDetector(ABC):
                     return
 
 
-def check_arguments(beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: float, pitch_rad: float | None) -> None:
-    """Refuse what no detector can run on.
+def checked_arguments(
+    beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: float, pitch_rad: float | None
+) -> tuple[float, float | None]:
+    """Speed of sound and pitch as numbers, where a detector can run on the arguments.
 
     Raises:
-        ValueError: another type, transducers too far apart, a speed of sound that is not positive, or a pitch of 90
-            degrees or more.
+        ValueError: another type, transducers too far apart, a speed of sound that no air has, or a pitch of 90 degrees
+            or more.
     """
     check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
     check_size(phone)
-    check_numbers(sound_speed_m_s=sound_speed_m_s)
-    if pitch_rad is not None:
-        check_numbers(pitch_rad=pitch_rad)
-    if not (np.isfinite(sound_speed_m_s) and sound_speed_m_s > 0.0):
-        raise ValueError(f"sound_speed_m_s must be positive, got {sound_speed_m_s}")
-    if pitch_rad is not None and not abs(pitch_rad) < np.pi / 2:
+    sound_speed_m_s = as_number("sound_speed_m_s", sound_speed_m_s)
+    least, most = SOUND_SPEEDS_M_S
+    if not least <= sound_speed_m_s <= most:
+        raise ValueError(f"sound_speed_m_s must be from {least:g} to {most:g} m/s, got {sound_speed_m_s}")
+    if pitch_rad is None:
+        return sound_speed_m_s, None
+    pitch_rad = as_number("pitch_rad", pitch_rad)
+    if not abs(pitch_rad) < np.pi / 2:
         raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
+    return sound_speed_m_s, pitch_rad
 
 
 def check_size(phone: PhoneGeometry) -> None:

@@ -14,7 +14,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_number
 from obstaclewatch.support.arrays import Complexes, Floats, SingleComplexes, Singles
 from obstaclewatch.support.compiled import compiled, inlined
 
@@ -41,17 +41,18 @@ ODD = 0.1
 """Share of echoes whose phase is another's: two that overlap, or from another height."""
 
 
-def check_mic_phase(mic_phase_rad: float | None) -> None:
-    """Refuse what microphone 1's channel cannot add to the phase.
+def checked_mic_phase(mic_phase_rad: float | None) -> float | None:
+    """What microphone 1's channel adds to the phase, if it can.
 
     Raises:
         ValueError: neither a finite number nor None, which stands for not known.
     """
     if mic_phase_rad is None:
-        return
-    check_numbers(mic_phase_rad=mic_phase_rad)
+        return None
+    mic_phase_rad = as_number("mic_phase_rad", mic_phase_rad)
     if not np.isfinite(mic_phase_rad):
         raise ValueError(f"mic_phase_rad must be finite or None, got {mic_phase_rad}")
+    return mic_phase_rad
 
 
 @inlined

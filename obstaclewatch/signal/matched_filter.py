@@ -17,7 +17,7 @@ from scipy import fft
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.signal.band_spectrum import BandSpectrum
-from obstaclewatch.support.argument_types import as_reals, check_counts, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_number, as_numbers, as_reals, check_counts, check_types
 from obstaclewatch.support.arrays import Complexes, Floats
 from obstaclewatch.support.compiled import compiled
 
@@ -103,9 +103,10 @@ class MatchedFilter:
         rate_hz: float = 24_000.0,
         reverse: bool = False,
     ) -> None:
-        check_types(beep=(beep, BeepDesign))
+        check_types(beep=(beep, BeepDesign), reverse=(reverse, bool))
         self.beep = beep
         self.block_samples = beep.period_samples if block_samples is None else block_samples
+        reach_s, lead_s, rate_hz = as_numbers(reach_s=reach_s, lead_s=lead_s, rate_hz=rate_hz)
         self._check_arguments(reach_s, lead_s, rate_hz)
         self._length = BandSpectrum.fast_length(self.block_samples)
         bin_hz = beep.sample_rate_hz / self._length
@@ -131,9 +132,12 @@ class MatchedFilter:
             earlier_s: by how much everything is moved to smaller delays, by any part of a sample.
 
         Raises:
-            ValueError: a block of another shape, or samples that are not finite real numbers.
+            ValueError: a block of another shape, samples that are not finite real numbers, or a move that is not one.
         """
         block = self._checked(block)
+        earlier_s = as_number("earlier_s", earlier_s)
+        if not abs(earlier_s) < np.inf:
+            raise ValueError(f"earlier_s must be finite, got {earlier_s}")
         replica = self._replica
         if earlier_s != 0.0:
             replica = replica * np.exp(2j * np.pi * earlier_s * (self.reference_hz + self._offset_hz))
@@ -162,7 +166,6 @@ class MatchedFilter:
         return bins.conj() * np.exp(shift) / np.sum(bins.conj() * emitted).real
 
     def _check_arguments(self, reach_s: float, lead_s: float, rate_hz: float) -> None:
-        check_numbers(reach_s=reach_s, lead_s=lead_s, rate_hz=rate_hz)
         for name, delay_s in (("reach_s", reach_s), ("lead_s", lead_s)):
             if not 0.0 <= delay_s < np.inf:
                 raise ValueError(f"{name} must be finite and not negative, got {delay_s}")

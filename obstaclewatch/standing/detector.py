@@ -18,7 +18,7 @@ from obstaclewatch.detection import Decision, Detection, Flag
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.streaming import StreamingDetector
-from obstaclewatch.signal.carrier_phase import check_mic_phase
+from obstaclewatch.signal.carrier_phase import checked_mic_phase
 from obstaclewatch.signal.two_mics import cone_cosine
 from obstaclewatch.standing.pipeline import StandingPipeline
 
@@ -79,7 +79,7 @@ class StandingDetector(StreamingDetector):
         averaged_beeps: int = 16,
     ) -> None:
         self.settings = PaperSettings.of(settings)
-        check_mic_phase(mic_phase_rad)
+        mic_phase_rad = checked_mic_phase(mic_phase_rad)
         measured = replace(
             self.settings, max_candidates=CANDIDATES, gate_margin_m=min(self.settings.gate_margin_m, GATE_MARGIN_M)
         )

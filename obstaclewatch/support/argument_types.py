@@ -13,15 +13,41 @@ from numpy.typing import ArrayLike, NDArray
 from obstaclewatch.support.arrays import Complexes, Floats
 
 
-def check_numbers(**values: Any) -> None:
-    """Refuse what is not one real number. NaN and infinity pass: their rules are the caller's.
+def as_number(name: str, value: Any) -> float:
+    """One real number as Python's own, an int where it is whole: numpy's narrow ones overflow in what they enter.
+
+    NaN and infinity pass: their rules are the caller's.
 
     Raises:
         ValueError: a text, None, a truth value, an array; the message gives name and value.
+
+    >>> as_number("steps", np.int16(710)) ** 2, as_number("speed_m_s", np.float32(0.5))
+    (504100, 0.5)
     """
-    for name, value in values.items():
-        if value is None or np.ndim(value) > 0 or np.asarray(value).dtype.kind not in "iuf":
-            raise ValueError(f"{name} must be a number, got {reprlib.repr(value)}")
+    if type(value) is float:
+        return value
+    try:
+        number = np.asarray(value)
+    except ValueError:  # rows of unequal length
+        number = np.empty(0)
+    if number.ndim > 0 or number.dtype.kind not in "iuf" or value is np.ma.masked:
+        raise ValueError(f"{name} must be a number, got {reprlib.repr(value)}")
+    return int(number) if number.dtype.kind in "iu" else float(number)
+
+
+def as_numbers(**values: Any) -> tuple[float, ...]:
+    """The same of several, by name."""
+    return tuple(as_number(name, value) for name, value in values.items())
+
+
+def hold_numbers(held: Any, *names: str) -> None:
+    """Have a frozen dataclass hold these of its fields as `as_number` gives them.
+
+    Raises:
+        ValueError: a field that is not one real number.
+    """
+    for name in names:
+        object.__setattr__(held, name, as_number(name, getattr(held, name)))
 
 
 def as_floats(name: str, value: Any) -> Floats:
@@ -122,6 +148,18 @@ def check_counts(least: int, /, **values: Any) -> None:
     for name, value in values.items():
         if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
             raise ValueError(f"{name} must be a whole number, {least} or more, got {reprlib.repr(value)}")
+
+
+def as_several(name: str, value: Any) -> tuple[Any, ...]:
+    """All of an iterable.
+
+    Raises:
+        ValueError: what cannot be gone through, an array without an axis included; the message gives name and value.
+    """
+    try:
+        return tuple(value)
+    except TypeError:
+        raise ValueError(f"{name} must be of type Iterable, got {reprlib.repr(value)}") from None
 
 
 def check_types(**values: tuple[Any, type | UnionType]) -> None:

@@ -18,11 +18,11 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.detection import COLUMNS, Decision, Detection, Flag
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.recordings.streaming import StreamingDetector, check_arguments
-from obstaclewatch.signal.carrier_phase import check_mic_phase
+from obstaclewatch.recordings.streaming import StreamingDetector, checked_arguments
+from obstaclewatch.signal.carrier_phase import checked_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from obstaclewatch.signal.two_mics import path_difference_at
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_number
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.tracking.approach_picture import NO_PICTURE, Carrier, approach_picture
 from obstaclewatch.tracking.approach_sums import ApproachMemory
@@ -117,9 +117,9 @@ class TrackingDetector(StreamingDetector):
         false_alert_cost: float = 1.0,
         walk_ratio_m_min: float | None = None,
     ) -> None:
-        check_arguments(beep, phone, sound_speed_m_s, pitch_rad)
-        check_mic_phase(mic_phase_rad)
-        check_numbers(false_alert_cost=false_alert_cost)
+        sound_speed_m_s, pitch_rad = checked_arguments(beep, phone, sound_speed_m_s, pitch_rad)
+        mic_phase_rad = checked_mic_phase(mic_phase_rad)
+        false_alert_cost = as_number("false_alert_cost", false_alert_cost)
         if not 0.0 < false_alert_cost < np.inf:
             raise ValueError(f"false_alert_cost must be positive and finite, got {false_alert_cost}")
         self._walk_ratio = walk_ratio(walk_ratio_m_min)

@@ -38,7 +38,9 @@ class TrackingSettings:
     direct_delay_s: float | None = _DEFAULT.direct_delay_s
 
     def __post_init__(self) -> None:
-        PaperSettings(**{each.name: getattr(self, each.name) for each in fields(self)})  # the same ranges
+        same = PaperSettings(**{each.name: getattr(self, each.name) for each in fields(self)})  # the same ranges
+        for each in fields(self):
+            object.__setattr__(self, each.name, getattr(same, each.name))
         if self.walker_half_width_m == 0.0:
             raise ValueError("walker_half_width_m must be positive to judge trajectories, got 0.0")
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import as_number, as_numbers
 
 WALKER_M_S, WALKER_STD_M_S = 1.25, 0.2
 """Of all walkers."""
@@ -37,6 +37,7 @@ step a minute (Bogen et al. 2018, Gait Posture 61)."""
 OWN_SPREAD = 0.03
 """From one test to the next of 40 people step length differed by 2.1 % and cadence by 2.1 % (standard errors of
 measurement, jkema.org 9-2-208, table 1)."""
+TINY = float(np.finfo(np.float64).tiny)
 CADENCE_SPREAD = 0.02
 """Relative deviation of the cadence, as the ground's echo gives it."""
 
@@ -60,7 +61,7 @@ def walk_ratio(own_m_min: float | None) -> WalkRatio:
     """
     if own_m_min is None:
         return ANYONE
-    check_numbers(walk_ratio_m_min=own_m_min)
+    own_m_min = as_number("walk_ratio_m_min", own_m_min)
     least, most = RATIO_LIMITS_M_MIN
     if not least <= own_m_min <= most:
         raise ValueError(
@@ -84,12 +85,11 @@ def measured_walk_ratio(distance_m: float, duration_s: float, steps: float) -> f
     >>> print(f"{measured_walk_ratio(distance_m=50.0, duration_s=38.0, steps=71):.5f}")
     0.00628
     """
-    given = {"distance_m": distance_m, "duration_s": duration_s, "steps": steps}
-    check_numbers(**given)
-    for name, value in given.items():
+    distance_m, duration_s, steps = as_numbers(distance_m=distance_m, duration_s=duration_s, steps=steps)
+    for name, value in (("distance_m", distance_m), ("duration_s", duration_s), ("steps", steps)):
         if not 0.0 < value < np.inf:
             raise ValueError(f"{name} must be positive and finite, got {value}")
-    return walk_ratio(float(distance_m * duration_s / (60.0 * steps**2))).m_min
+    return walk_ratio(distance_m * duration_s / max(60.0 * (steps * steps), TINY)).m_min
 
 
 def walking_speed(step_hz: float, ratio: WalkRatio = ANYONE) -> WalkingSpeed:

@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
-from obstaclewatch.support.argument_types import check_counts, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_number, check_counts, check_types
 
 P = ParamSpec("P")
 Made = TypeVar("Made")
@@ -33,26 +33,30 @@ def measured(make: Callable[P, Made]) -> Callable[P, Made]:
 
     @wraps(make)
     def checked(*args: P.args, **kwargs: P.kwargs) -> Made:
-        for name, value in signature.bind(*args, **kwargs).arguments.items():
+        bound = signature.bind(*args, **kwargs)
+        for name, value in bound.arguments.items():
             kinds = get_args(hints[name]) or (hints[name],)
             if not (value is None and type(None) in kinds):
-                _check(name, value, kinds, signature.parameters[name].default)
-        return make(*args, **kwargs)
+                bound.arguments[name] = _held(name, value, kinds, signature.parameters[name].default)
+        return make(*bound.args, **bound.kwargs)
 
     return checked
 
 
-def _check(name: str, value: Any, kinds: tuple[Any, ...], default: Any) -> None:
+def _held(name: str, value: Any, kinds: tuple[Any, ...], default: Any) -> Any:
+    """An argument as its function works with it, once it has passed the rules of its kind."""
     if bool in kinds:
         check_types(**{name: (value, bool)})
     elif int in kinds:
         check_counts(1, **{name: value})
         if value > MOST_FACETS:
             raise ValueError(f"{name} must be at most {MOST_FACETS}, got {value}")
+        return int(value)
     elif float in kinds:
-        check_numbers(**{name: value})
+        value = as_number(name, value)
         if name.endswith("_m") and not (default == 0.0 and value == 0.0):
             require_length(name, value)
+    return value
 
 
 def require_length(name: str, value: float) -> float:
@@ -61,7 +65,7 @@ def require_length(name: str, value: float) -> float:
     Raises:
         ValueError: it is not; the message gives name, rule and value.
     """
-    check_numbers(**{name: value})
+    value = as_number(name, value)
     if not (np.isfinite(value) and value > 0.0):
         raise ValueError(f"{name} must be positive, got {value}")
     if not LEAST_M <= value <= GREATEST_M:

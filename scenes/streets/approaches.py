@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from obstaclewatch.support.argument_types import check_numbers, check_seed, check_types
+from obstaclewatch.support.argument_types import as_number, check_seed, check_types
 from obstaclewatch.support.arrays import Floats
 from scenes.obstacles import random_obstacle, walker_body
 from scenes.obstacles.pedestrian import random_person
@@ -176,7 +176,7 @@ def make_approach(
     """
     check_types(scene_name=(scene_name, str), category=(category, str), collision=(collision, bool | np.bool_))
     check_types(recipe=(recipe, str))
-    check_numbers(beep_period_s=beep_period_s)
+    beep_period_s = as_number("beep_period_s", beep_period_s)
     if scene_name not in SETTINGS:
         raise ValueError(f"approaches are drawn in scenes of {sorted(SETTINGS)}, got {scene_name!r}")
     if recipe not in RECIPES:

@@ -16,7 +16,7 @@ import shapely
 import trimesh
 from scipy.optimize import brentq
 
-from obstaclewatch.support.argument_types import check_numbers
+from obstaclewatch.support.argument_types import hold_numbers
 from obstaclewatch.support.arrays import Floats
 
 STRIDE = 16
@@ -41,7 +41,7 @@ class Body:
     height_m: float = 1.8
 
     def __post_init__(self) -> None:
-        check_numbers(**vars(self))
+        hold_numbers(self, *vars(self))
         for name in ("half_width_m", "front_m", "back_m"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")

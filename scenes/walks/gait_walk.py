@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_numbers, check_types, hold_numbers
 from obstaclewatch.support.arrays import Floats
-from simulator.scene.pose import MOST_TURNS, Pose, held_rotation
+from simulator.scene.pose import Pose, held_rotation
+from simulator.scene.walk_checks import hold_straight, times_of
 
 Holding = Literal["vertical", "horizontal"]
 
@@ -106,10 +107,10 @@ class Gait:
 
     def __post_init__(self) -> None:
         for name in ("step_hz", "bob_m", "sway_m", "fore_aft_m", "pitch_wobble_rad", "roll_wobble_rad"):
-            check_numbers(**{name: getattr(self, name)})
+            hold_numbers(self, name)
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        check_numbers(phase_rad=self.phase_rad)
+        hold_numbers(self, "phase_rad")
         if not np.isfinite(self.phase_rad):
             raise ValueError(f"phase_rad must be finite, got {self.phase_rad}")
 
@@ -130,8 +131,11 @@ class Gait:
             walk_ratio_m_min: metres that a step is long for each step a minute.
 
         Raises:
-            ValueError: a walk ratio that is not positive and finite.
+            ValueError: a speed that is negative or not finite, a walk ratio that is not positive and finite.
         """
+        speed_m_s, walk_ratio_m_min = as_numbers(speed_m_s=speed_m_s, walk_ratio_m_min=walk_ratio_m_min)
+        if not 0.0 <= speed_m_s < np.inf:
+            raise ValueError(f"speed_m_s must be finite and not negative, got {speed_m_s}")
         if not 0.0 < walk_ratio_m_min < np.inf:
             raise ValueError(f"walk_ratio_m_min must be positive and finite, got {walk_ratio_m_min}")
         if speed_m_s == 0.0:
@@ -195,18 +199,7 @@ class GaitWalk:
     def __post_init__(self) -> None:
         check_holding(self.holding)
         check_types(gait=(self.gait, Gait | None))
-        check_numbers(speed_m_s=self.speed_m_s, duration_s=self.duration_s)
-        if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
-            raise ValueError(f"speed_m_s must be finite and not negative, got {self.speed_m_s}")
-        if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
-            raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        start = as_floats("start_m", self.start_m)
-        if start.shape != (3,) or not np.isfinite(start).all():
-            raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
-        check_angles(MOST_TURNS, heading_rad=self.heading_rad)
-        check_angles(pitch_rad=self.pitch_rad, roll_rad=self.roll_rad)
-        start.setflags(write=False)
-        object.__setattr__(self, "start_m", start)
+        hold_straight(self, "pitch_rad", "roll_rad")
 
     @cached_property
     def motion(self) -> Gait:
@@ -222,13 +215,13 @@ class GaitWalk:
     def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N,) times, s, to (N, 2) places in plan without the gait."""
         ahead = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
-        walked_m = self.speed_m_s * np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        walked_m = self.speed_m_s * times_of(time_s)
         found: Floats = self.start_m[:2] + walked_m[:, None] * ahead
         return found
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses; smooth in time, also before 0 and after the end."""
-        time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        time = times_of(time_s)
         gait = self.motion
         wobble = gait.wobble(2.0 * np.pi * gait.step_hz * time + gait.phase_rad)
         along, left = self.speed_m_s * time + wobble.ahead_m, wobble.left_m

@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from obstaclewatch.support.argument_types import as_floats, check_angles, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_floats, check_types, hold_numbers
 from obstaclewatch.support.arrays import Floats
 from scenes.walks.gait_walk import Gait, Holding, check_holding, grip
 from simulator.scene.pose import Pose
+from simulator.scene.walk_checks import hold_held, times_of
 
 SHARPEST_RAD = float(np.deg2rad(150.0))
 """Greatest turn at one waypoint: at a hairpin the walker would come to a stand and face nowhere."""
@@ -69,7 +70,7 @@ class Route:
 
     def __post_init__(self) -> None:
         points = as_floats("waypoints_m", self.waypoints_m)
-        check_numbers(rounding_m=self.rounding_m)
+        hold_numbers(self, "rounding_m")
         if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
             raise ValueError(f"waypoints_m must be at least two finite points (x, y), got {self.waypoints_m}")
         points.setflags(write=False)
@@ -175,10 +176,11 @@ class Pace:
     ramp_s: float | None = None
 
     def __post_init__(self) -> None:
-        check_numbers(speed_m_s=self.speed_m_s)
+        hold_numbers(self, "speed_m_s")
         if not 0.0 < self.speed_m_s < np.inf:
             raise ValueError(f"speed_m_s of a pace must be positive, got {self.speed_m_s}")
-        check_numbers(ramp_s=self.window_s)
+        if self.ramp_s is not None:
+            hold_numbers(self, "ramp_s")
         if not 0.0 < self.window_s < np.inf:
             raise ValueError(f"ramp_s must be positive, got {self.ramp_s}")
         object.__setattr__(self, "stops", tuple(Stop(*map(float, stop)) for stop in self.stops))
@@ -258,12 +260,10 @@ class RouteWalk:
     def __post_init__(self) -> None:
         check_types(route=(self.route, Route), pace=(self.pace, Pace), gait=(self.gait, Gait | None))
         check_holding(self.holding)
-        check_numbers(duration_s=self.duration_s, height_m=self.height_m)
-        if not 0.0 < self.duration_s < np.inf:
-            raise ValueError(f"duration_s must be positive, got {self.duration_s}")
+        hold_held(self, "pitch_rad", "roll_rad")
+        hold_numbers(self, "height_m")
         if not np.isfinite(self.height_m):
             raise ValueError(f"height_m must be finite, got {self.height_m}")
-        check_angles(pitch_rad=self.pitch_rad, roll_rad=self.roll_rad)
 
     @cached_property
     def motion(self) -> Gait:
@@ -272,11 +272,11 @@ class RouteWalk:
 
     def mean_plan_m(self, time_s: ArrayLike) -> Floats:
         """(N, 2) places in plan without the gait."""
-        return self.route.point(self.pace.distance(np.atleast_1d(np.asarray(time_s, dtype=np.float64))))
+        return self.route.point(self.pace.distance(times_of(time_s)))
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses; smooth in time, also before 0 and after the end."""
-        time = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
+        time = times_of(time_s)
         gait, walked = self.motion, self.pace.distance(time)
         share = self.pace.speed(time) / self.pace.speed_m_s
         wobble = gait.wobble(2.0 * np.pi * gait.step_hz * walked / self.pace.speed_m_s + gait.phase_rad)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.support.argument_types import check_numbers, check_types
+from obstaclewatch.support.argument_types import check_types, hold_numbers
 from simulator.phone.presets import preset
 from simulator.phone.transducers import MOST_DB, StructureBorne, Transducer
 from simulator.scene.scene import Obstacle
@@ -72,8 +72,8 @@ class Phone:
         if self.body is not None:
             check_types(body=(self.body, Obstacle))
         for name in ("level_spl_db", "noise_spl_db", "full_scale_spl_db"):
+            hold_numbers(self, name)
             level = getattr(self, name)
-            check_numbers(**{name: level})
             if not (abs(level) <= MOST_DB or (name == "noise_spl_db" and level == -np.inf)):
                 silent = " or -inf" * (name == "noise_spl_db")
                 raise ValueError(f"{name} must be finite, within +-{MOST_DB:g} dB{silent}, got {level}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import as_finite, as_points, check_numbers
+from obstaclewatch.support.argument_types import as_finite, as_points, hold_numbers
 from obstaclewatch.support.arrays import Floats
 
 UNIT = 1e-6  # of the length of an axis
@@ -55,7 +55,7 @@ class Transducer:
             raise ValueError(f"axis must be a unit vector, got {self.axis.tolist()}")
         if np.abs(db).max() > MOST_DB:
             raise ValueError(f"response_db must be within +-{MOST_DB:g} dB, got {db.tolist()}")
-        check_numbers(rear_loss_db=self.rear_loss_db)
+        hold_numbers(self, "rear_loss_db")
         if not 0.0 <= self.rear_loss_db <= MOST_DB:
             raise ValueError(f"rear_loss_db must be 0 to {MOST_DB:g} dB, got {self.rear_loss_db}")
 

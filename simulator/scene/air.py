@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from obstaclewatch.support.argument_types import as_floats, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_floats, as_number, check_types, hold_numbers
 from obstaclewatch.support.arrays import Floats
 
 KELVIN = 273.15
@@ -60,9 +60,9 @@ class Air:
     absorbs: bool = True
 
     def __post_init__(self) -> None:
-        check_numbers(
-            temperature_c=self.temperature_c, relative_humidity=self.relative_humidity, pressure_pa=self.pressure_pa,
-        )  # fmt: skip
+        hold_numbers(self, "temperature_c", "relative_humidity", "pressure_pa")
+        if self.fixed_sound_speed_m_s is not None:
+            hold_numbers(self, "fixed_sound_speed_m_s")
         check_types(absorbs=(self.absorbs, bool))
         low, high = TEMPERATURE_RANGE_C
         if not low <= self.temperature_c <= high:
@@ -77,16 +77,13 @@ class Air:
                 f"against {self.vapour_fraction * self.pressure_pa:.0f}"
             )
         speed = self.fixed_sound_speed_m_s
-        if speed is not None:
-            check_numbers(fixed_sound_speed_m_s=speed)
         if speed is not None and not (np.isfinite(speed) and speed > 0.0):
             raise ValueError(f"fixed_sound_speed_m_s must be positive, got {speed}")
 
     @classmethod
     def lossless(cls, sound_speed_m_s: float = 343.0) -> Air:
         """Air of exactly that speed that absorbs nothing: for checks against exact solutions."""
-        check_numbers(sound_speed_m_s=sound_speed_m_s)
-        return cls(fixed_sound_speed_m_s=float(sound_speed_m_s), absorbs=False)
+        return cls(fixed_sound_speed_m_s=float(as_number("sound_speed_m_s", sound_speed_m_s)), absorbs=False)
 
     @property
     def temperature_k(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral
 from types import MappingProxyType
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from obstaclewatch.support.argument_types import check_numbers, check_types
+from obstaclewatch.support.argument_types import check_types, hold_numbers
 
 MECHANISMS = ("specular", "curved", "edges", "kirchhoff")
 
@@ -99,7 +99,7 @@ class Fidelity:
         if self.level not in LEVELS:
             raise ValueError(f"level must be one of {tuple(LEVELS)}, got {self.level!r}")
         if self.tolerance_db is not None:
-            check_numbers(tolerance_db=self.tolerance_db)
+            hold_numbers(self, "tolerance_db")
         if self.tolerance_db is not None and not self.tolerance_db > 0.0:
             raise ValueError(f"tolerance_db must be positive, got {self.tolerance_db}")
         implied = _settings(self.level, self.tolerance_db)
@@ -108,12 +108,9 @@ class Fidelity:
         for name, value in implied.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
-        if isinstance(self.mechanisms, str) or not isinstance(self.mechanisms, Iterable):
+        if isinstance(self.mechanisms, (str, Mapping)) or not np.iterable(self.mechanisms):
             raise ValueError(f"mechanisms must be several of {MECHANISMS}, got {self.mechanisms!r}")
-        check_numbers(
-            max_range_m=self.max_range_m, facet_m=self.facet_m, mirror_m2=self.mirror_m2,
-            edge_floor_db=self.edge_floor_db, edge_share_db=self.edge_share_db,
-        )  # fmt: skip
+        hold_numbers(self, "max_range_m", "facet_m", "mirror_m2", "edge_floor_db", "edge_share_db")
         object.__setattr__(self, "mechanisms", tuple(self.mechanisms))
         unknown = [each for each in self.mechanisms if each not in MECHANISMS]
         if unknown:

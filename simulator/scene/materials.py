@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import wofz
 
-from obstaclewatch.support.argument_types import as_complexes, as_floats, check_broadcast, check_numbers, check_types
+from obstaclewatch.support.argument_types import as_complexes, as_floats, check_broadcast, check_types, hold_numbers
 from obstaclewatch.support.arrays import Complexes, Floats
 
 BAND_HZ = (15_000.0, 25_000.0)
@@ -54,6 +54,8 @@ class Material:
 
     def __post_init__(self) -> None:
         check_types(name=(self.name, str))
+        if not self.name.strip():
+            raise ValueError(f"name of a material must be a word or more, got {self.name!r}")
         frequencies = as_floats(f"frequency_hz of '{self.name}'", self.frequency_hz)
         reflections = as_complexes(f"normal_reflection of '{self.name}'", self.normal_reflection)
         if frequencies.ndim != 1 or len(frequencies) == 0 or frequencies.shape != reflections.shape:
@@ -67,7 +69,7 @@ class Material:
             raise ValueError(f"frequency_hz of '{self.name}' must increase, got {self.frequency_hz}")
         if not (np.abs(reflections) <= 1.0).all():
             raise ValueError(f"normal_reflection of '{self.name}' must not exceed 1, got {self.normal_reflection}")
-        check_numbers(roughness_m=self.roughness_m, uncertainty=self.uncertainty)
+        hold_numbers(self, "roughness_m", "uncertainty")
         for name in ("roughness_m", "uncertainty"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} of '{self.name}' must not be negative, got {getattr(self, name)}")
@@ -108,7 +110,8 @@ class Material:
         Args:
             frequency_hz: within the table's frequencies.
             cos_incidence: 0 (grazing) to 1 (normal); both faces of a surface reflect alike, so the sign is ignored.
-            path_rad: kL, (K,) or (P, K); infinite for plane waves.
+                NaN, as of a path that was rejected, gives NaN.
+            path_rad: kL, (K,) or (P, K); infinite for plane waves. NaN gives NaN.
 
         Raises:
             ValueError: a frequency outside the table, a cosine beyond 1, a negative path.

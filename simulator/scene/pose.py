@@ -9,20 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from obstaclewatch.support.argument_types import (
-    as_finite,
-    as_floats,
-    as_points,
-    check_angles,
-    check_broadcast,
-    check_numbers,
-    check_types,
-)
+from obstaclewatch.support.argument_types import as_floats, as_points, check_angles, check_broadcast, check_types
 from obstaclewatch.support.arrays import Floats
+from simulator.scene.walk_checks import MOST_TURNS, hold_straight, times_of
 
 UPRIGHT = 1e-6  # horizontal part of a long edge: its direction is then rounding
 FARTHEST_M = 1e9  # from the origin: farther out nothing is known to a micrometre
-MOST_TURNS = 4.0  # of a heading, as walks round a block wind it up; 30 degrees taken for radians are more
+MOST_HEADING_RAD = 1e6  # of a pose, which may wind up with time; farther on a direction is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +60,8 @@ class Pose:
             heading = as_floats("heading_rad", self.heading_rad)
             if heading.shape not in ((), (1,), (count,)) or not np.isfinite(heading).all():
                 raise ValueError(f"heading_rad must be finite with shape ({count},), got {self.heading_rad}")
+            if np.abs(heading).max() > MOST_HEADING_RAD:
+                raise ValueError(f"heading_rad must be within +-{MOST_HEADING_RAD:g} rad, got {self.heading_rad}")
             heading = np.broadcast_to(heading, (count,))
             object.__setattr__(self, "heading_rad", heading)
 
@@ -194,26 +189,11 @@ class StraightWalk:
     pitch_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        check_numbers(
-            heading_rad=self.heading_rad, speed_m_s=self.speed_m_s, duration_s=self.duration_s,
-            pitch_rad=self.pitch_rad,
-        )  # fmt: skip
-        if not (np.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
-            raise ValueError(f"speed_m_s must be finite and not negative, got {self.speed_m_s}")
-        if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
-            raise ValueError(f"duration_s must be positive, got {self.duration_s}")
-        check_angles(MOST_TURNS, heading_rad=self.heading_rad)
-        check_angles(pitch_rad=self.pitch_rad)
-        start = as_floats("start_m", self.start_m)
-        if start.shape != (3,) or not np.isfinite(start).all():
-            raise ValueError(f"start_m must be three finite numbers, got {self.start_m}")
-        object.__setattr__(self, "start_m", start)
+        hold_straight(self, "pitch_rad")
 
     def pose(self, time_s: ArrayLike) -> Pose:
         """(N,) times, s, to N poses."""
-        time = np.atleast_1d(as_finite("time_s", time_s))
-        if time.ndim != 1:
-            raise ValueError(f"time_s must have shape () or (N,), got {time.shape}")
+        time = times_of(time_s)
         direction = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad), 0.0])
         position = self.start_m + self.speed_m_s * time[:, None] * direction
         heading = np.full(len(time), self.heading_rad)

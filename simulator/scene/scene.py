@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, cast
 
 import numpy as np
 import trimesh
 
-from obstaclewatch.support.argument_types import as_floats, check_types
+from obstaclewatch.support.argument_types import as_floats, as_several, check_types
 from obstaclewatch.support.arrays import Flags, Floats
 from simulator.scene.air import Air
 from simulator.scene.materials import Material
@@ -30,7 +30,7 @@ class Obstacle:
     wound inwards, as a room is. Both sides of any other mesh reflect.
 
     Attributes:
-        mesh: trimesh.Trimesh, m, world frame, at time 0.
+        mesh: trimesh.Trimesh, m, world frame, at time 0; copied, so that what is moved later stays here where it was.
         material: reflection of its whole surface.
         name: unique within a scene, without " > ", which joins the names of those that a path meets.
         surface: "auto" reads nearly tangent neighbours (below 35 degrees of dihedral angle) as one smooth surface, but
@@ -77,6 +77,8 @@ class Obstacle:
                 f"material of '{self.name}' must be a Material, as Material.named(...), got {self.material!r}"
             )
         _check_mesh(self.mesh, self.name)
+        object.__setattr__(self, "mesh", self.mesh.copy(include_cache=True))
+        check_types(surface=(self.surface, str))
         if self.surface not in ("auto", "flat", "smooth"):
             raise ValueError(f"surface of '{self.name}' must be auto, flat or smooth, got {self.surface!r}")
         velocity = as_floats(f"velocity_m_s of '{self.name}'", self.velocity_m_s)
@@ -148,8 +150,8 @@ class Scene:
         return f"Scene({self.name!r}, {', '.join(map(repr, self.obstacles))}, {self.air.temperature_c:g} C)"
 
     def __post_init__(self) -> None:
-        check_types(obstacles=(self.obstacles, Iterable), air=(self.air, Air), name=(self.name, str))
-        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        check_types(air=(self.air, Air), name=(self.name, str))
+        object.__setattr__(self, "obstacles", as_several("obstacles", self.obstacles))
         for obstacle in self.obstacles:
             check_types(obstacle=(obstacle, Obstacle))
         names = [obstacle.name for obstacle in self.obstacles]

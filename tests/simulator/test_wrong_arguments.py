@@ -13,6 +13,7 @@ import trimesh
 from obstaclewatch import BeepDesign, PhoneGeometry, Recording
 from simulator import (
     Air,
+    Fidelity,
     Material,
     Obstacle,
     Phone,
@@ -107,6 +108,16 @@ WRONG = {
     "direction must be numbers, got 'x'": lambda: Transducer().directivity("x"),
     "frequency_hz must be finite, got nan": lambda: Transducer().response(np.nan),
     "delay_s must not be negative": lambda: StructureBorne([-1e-3, 0.0], [1.0, 1.0]),
+    "obstacles must be of type Iterable, got array": lambda: Scene(np.array(1.0)),
+    r"mechanisms must be several of .*, got array\(1.\)": lambda: Fidelity(mechanisms=np.array(1.0)),
+    "mechanisms must be several of .*, got {}": lambda: Fidelity(mechanisms={}),
+    "surface must be of type str, got array": lambda: wall(surface=np.zeros((3, 3))),
+    "name of a material must be a word or more, got ''": lambda: Material("", (0.0, 1e9), (1.0, 1.0)),
+    "name must be of type str, got 3": lambda: PhoneGeometry(3, np.zeros(3), [[0, 0, 0], [0, 0, 1]]),
+    r"heading_rad must be within \+-1e\+06 rad, got 1e\+300": lambda: Pose(
+        [0.0, 0.0, 1.3], held_rotation(0.0), heading_rad=1e300
+    ),
+    "a mask must have one truth value for each of 2 paths, got 1": lambda: paths()[:2][np.array([True])],
     "samples must be numbers, got 'x'": lambda: Recording("x", 192e3),
 }
 
@@ -127,3 +138,18 @@ def test_a_sound_through_the_case_may_leave_at_once():
         expected = gain * sum(BEEP.waveform(time_s - delay_s - n * BEEP.period_s) for n in range(2))
         expected *= silent.full_scale_gain
         assert np.linalg.norm(both[mic] - air[mic] - expected) < 1e-4 * np.linalg.norm(expected)
+
+
+def test_nan_of_a_rejected_path_stays_nan():
+    """It is neither taken for a reflection nor refused: gains are found of all candidates at once."""
+    brick = Material.named("brick")
+    assert np.isnan(brick.reflection(20e3, np.nan))
+    assert np.isnan(brick.reflection(20e3, 1.0, np.nan))
+
+
+def test_a_mesh_that_is_moved_later_moves_no_wall():
+    """It was kept by reference: the wall of a scene, and what was kept of its planes, went along."""
+    mesh = BOX.copy()
+    kept = wall(mesh=mesh)
+    mesh.apply_translation([1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(kept.mesh.vertices, BOX.vertices)

@@ -159,6 +159,7 @@ def test_one_channel_twice_is_said_with_what_to_do(tmp_path: Path):
         (["beep", "b.wav", "--level", "nan"], "'--level': must be a finite number, got nan"),
         (["beep", "b.wav", "--gap-ms", "inf"], "'--gap-ms': must be a finite number, got inf"),
         (["calibrate", "b.wav", "--wall", "nan"], "'--wall': must be a finite number, got nan"),
+        (["detect", "b.wav", "--phone", "none.yaml"], "phone 'none.yaml' must be a file, got none of that name"),
         (["beep", "b.wav", "--rate", "1e12"], r"sample_rate_hz must be at most 1e\+06 Hz, got 1e\+12 Hz"),
         (["beep", "b.wav", "--gap-ms", "1e6"], "gap_s must be at most 10 s, got 1000 s"),
         (["beep", "b.wav", "--beep-ms", "1e7"], "duration_s must be at most 10 s, got 10000 s"),
@@ -174,3 +175,10 @@ def test_what_cannot_be_is_refused_at_once(tmp_path: Path, monkeypatch, argument
     done = CliRunner().invoke(cli, arguments)
     assert re.search(rule, done.output + str(done.exception))
     assert not list(tmp_path.iterdir())
+
+
+def test_beeps_are_not_written_over_a_folder(tmp_path: Path):
+    """It ended in the system's own words, "[Errno 21] Is a directory", and those of a file beside it."""
+    (folder := tmp_path / "folder.wav").mkdir()
+    done = CliRunner().invoke(cli, ["beep", str(folder)])
+    assert f"OUTPUT must be a file, got the folder '{folder}'" in str(done.exception)

@@ -8,11 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, multinomial, norm, t
 
+from benchmarks.scoring.operating_points import operating_point
+from benchmarks.scoring.paired import change_of
 from benchmarks.scoring.statistics import (
     exact_rate,
     expanded_confidence,
     lower_bound,
     mcnemar,
+    needed_of,
     paired_interval,
     quantile_with_interval,
     share_of_clusters,
@@ -172,3 +175,18 @@ def test_paired_intervals_cover_the_difference(shares: tuple[float, float]) -> N
             if low <= shares[0] - shares[1] <= high:
                 covered += multinomial.pmf([gained, lost, 15 - gained - lost], 15, [*shares, 1.0 - sum(shares)])
     assert covered >= 0.95
+
+
+def test_ends_of_what_can_be_asked() -> None:
+    """The least k of a claim of 0 was 1; no walks divided by zero; NaN and too great a rate came through or not."""
+    assert needed_of(30, 0.0) == 0
+    assert needed_of(30, 1e-9) == 1
+    assert np.isnan(change_of({}, {}).loss_points)
+    with pytest.raises(ValueError, match=r"k must lie within 0..n, got 5 of 0"):
+        lower_bound(5, 0)
+    with pytest.raises(ValueError, match="hits must be truth values, one for each of 2 clusters"):
+        share_of_clusters([np.nan, 1.0], [1, 2])
+    with pytest.raises(ValueError, match="hits must be truth values, one for each of 2 clusters"):
+        share_of_clusters([True] * 3, [1, 2])
+    with pytest.raises(ValueError, match=r"true_negative_rate must be above 0 and at most 1, got 1\.5"):
+        operating_point(np.ones(5), np.ones(5), 1.5)

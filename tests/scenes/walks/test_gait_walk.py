@@ -1,11 +1,14 @@
 """Gait walks: straight on average, periodic around it, smooth, and refused when they make no sense."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.walks.gait_walk import Gait, GaitWalk
+from scenes.walks.routes import Pace, Route, RouteWalk
 from simulator.scene.pose import StraightWalk
 
 
@@ -130,3 +133,31 @@ def test_the_mean_path_is_the_walk_without_its_gait() -> None:
     walk, time = GaitWalk(np.array([1.0, 2.0, 1.3]), 0.4, 1.2, 4.0), np.linspace(0.0, 4.0, 9)
     still = GaitWalk(walk.start_m, 0.4, 1.2, 4.0, gait=Gait())
     np.testing.assert_allclose(walk.mean_plan_m(time), still.pose(time).position_m[:, :2], atol=1e-15)
+
+
+WALKS = {
+    "straight": lambda **changed: StraightWalk(**{"start_m": [0.0, 0.0, 1.3], "heading_rad": 0.0, "speed_m_s": 1.3,
+                                                  "duration_s": 4.0} | changed),
+    "gait": lambda **changed: GaitWalk(**{"start_m": [0.0, 0.0, 1.3]} | changed),
+    "route": lambda **changed: RouteWalk(**{"route": Route([[0.0, 0.0], [4.0, 0.0]]), "pace": Pace(1.3),
+                                            "duration_s": 4.0} | changed),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("walk", WALKS)
+@pytest.mark.parametrize("time_s", ["1.0", "x", True, None, np.nan, np.inf, 1j, [[0.0, 1.0]], [[0.0], [0.0, 1.0]]])
+def test_all_walks_refuse_the_same_times(walk: str, time_s: Any) -> None:
+    """Walks with gait took texts and truth values for numbers, and of NaN they said that the position was wrong."""
+    with pytest.raises(ValueError, match="time_s must "):
+        WALKS[walk]().pose(time_s)
+
+
+@pytest.mark.parametrize("walk", WALKS)
+@pytest.mark.parametrize("value", [[1.0, 2.0], [], None, "0.5", True, np.nan, 30.0])
+def test_all_walks_refuse_the_same_angles(walk: str, value: Any) -> None:
+    """Those with gait took two pitches for one, and no heading at all."""
+    with pytest.raises(ValueError, match="pitch_rad must be "):
+        WALKS[walk](pitch_rad=value)
+    if walk != "route":
+        with pytest.raises(ValueError, match="heading_rad must be "):
+            WALKS[walk](heading_rad=value)
