@@ -57,7 +57,7 @@ def run(
         labels: cells whose label fits, such as "dustbin and not campus".
         limit: so many of the cells at most, spread over the suite.
         out: folder of all runs.
-        allow_code: let a suite of somebody else import detectors and read files.
+        allow_code: let a suite of somebody else import the modules that it names as detectors.
 
     Returns:
         A row a cell and detector; units end the columns' names, NaN is no estimate. See

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from obstaclewatch import BeepDesign, Detection, MatchedFilter, PhoneGeometry, Recording
+from obstaclewatch import BeepDesign, Detection, MatchedFilter, Recording
 from obstaclewatch.recordings.sample_feed import SampleFeed
 from obstaclewatch.support.whole_file import whole_file
 
@@ -19,6 +19,8 @@ LEVELS_DB = (-80.0, -20.0)
 SPEED_M_S = 343.0
 REACH_M = 7.0
 MOST_COLUMNS = 2000
+OTHER, ALERT, RING = "#1f77d0", "#e0202a", "#1d2430"
+"""Colours of candidates, of those on a collision course and of alerts, and of what decisions are about."""
 
 
 @dataclass
@@ -46,15 +48,13 @@ class Columns:
             self.kept = [one for one in self.kept if one.index % self.stride == 0]
 
 
-def draw_echogram(
-    pieces: Iterable[Recording], beep: BeepDesign, phone: PhoneGeometry, columns: Columns, path: Path
-) -> None:
+def draw_echogram(pieces: Iterable[Recording], beep: BeepDesign, title: str, columns: Columns, path: Path) -> None:
     """Draw microphone 0's envelope, beep after beep, as PNG.
 
     Args:
         pieces: the recording once more, in any pieces; it is never held whole.
         beep: the emitted signal.
-        phone: speaker and microphones.
+        title: whose recording and which detector.
         columns: what was detected.
         path: where to.
 
@@ -69,32 +69,34 @@ def draw_echogram(
     figure = Figure(figsize=(10, 5.5), layout="constrained")
     axes = figure.subplots()
     edges = np.append(time, time[-1] + width_s)
-    image = axes.pcolormesh(edges, range_m, levels, cmap="magma", vmin=LEVELS_DB[0], vmax=LEVELS_DB[1], rasterized=True)
-    figure.colorbar(image, ax=axes, label="envelope, dB re direct sound")
+    image = axes.pcolormesh(edges, range_m, levels, cmap="Greys", vmin=LEVELS_DB[0], vmax=LEVELS_DB[1], rasterized=True)
+    figure.colorbar(image, ax=axes, label="envelope (dB re direct sound)")
     _mark_candidates(axes, columns, 0.5 * width_s)
-    for alert_s in columns.alerts_s:
-        axes.axvspan(alert_s, alert_s + beep.period_s, color="#ff4d4d", alpha=0.25, linewidth=0)
-    axes.set(xlabel="time, s", ylabel="range, m", ylim=(0.0, range_m[-1]))
-    axes.set_title(
-        f"{phone.name}: candidates blue, on course red; ringed: range that the decision is about; alerts shaded",
-        fontsize=11,
-    )
+    for k, alert_s in enumerate(columns.alerts_s):
+        label = "alert" if k == 0 else None
+        axes.axvspan(alert_s, alert_s + beep.period_s, color=ALERT, alpha=0.2, linewidth=0, label=label)
+    axes.set(xlabel="time (s)", ylabel="range (m)", ylim=(0.0, range_m[-1]))
+    axes.set_title(title, fontsize=11)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
     with whole_file(path) as partial:
         figure.savefig(partial, format="png", dpi=120, metadata={"Software": None})
 
 
 def _mark_candidates(axes: Axes, columns: Columns, middle_s: float) -> None:
-    """Dots for candidates in the middle of their column, and a line of rings along what the decisions name."""
-    for on_course, color in ((False, "#7fd3ff"), (True, "#ff4d4d")):
+    """Dots for candidates in the middle of their column, and rings at what the decisions are about."""
+    for on_course, color, label in ((False, OTHER, "candidate"), (True, ALERT, "candidate on a collision course")):
         points = [
             (detection.time_s + middle_s, range_m)
             for detection in columns.kept
             for range_m, hit in zip(detection.range_m, detection.collides, strict=True)
             if bool(hit) is on_course
         ]
-        axes.plot(*np.array(points).reshape(-1, 2).T, ".", color=color, markersize=5)
+        axes.plot(*np.array(points).reshape(-1, 2).T, ".", color=color, markersize=7, label=label, zorder=3)
     track = [(detection.time_s + middle_s, detection.decision.range_m) for detection in columns.kept]
-    axes.plot(*np.array(track).T, "o-", color="white", linewidth=1.0, markersize=8, markerfacecolor="none")
+    axes.plot(
+        *np.array(track).T, "o", color=RING, markersize=10, markeredgewidth=1.3, markerfacecolor="none", zorder=4,
+        label="range that the decision is about",
+    )  # fmt: skip
 
 
 def beep_levels(

@@ -18,7 +18,7 @@ MEDIANS = {"range_error_median_m": "range_m", "bearing_error_median_rad": "beari
 PANELS = (
     ("TP before contact, % of collisions", "tp_before_contact", 100.0),
     ("TN, % of other walks", "tn", 100.0),
-    ("range error, median, cm", "range_error_median_m", 100.0),
+    ("range error, median (cm)", "range_error_median_m", 100.0),
     ("CPU of the detector, ms a beep,\nmedian over walks", "detect_cpu_s_per_beep", 1e3),
 )
 COSTS = ("simulate_s", "recording_s", "detect_cpu_s", "beeps")

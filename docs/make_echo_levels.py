@@ -59,7 +59,7 @@ def _draw(levels: dict[tuple[str, float], EchoLevels]) -> Figure:
         axes.scatter([], [], color=color, s=30, label=f"{distance:g} m, simulated")
     axes.plot([], [], color="black", linewidth=2, label="median")
     axes.set_xticks(range(7), ["real traces:\nlarge flat object\nat 2-3 m", *CATEGORIES])
-    axes.set(ylabel="echo over direct sound, dB", ylim=(-100.0, -15.0), xlim=(-0.5, 6.6))
+    axes.set(ylabel="echo over direct sound (dB)", ylim=(-100.0, -15.0), xlim=(-0.5, 6.6))
     axes.grid(axis="y", alpha=0.3)
     axes.legend(ncols=4, fontsize=8, loc="lower left")
     axes.set_title("Echo over direct sound at 10 cm, phone at 1.2-1.4 m, 24 obstacles of each category")

@@ -35,10 +35,10 @@ def main() -> None:
             near = over_distance(category, Fidelity(level=level))
             away.plot(DISTANCES_M, near, style, color=color, label=level)
             about.plot(np.rad2deg(YAWS_RAD), over_yaw(category, Fidelity(level=level)), style, color=color)
-        away.set(title=category, xlabel="distance, m")
-        about.set(xlabel=f"yaw, degrees, at {YAWED_AT_M:g} m", xticks=np.arange(-90, 91, 30))
+        away.set(title=category, xlabel="distance (m)")
+        about.set(xlabel=f"yaw (°), at {YAWED_AT_M:g} m", xticks=np.arange(-90, 91, 30))
     for row in axes:
-        row[0].set_ylabel("echo re free field at 1 m, dB")
+        row[0].set_ylabel("echo (dB re 1 m from the speaker)")
     for panel in axes.ravel():
         panel.set_ylim(-85, -5)
         panel.grid(alpha=0.3)

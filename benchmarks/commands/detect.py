@@ -88,7 +88,8 @@ def detect(
 
     columns = Columns()
     _tell(_noting(found, columns), as_json)
-    draw_echogram(pieces_of(Path(str(recording)), swap), beep, geometry, columns, plot)
+    title = f"{geometry.name}, {detector}"
+    draw_echogram(pieces_of(Path(str(recording)), swap), beep, title, columns, plot)
 
 
 def _check_source(recording: Path | None, live: float | None, plot: Path | None, swap: bool) -> None:

@@ -51,8 +51,8 @@ def _table(frame: pd.DataFrame) -> str:
             "begun": frame.started.str[:16], "revision": frame.revision,
             "suite": frame.suite + " " + frame.tier + " " + frame.split + " " + frame.seed.astype(str),
             "cells": frame.cells,
-            "detector": frame.detector, "TP, %": 100 * frame.tp_before_contact, "TN, %": 100 * frame.tn,
-            "range, cm": 100 * frame.range_error_median_m, "ms a beep": 1e3 * frame.detect_cpu_s_per_beep,
+            "detector": frame.detector, "TP (%)": 100 * frame.tp_before_contact, "TN (%)": 100 * frame.tn,
+            "range (cm)": 100 * frame.range_error_median_m, "ms a beep": 1e3 * frame.detect_cpu_s_per_beep,
         }
     )  # fmt: skip
     return shown.to_string(index=False, float_format="%.1f", na_rep="-")

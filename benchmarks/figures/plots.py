@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.figures.data import BarFigure, CurveFigure, Row
 
 Floats = NDArray[np.floating]
-Style = Literal["line", "dashed", "dotted", "points", "steps", "ring"]
+Style = Literal["line", "dashed", "dotted", "points", "steps", "ring", "faint", "parts"]
 NOTHING = np.zeros(0)
 
 
@@ -27,7 +27,7 @@ class Line:
         label: in the legend; lines of one label share an entry, an empty one has none.
         key: colour: the name of a detector or a category, "paper", "muted", or a digit for the palette.
         x, y: (n,) values.
-        style: how it is drawn.
+        style: how it is drawn; "parts" are bars across a flat panel, each after those of the lines before it.
         low, high: (n,) ends of the whiskers; empty without.
     """
 

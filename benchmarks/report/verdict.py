@@ -96,7 +96,7 @@ def verdict_rows(run: RunData) -> list[Row]:
     tables = {name: _tables(run, name) for name in names}
     comparable = recipe_of(run) == PAPER_RECIPE
     rows = [_rate_row(tables, names, comparable, *spec) for spec in _RATES]
-    rows += [_swept_row(tables, names, left_m, tnr) for left_m in LEFT_M for tnr in TRUE_NEGATIVE_RATES]
+    rows += [_swept_row(tables, names, left_m, tnr) for left_m in sorted(LEFT_M) for tnr in TRUE_NEGATIVE_RATES]
     for group, label, quantity, paper in _quantities(_standing_ranges(run)):
         asked = names if group == "Alerts" else judged
         cells = tuple(quantity(tables[name], paper) if name in asked else None for name in names)
@@ -122,11 +122,8 @@ def headline(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
     return []
 
 
-def _alert_sentence(name: str, tp: str, at_1m: str, at_half_m: str, tn: str, false: str) -> str:
-    return (
-        f"{name}: TP {tp} before contact, {at_half_m} with 0.5 m left, {at_1m} with 1 m left; TN {tn}; "
-        f"false alerts on {false} of all walks."
-    )
+def _alert_sentence(name: str, tp: str, at_half_m: str, at_1m: str, tn: str) -> str:
+    return f"{name}: TP {tp} before contact, {at_half_m} with 0.5 m left, {at_1m} with 1 m left; TN {tn}."
 
 
 def _standing_sentence(name: str, first: str, second: str) -> str:
@@ -147,7 +144,7 @@ _RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue | None, PaperValue 
     ("TP: collisions with an alert before contact", true_positive_rate, _OVERALL.true_positive, None, True),
     *(
         (f"TP, {left_in_words(left_m)}", partial(true_positive_rate, left_m=left_m), None, None, True)
-        for left_m in LEFT_M if left_m
+        for left_m in sorted(LEFT_M) if left_m
     ),
     ("TN: other walks without an alert", true_negative_rate, _OVERALL.true_negative, None, True),
     ("false alerts over all walks", false_alerts_over_all, _FALSE["PaperDetector"], _FALSE[BASELINE], False),
@@ -155,7 +152,7 @@ _RATES: tuple[tuple[str, Callable[[Table], Rate], PaperValue | None, PaperValue 
 )  # fmt: skip
 """Label, score, the paper's value for its detector and for its baseline, whether more is better."""
 
-ALERTS = tuple(label for label, *_ in _RATES[:-1])
+ALERTS = tuple(label for label, *_ in _RATES[:-2])
 STANDING = ("Distance1, P90", "Distance2, P90")
 """Rows that a headline is made of."""
 
@@ -286,4 +283,4 @@ def _printed(paper: PaperValue | None) -> tuple[str, str]:
 def _said(measured: Measured | None) -> str:
     if measured is None:
         return NO_DATA
-    return f"{measured.text} ({measured.interval}, {measured.count})" if measured.interval else measured.text
+    return f"{measured.text} ({measured.interval.removesuffix(' %')})" if measured.interval else measured.text

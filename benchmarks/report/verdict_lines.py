@@ -35,10 +35,10 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
 def _told(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """What is measured and how much; nothing of walks, standing phones or their loud echoes where there are none."""
     if found["false_alerts_over_all"]["n"]:
-        for left_m, rate in found["tp"].items():
+        for left_m, rate in sorted(found["tp"].items()):
             yield f"TP, {left_in_words(float(left_m))}", _share(rate)
         yield from ((label, _share(found[key])) for key, label in _RATES)
-        for left_m, rates in found["swept"].items():
+        for left_m, rates in sorted(found["swept"].items()):
             if TOLD_TNR in rates:
                 yield f"TP at TN {TOLD_TNR} %, {left_in_words(float(left_m))}", _share(rates[TOLD_TNR])
     for state in ("walking", "standing"):

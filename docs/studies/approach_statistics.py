@@ -99,13 +99,13 @@ def _row(approach: Approach) -> dict[str, Any]:
 def statistics_table(found: ApproachStatistics) -> list[dict[str, Any]]:
     """Median and 5th and 95th percentile of every quantity, a row each; angles in degrees."""
     quantities: Mapping[str, Floats] = {
-        "distance at the start / m": found.start_range_m,
-        "walking angle at the start / degrees": np.rad2deg(found.start_bearing_rad),
-        "offset of the phone's line, when missed / m": found.miss_distance_m[~found.collision],
-        "gap to the body, when missed / m": found.clearance_m[~found.collision],
-        "speed / m/s": found.speed_m_s,
-        "duration / s": found.duration_s,
-        "radius of the target / m": found.radius_m,
+        "distance at the start (m)": found.start_range_m,
+        "walking angle at the start (degrees)": np.rad2deg(found.start_bearing_rad),
+        "offset of the phone's line, without a collision (m)": found.miss_distance_m[~found.collision],
+        "gap to the body, without a collision (m)": found.clearance_m[~found.collision],
+        "speed (m/s)": found.speed_m_s,
+        "duration (s)": found.duration_s,
+        "radius of the target (m)": found.radius_m,
         "obstacles in the scene": found.obstacles.astype(np.float64),
     }
     return [
@@ -119,15 +119,15 @@ def plot_statistics(found: ApproachStatistics, path: str | Path) -> Path:
     figure = Figure(figsize=(11.5, 6.6), layout="constrained")
     panels = figure.subplots(2, 3).ravel()
     _cases(panels[0], found)
-    _halves(panels[1], found, found.start_range_m, "distance at the start / m", np.arange(0.0, 9.1, 0.5))
+    _halves(panels[1], found, found.start_range_m, "distance at the start (m)", np.arange(0.0, 9.1, 0.5))
     for text, distance in PAPER_DISTANCES_M.items():
         panels[1].axvline(distance, color=PAPER, linewidth=1.2)
         above = panels[1].get_xaxis_transform()
         panels[1].text(distance, 1.01, text, color=PAPER, transform=above, ha="center", va="bottom", fontsize=8)
     angle = np.rad2deg(found.start_bearing_rad)
-    _halves(panels[2], found, angle, "walking angle at the start / °", np.arange(0.0, 91.0, 5.0))
-    _halves(panels[3], found, found.miss_distance_m, "offset of the phone's line / m", np.arange(0.0, 1.51, 0.1))
-    _halves(panels[4], found, found.speed_m_s, "walking speed / m/s", np.arange(0.75, 1.66, 0.05))
+    _halves(panels[2], found, angle, "walking angle at the start (°)", np.arange(0.0, 91.0, 5.0))
+    _halves(panels[3], found, found.miss_distance_m, "offset of the phone's line (m)", np.arange(0.0, 1.51, 0.1))
+    _halves(panels[4], found, found.speed_m_s, "walking speed (m/s)", np.arange(0.75, 1.66, 0.05))
     _sizes(panels[5], found)
     panels[2].legend(frameon=False, loc="upper right")
     for panel in panels:
@@ -145,8 +145,8 @@ def _cases(axes: Axes, found: ApproachStatistics) -> None:
     at = np.arange(len(names), dtype=np.float64)
     ours = [int(((found.scene == scene) & (found.category == category)).sum()) for scene, category in names]
     paper = [DATA_COLLECTION[scene].cases[category] for scene, category in names]
-    axes.bar(at, ours, color=[COLORS[category] for _, category in names], width=0.7)
-    axes.scatter(at, paper, marker="_", s=260, color=PAPER, linewidth=2.0, zorder=3)
+    axes.bar(at, ours, color=[COLORS[category] for _, category in names], width=0.7, alpha=0.75)
+    axes.scatter(at, paper, marker="D", s=28, facecolor="white", edgecolor=PAPER, linewidth=1.4, zorder=3)
     axes.set_xticks(at, [f"{category}, {scene}" for scene, category in names], rotation=38, ha="right", fontsize=8)
     axes.set_ylabel("cases")
 
@@ -155,7 +155,7 @@ def _halves(axes: Axes, found: ApproachStatistics, values: Floats, label: str, e
     """Histograms of the walks that meet their target, and of those that miss it."""
     held = np.clip(values, edges[0], edges[-1])
     parts = [held[found.collision], held[~found.collision]]
-    axes.hist(parts, edges.tolist(), stacked=True, color=[MET, MISSED], label=["met", "missed"])
+    axes.hist(parts, edges.tolist(), stacked=True, color=[MET, MISSED], label=["collision", "no collision"])
     axes.set(xlabel=label, ylabel="walks")
     if (values > edges[-1]).any():
         axes.set_xlabel(f"{label} (last bar: or more)")
@@ -173,7 +173,7 @@ def _sizes(axes: Axes, found: ApproachStatistics) -> None:
         line.set_color("black")
     axes.set_yscale("log")
     axes.set_xticks(np.arange(1, len(names) + 1), names)
-    axes.set_ylabel("radius of the target / m (5 to 95 %)")
+    axes.set_ylabel("radius (m), 5 to 95 %")
     ticks = [0.2, 0.5, 1.0, 2.0, 5.0]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()

@@ -16,9 +16,9 @@ from benchmarks.runs.results import RunData, load_run
 
 HEADER = (
     "switched back",
-    "range, standing, cm",
+    "range, standing (cm)",
     "bearing, standing, deg",
-    "radius read, standing, m",
+    "radius read, standing (m)",
     "found, standing",
     "candidates a beep, walking",
     "TP",

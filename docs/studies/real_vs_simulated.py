@@ -128,13 +128,13 @@ def draw(cases: Sequence[Case], folder: Path, output: Path) -> list[str]:
             axes = panels[1 - mic, column]
             axes.plot(trace.range_m, real[:, mic], color="#1f4e79", linewidth=1.3, label="recorded")
             axes.plot(trace.range_m, simulated[:, mic], color="#d9541a", linewidth=1.1, label="simulated")
-            axes.set_title(f"{case.trace}: {name} microphone", fontsize=10)
+            axes.set_title(f"Nexus 6P, {case.wall_m:.0f} m before the object, {name} microphone", fontsize=10)
             axes.grid(alpha=0.3)
             table += _lines(case, name, trace.range_m, real[:, mic], simulated[:, mic])
     panels[0, 0].legend()
     panels[0, 0].set(xlim=(0.0, 4.2), ylim=(-85.0, 3.0))
-    figure.supxlabel("range, m")
-    figure.supylabel("dB re direct sound")
+    figure.supxlabel("range (m)")
+    figure.supylabel("level (dB re direct sound)")
     figure.savefig(output, dpi=110, metadata={"Software": None})
     return table
 

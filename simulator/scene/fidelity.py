@@ -39,9 +39,9 @@ class Fidelity:
     """What is traced, and how finely. Whatever is not given follows from the level.
 
     Attributes:
-        level: "standard" (estimated errors of 1 dB, coarse facets, third order), "reference" (all mechanisms, third
-            order off mirrors of any size) or "auto" (the cheapest that keeps every obstacle's echo within
-            `tolerance_db` of the reference).
+        level: "standard" (third order, coarse facets; the estimated error of rays may be 1 dB, and with everything else
+            echoes are to be within 2 dB), "reference" (all mechanisms, third order off mirrors of any size) or
+            "auto" (the cheapest that keeps every obstacle's echo within `tolerance_db` of the reference).
         tolerance_db: greatest estimated error of an obstacle's echo. Where rays would err by more, Kirchhoff's
             integral is taken if it is among the mechanisms; infinity takes it for uneven bodies alone.
         max_order: greatest number of reflections of a path; 0 leaves the direct sound alone. From 3 on, paths along a

@@ -15,7 +15,7 @@ from obstaclewatch import BeepDesign, Detection, Flag, Recording
 from obstaclewatch.detection import COLUMNS, Decision
 from scenes.preview.page import write_page
 from scenes.preview.pictures import preview_scene
-from simulator import Phone, Scene
+from simulator import Scene
 
 BEEP = BeepDesign()
 
@@ -31,7 +31,7 @@ def echogram(path: Path) -> None:
     silence = np.zeros((2, 2 * BEEP.period_samples), dtype=np.float32)
     silence[:, : BEEP.replica().size] = BEEP.replica()
     columns = Columns([one])
-    draw_echogram([Recording(silence, BEEP.sample_rate_hz)], BEEP, Phone.named("ideal").geometry, columns, path)
+    draw_echogram([Recording(silence, BEEP.sample_rate_hz)], BEEP, "nothing", columns, path)
 
 
 def page(path: Path) -> None:

@@ -45,11 +45,11 @@ def alert_rate_by_miss(run: RunData) -> PlotFigure:
                 )
     panel = Panel(
         "",
-        "miss distance of the walk's line, m",
-        "walks with an alert, %",
+        "miss distance of the walk's line (m)",
+        "walks with an alert (%)",
         tuple(lines),
         (Guide("x", _half_width_m(run), "half a walker"),),
-        x_range=(-0.1, 2.1),
+        x_range=(-0.1, 0.1 + max([1.0, *(float(line.x.max()) for line in lines if len(line.x))])),
         y_range=(0.0, 103.0),
         width_in=5.6,
     )
@@ -68,8 +68,8 @@ def alert_distances(run: RunData) -> PlotFigure:
     """TP against the distance and the time that must remain to contact."""
     panels, said = [], []
     for column, title, unit in (
-        ("alert_distance_m", "distance from alert to contact, m", "m"),
-        ("alert_lead_s", "time from alert to contact, s", "s"),
+        ("alert_distance_m", "distance from alert to contact (m)", "m"),
+        ("alert_lead_s", "time from alert to contact (s)", "s"),
     ):
         lines: list[Line] = []
         for k, detector in enumerate(plain_detectors(run)):
@@ -86,7 +86,7 @@ def alert_distances(run: RunData) -> PlotFigure:
             Panel(
                 "",
                 f"at least this {title}",
-                "collisions alerted, %",
+                "collisions alerted (%)",
                 tuple(lines),
                 guides,
                 x_range=(0.0 if unit == "s" else -0.06, 5.0),

@@ -32,13 +32,13 @@ from benchmarks.runs.results import RunData
 
 UPPER = 0.8
 RATES: tuple[tuple[str, Count], ...] = (
-    ("TP: alert with 1 m left, %", in_time),
-    ("TN: other walks without an alert, %", no_alert),
-    ("collisions detected, %", detected),
+    ("TP: alert with 1 m left (%)", in_time),
+    ("TN: other walks without an alert (%)", no_alert),
+    ("collisions detected (%)", detected),
 )
 ERRORS: tuple[tuple[str, Callable[[Point], Floats]], ...] = (
-    ("bearing error, °", bearing_deg),
-    ("range error, cm", range_cm),
+    ("bearing error (°)", bearing_deg),
+    ("range error (cm)", range_cm),
 )
 LATE, HIGH = "alert before contact, however late", f"{100 * UPPER:.0f} % of the errors are below"
 PAIRED = (
@@ -96,8 +96,8 @@ def cause_table(run: RunData) -> TableFigure:
         prefix = detector + "; " if len(detectors) > 1 else ""
         rows += [(prefix + point, *_cells(points, point)) for point in points]
     heads = (
-        "removed", "TP, %", "change of TP, points", "however late, %", "TN, %", "change of TN, points",
-        "mean of both, %", "false alerts, %", "detected, %", "bearing, °", "same beeps, °", "range, cm",
+        "removed", "TP (%)", "change of TP (points)", "however late (%)", "TN (%)", "change of TN (points)",
+        "mean of both (%)", "false alerts (%)", "detected (%)", "bearing (°)", "same beeps (°)", "range (cm)",
     )  # fmt: skip
     return TableFigure(
         "cause_table",

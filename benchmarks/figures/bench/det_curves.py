@@ -41,9 +41,9 @@ def det(run: RunData) -> PlotFigure:
         "DET · Missed collisions against false alerts, by the distance left",
         tuple(_panel(both, left_m) for left_m in LEFT_M),
         sentences(said),
-        "Lines: the threshold on the probability that a detector states moves; points: as it decides, with other "
-        "constants in the same colour. False alerts are counted over all of a walk. Rates of 0 and 1 are drawn half a "
-        "walk inside. Dashed: chance; dotted: TN 90, 95 and 97 %.",
+        "Lines: the threshold on the probability that a detector states moves; points: as it decides, also if run "
+        "with other settings (the same colour). False alerts are counted over all of a walk. Rates of 0 and 1 are "
+        "drawn half a walk inside. Dashed: chance; dotted: TN 90, 95 and 97 %.",
     )
 
 
@@ -55,7 +55,7 @@ def _panel(tables: dict[str, Table], left_m: float) -> Panel:
     return Panel(
         left_in_words(left_m),
         "false alerts, % of walks without a collision",
-        "collisions missed, %",
+        "collisions missed (%)",
         (*lines, chance) if lines else (),
         tuple(Guide("x", float(scipy.stats.norm.ppf(1.0 - tnr)), "") for tnr in TRUE_NEGATIVE_RATES),
         x_range=(-end, end),

@@ -15,12 +15,12 @@ SMALLEST, GREATEST = 1e-15, 1e3
 """Shares beyond these are drawn there: errors of exactly 0, echoes that are missing."""
 COLOURS = {"correct": "0", "refused": "muted", "wrong": "1"}
 PANELS = {
-    "wall-distance": ("distance_m", "distance of a wall, m", "xy"),
-    "wall-offset": ("offset_m", "distance from the origin, m", "xy"),
-    "sheets": ("gap_m", "gap between two sheets, m", "xy"),
+    "wall-distance": ("distance_m", "distance of a wall (m)", "xy"),
+    "wall-offset": ("offset_m", "distance from the origin (m)", "xy"),
+    "sheets": ("gap_m", "gap between two sheets (m)", "xy"),
     "ball-incidence": ("angle_rad", "incidence on a sphere, rad", "y"),
-    "weather": ("temperature_c", "temperature, °C", "y"),
-    "detector-snr": ("snr_db", "2E/N0, dB", "y"),
+    "weather": ("temperature_c", "temperature (°C)", "y"),
+    "detector-snr": ("snr_db", "2E/N0 (dB)", "y"),
 }
 """Axes drawn over their parameter: which, its words, and which scales are logarithmic."""
 

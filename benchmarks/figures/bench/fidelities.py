@@ -67,7 +67,7 @@ class Error:
         return float(np.clip(np.quantile(errors, 0.95), self.least, self.most)) if len(errors) else float("nan")
 
 
-LEVEL, DELAY = "95 % level error, dB", "95 % delay error, samples of 192 kHz"
+LEVEL, DELAY = "95 % level error (dB)", "95 % delay error (samples of 192 kHz)"
 OF_ECHOES = Error("resolved_db", LEVEL, 1e-3, 100.0), Error("resolved_samples", DELAY, 1e-2, NEAR_SAMPLES)
 OF_BODIES = Error("error_db", LEVEL, 1e-3, 100.0), Error("delay_samples", DELAY, 1e-2, 1e3)
 """Of every resolved echo of a target; of what a body, or a beep on the way, returns as a whole."""
@@ -133,7 +133,7 @@ def _curves(error: Error, levels: dict[str, Price], by_category: dict[str, dict[
         lines += [Line(category, category, x, y), Line(category, category, x, y, "points")]
     guides = tuple(Guide("x", _cost_ms(price), name) for name, price in levels.items())
     return Panel(
-        "levels", "processor time a pose, ms", error.words, tuple(lines), guides, log="xy",
+        "levels", "processor time a pose (ms)", error.words, tuple(lines), guides, log="xy",
         y_range=(0.8 * error.least, 1.2 * error.most), width_in=2.4,
     )  # fmt: skip
 
@@ -177,7 +177,7 @@ def fidelity_table(run: RunData) -> TableFigure:
         if len(price.cpu_s)
     )
     heads = (
-        "level or setting", "CPU a pose, ms", "median, dB", "95 %, dB", "within 0.5 dB, %", "95 % delay, samples",
+        "level or setting", "CPU a pose (ms)", "median (dB)", "95 % (dB)", "within 0.5 dB (%)", "95 % delay (samples)",
         "5 % correlation",
     )  # fmt: skip
     return TableFigure(
@@ -213,8 +213,8 @@ def tolerance_table(run: RunData) -> TableFigure:
         "tolerance",
         "Errors of levels against their tolerance",
         (
-            "level", "category", "CPU a pose, ms", "median, dB", "95 %, dB", "pairs within the tolerance",
-            "95 % delay, samples", f"within {LATE_SAMPLES:g} samples, %", "resolved echoes within the tolerance",
+            "level", "category", "CPU a pose (ms)", "median (dB)", "95 % (dB)", "pairs within the tolerance",
+            "95 % delay (samples)", f"within {LATE_SAMPLES:g} samples (%)", "resolved echoes within the tolerance",
             f"and {LATE_SAMPLES:g} samples",
         ),
         rows,

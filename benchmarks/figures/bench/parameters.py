@@ -8,24 +8,24 @@ import numpy as np
 
 _DEGREES = 180.0 / np.pi
 _WORDS: dict[str, tuple[str, float]] = {
-    "recording.mic_gain_db": ("gain of microphones, dB", 1.0),
-    "recording.mic_delay_samples": ("delay of microphones, samples", 1.0),
-    "recording.clock_ppm": ("recorder's clock, ppm", 1.0),
+    "recording.mic_gain_db": ("gain of microphones (dB)", 1.0),
+    "recording.mic_delay_samples": ("delay of microphones (samples)", 1.0),
+    "recording.clock_ppm": ("recorder's clock (ppm)", 1.0),
     "recording.identical": ("equal channels", 1.0),
-    "knowledge.pitch_error_rad": ("error of the pitch, °", _DEGREES),
-    "knowledge.temperature_error_c": ("error of the temperature, °C", 1.0),
+    "knowledge.pitch_error_rad": ("error of the pitch (°)", _DEGREES),
+    "knowledge.temperature_error_c": ("error of the temperature (°C)", 1.0),
     "knowledge.walk_ratio": ("walker's own walk ratio known", 1.0),
-    "noise.level_spl_db": ("noise, dB SPL", 1.0),
-    "phone.level_spl_db": ("beep, dB SPL", 1.0),
+    "noise.level_spl_db": ("noise (dB SPL)", 1.0),
+    "phone.level_spl_db": ("beep (dB SPL)", 1.0),
     "walk.gait_scale": ("gait, times", 1.0),
-    "walk.pitch_rad": ("pitch of the phone, °", _DEGREES),
-    "walk.speed_m_s": ("speed, m/s", 1.0),
-    "air.temperature_c": ("air, °C", 1.0),
+    "walk.pitch_rad": ("pitch of the phone (°)", _DEGREES),
+    "walk.speed_m_s": ("speed (m/s)", 1.0),
+    "air.temperature_c": ("air (°C)", 1.0),
     "air.relative_humidity": ("relative humidity", 1.0),
-    "beep.start_hz": ("start of the beep, kHz", 1e-3),
-    "beep.stop_hz": ("end of the beep, kHz", 1e-3),
+    "beep.start_hz": ("start of the beep (kHz)", 1e-3),
+    "beep.stop_hz": ("end of the beep (kHz)", 1e-3),
     "beep.taper": ("share of the beep in which it rises and falls", 1.0),
-    "interferer.distance_m": ("distance of the second phone, m", 1.0),
+    "interferer.distance_m": ("distance of the second phone (m)", 1.0),
 }
 """Parameter -> words with unit, and the factor to that unit."""
 

@@ -78,8 +78,8 @@ def sides(run: RunData) -> PlotFigure:
         panels.append(
             Panel(
                 _holding(part),
-                "true bearing off the heading, °",
-                "right side called, %",
+                "true bearing off the heading (°)",
+                "right side called (%)",
                 tuple(lines),
                 (Guide("y", 50.0, "guessing"),),
                 x_range=(0.0, 45.0),
@@ -120,7 +120,7 @@ def _tornado(
             shown = "percentage points" if unit == "%" else unit
             guides = (Guide("x", 0.0, ""),)
             span = _ends(lines)
-            words = f"change, {shown}"
+            words = f"change ({shown})"
             panels.append(
                 Panel(label, words, "", tuple(lines), guides, x_range=span, ticks=ticks, flat=True, width_in=2.0)
             )

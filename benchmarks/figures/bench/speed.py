@@ -36,7 +36,7 @@ def speed_growth(run: RunData) -> PlotFigure:
         sizes = {int(name[len(begin) : -3]): value for name, value in numbers.items() if name.startswith(begin)}
         if sizes:
             line = Line("", "0", np.array(list(sizes)), np.array(list(sizes.values())), "ring")
-            panels.append(Panel(axis, axis, "processor time a pair, ms", (line,), log="xy", width_in=3.2))
+            panels.append(Panel(axis, axis, "processor time a pair (ms)", (line,), log="xy", width_in=3.2))
     return PlotFigure(
         "speed_growth",
         "Path search: processor time a pair of source and microphone",

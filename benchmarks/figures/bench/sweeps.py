@@ -161,7 +161,7 @@ def _rates_figure(
             said.append(f"{detector}, {group}: TP {rate_text(tp)}{clause}, TN {rate_text(tn)}.")
         no_walks = approach_table(replace(run, cells=()), detector)
         panels.append(BarPanel(detector, tuple(bars or rate_pair("", no_walks, None))))
-    return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(said) or "No data.", note, TOP)
+    return BarFigure(name, title, "share of walks (%)", "%", tuple(panels), " ".join(said) or "No data.", note, TOP)
 
 
 def _rates(run: RunData, detector: str) -> tuple[Rate, Rate]:
@@ -186,7 +186,7 @@ def _range(run: RunData, detector: str) -> Measured:
 _MEASURES: tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...] = (
     ("TP, % of collisions", "%", _tp),
     ("TN, % of other walks", "%", _tn),
-    ("range error, median, cm", "cm", _range),
+    ("range error, median (cm)", "cm", _range),
 )
 LOG_FROM = 30.0
 """Ratio of the greatest to the least value from which an axis is logarithmic."""

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
+from matplotlib.legend_handler import HandlerTuple
 
 from benchmarks.figures.data import Curve, CurveFigure, Mark
 from benchmarks.figures.draw.page import PANEL_HEIGHT, finish, panel_axes
 from benchmarks.figures.draw.style import MUTED, PAPER_INK, colour
 
 PANEL_WIDTH, LEGEND_WIDTH = 3.3, 2.3
+MARKS = "Dos^v"
+"""Shapes of the paper's points, one after the other."""
 LEGEND_LINE, LEGEND_GAP = 0.125, 0.115
 """Inches of the legend, which may be higher than other figures' panels."""
 _ENDS = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
@@ -18,25 +23,36 @@ _ENDS = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
 def draw_curves(figure: CurveFigure) -> Canvas:
     """The whole figure, its legend beside the axes where it hides nothing."""
-    labels = [*(_words(curve) for curve in figure.curves), *(_mark_words(mark) for mark in figure.marks)]
-    legend_in = sum(LEGEND_LINE * (label.count("\n") + 1) + LEGEND_GAP for label in labels if label)
+    named = dict.fromkeys([*map(_words, figure.curves), *map(_mark_words, figure.marks)])
+    legend_in = sum(LEGEND_LINE * (label.count("\n") + 1) + LEGEND_GAP for label in named if label)
     canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], 0.08, max(PANEL_HEIGHT, legend_in))
     for curve in figure.curves:
         _draw_curve(ax, curve)
-    for mark in figure.marks:
-        _draw_mark(ax, mark)
+    for mark, shape in zip(figure.marks, MARKS, strict=False):
+        _draw_mark(ax, mark, shape)
     ax.set_xlim(0.0, axis_end(figure))
     ax.set_ylim(0.0, 103.0)
-    ax.set_yticks([0, 20, 40, 50, 60, 80, 90, 100])
+    ax.set_yticks(np.arange(0, 101, 10))
     ax.grid(axis="x")
     ax.set_xlabel(figure.x_label)
-    ax.set_ylabel("share of the estimates, %")
+    ax.set_ylabel("share of the estimates (%)")
     if figure.empty:
         ax.text(0.5, 0.5, "no data", transform=ax.transAxes, ha="center", color=MUTED, fontsize=14)
     beside.set_axis_off()
-    handles, labels = ax.get_legend_handles_labels()
-    beside.legend(handles, labels, loc="center left", borderaxespad=0.0, labelspacing=1.0, handlelength=1.8)
+    handles, labels = _legend(ax)
+    beside.legend(
+        handles, labels, loc="center left", borderaxespad=0.0, labelspacing=1.0, handlelength=2.6,
+        handler_map={tuple: HandlerTuple(ndivide=None)},
+    )  # fmt: skip
     return finish(canvas, figure.title, figure.note)
+
+
+def _legend(ax: Axes) -> tuple[list[Any], list[str]]:
+    """Handles and labels; lines of one label share an entry, which shows both."""
+    entries: dict[str, list[Any]] = {}
+    for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+        entries.setdefault(label, []).append(handle)
+    return [tuple(handles) if len(handles) > 1 else handles[0] for handles in entries.values()], list(entries)
 
 
 def axis_end(figure: CurveFigure) -> float:
@@ -59,9 +75,9 @@ def _draw_curve(ax: Axes, curve: Curve) -> None:
 
 
 def _words(curve: Curve) -> str:
-    """In the legend; none of a diagnostic's second line: room is for what is held against the paper."""
+    """In the legend, where both diagnostics of a detector share an entry."""
     if curve.diagnostic:
-        return "" if curve.dashed else curve.label.replace(" against ", "\nagainst ")
+        return f"{curve.key}, both\nagainst the nearest loud echo"
     return "\n".join([curve.label, *curve.summary.split("; ")]) if curve.n else f"{curve.label}: no data"
 
 
@@ -69,7 +85,7 @@ def _mark_words(mark: Mark) -> str:
     return f"paper, {mark.label}: {mark.paper.text}"
 
 
-def _draw_mark(ax: Axes, mark: Mark) -> None:
+def _draw_mark(ax: Axes, mark: Mark, shape: str) -> None:
     x, y = mark.paper.display, 100.0 * mark.share
-    ax.plot(x, y, "D", color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6, zorder=5,
+    ax.plot(x, y, shape, color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6, zorder=5,
             label=_mark_words(mark))  # fmt: skip

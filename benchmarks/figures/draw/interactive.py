@@ -17,6 +17,7 @@ Parts = dict[str, Any]
 
 PAGE_IN, ROW_PX, HEAD_PX, GAP = 9.0, 300, 140, 0.09
 CLEAR = "rgba(0,0,0,0)"
+_MARKS = ("diamond", "circle", "square", "triangle-up", "triangle-down")
 _DASHES = {"dashed": "dash", "dotted": "dot"}
 
 
@@ -33,13 +34,13 @@ def interactive(figure: Figure) -> Parts | None:
         return _page(figure.title, [panel.title for panel in figure.panels], wide, traces, axes, [()] * len(axes))
     if isinstance(figure, CurveFigure):
         axis = _titled(figure.x_label) | {"range": [0.0, axis_end(figure)]}
-        share = _titled("share of the estimates, %") | {"range": [0.0, 103.0]}
+        share = _titled("share of the estimates (%)") | {"range": [0.0, 103.0]}
         return _page(figure.title, [""], [PAGE_IN], [_curve_traces(figure)], [(axis, share)], [()])
     if not isinstance(figure, PlotFigure):
         return None
     shared = all(not panel.y_label for panel in figure.panels[1:])
     drawn = [panel for panel in figure.panels if panel.lines or panel.image]
-    return _page(
+    page = _page(
         figure.title,
         [panel.title.replace("\n", "<br>") for panel in drawn],
         [panel.width_in for panel in drawn],
@@ -47,6 +48,9 @@ def interactive(figure: Figure) -> Parts | None:
         [_plot_axes(panel, figure.panels[0].y_label if shared else panel.y_label) for panel in drawn],
         [panel.guides for panel in drawn],
     )
+    if any(line.style == "parts" for panel in drawn for line in panel.lines):
+        page["layout"]["barmode"] = "stack"
+    return page
 
 
 def _titled(words: str) -> Parts:
@@ -146,9 +150,9 @@ def _curve_traces(figure: CurveFigure) -> list[Parts]:
         {
             "type": "scatter", "mode": "markers", "name": f"paper, {mark.label}: {mark.paper.text}",
             "x": [mark.paper.display], "y": [100.0 * mark.share],
-            "marker": {"symbol": "diamond-open", "color": PAPER_INK, "size": 11},
+            "marker": {"symbol": f"{shape}-open", "color": PAPER_INK, "size": 11},
         }
-        for mark in figure.marks
+        for mark, shape in zip(figure.marks, _MARKS, strict=False)
     ]  # fmt: skip
     return traces + marks
 
@@ -163,7 +167,12 @@ def _line_traces(panel: Panel) -> list[Parts]:
 
 
 def _line(line: Line, panel: Panel) -> Parts:
-    points, paint = line.style in ("points", "ring"), series_colour(line.key)
+    points, paint = line.style in ("points", "ring", "faint"), series_colour(line.key)
+    if line.style == "parts":
+        return {
+            "type": "bar", "orientation": "h", "name": line.label, "marker": {"color": paint},
+            "x": packed_array(line.x, "f8"), "y": packed_array(line.y, "f8"),
+        }  # fmt: skip
     error = {}
     if len(line.low):
         middle = line.x if panel.flat else line.y

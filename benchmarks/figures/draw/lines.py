@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,11 @@ _STYLES: dict[str, dict[str, Any]] = {
     "steps": {"linestyle": "-", "drawstyle": "steps-post"},
     "points": {"linestyle": "none", "marker": "o", "markersize": 4.0},
     "ring": {"linestyle": "none", "marker": "D", "markersize": 5.5, "markerfacecolor": "white"},
+    "faint": {"linestyle": "none", "marker": "o", "markersize": 3.5, "alpha": 0.35},
 }
 _BEHIND_WORDS = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 0.6}
+LEAST_NAMED = 3.5
+"""Width of a part of a bar, in the axis's unit, below which its number has no room."""
 FEW_DECADES = 2.5
 """Below which powers of ten are too few to read a scale by."""
 
@@ -67,7 +71,9 @@ def _draw_panel(ax: Axes, panel: Panel) -> None:
     if panel.image is not None:
         _draw_image(ax, panel.image)
     for line in panel.lines:
-        _draw_line(ax, line, panel.flat)
+        if line.style != "parts":
+            _draw_line(ax, line, panel.flat)
+    _draw_parts(ax, [line for line in panel.lines if line.style == "parts"])
     ax.set(xlabel=panel.x_label, ylabel=panel.y_label)
     ax.grid(True, axis="both")
     if panel.x_range is not None:
@@ -119,6 +125,16 @@ def _draw_line(ax: Axes, line: Line, flat: bool) -> None:
         error: dict[str, Any] = {"xerr": spread} if flat else {"yerr": spread}
         ax.errorbar(line.x, line.y, **error, fmt="none", ecolor=shade, elinewidth=1.0, capsize=2.0)
     ax.plot(line.x, line.y, color=shade, markeredgecolor=shade, linewidth=1.5, label=label, **_STYLES[line.style])
+
+
+def _draw_parts(ax: Axes, lines: Sequence[Line]) -> None:
+    """Bars across, one a place, made of the lines' parts; each with its number where there is room."""
+    begin = np.zeros(len(lines[0].x)) if lines else np.zeros(0)
+    for line in lines:
+        bars = ax.barh(line.y, line.x, 0.62, left=begin, color=series_colour(line.key), label=line.label, linewidth=0)
+        numbers = [f"{part:.0f}" if part >= LEAST_NAMED else "" for part in line.x]
+        ax.bar_label(bars, numbers, label_type="center", color="white", fontsize=8, fontweight="bold")
+        begin = begin + np.nan_to_num(line.x)
 
 
 def _draw_guide(ax: Axes, guide: Guide) -> None:

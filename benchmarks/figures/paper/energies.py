@@ -61,7 +61,7 @@ def _measured_panel(spent: dict[str, Floats]) -> Panel:
         middle, low, high = (np.array([1e3 * quantile(cpu, q)]) for q in (0.5, 0.1, 0.9))
         lines.append(Line(name, name, np.array([float(k)]), middle, "points", low, high))
     return Panel(
-        "Measured here", "", "CPU time per beep, ms", tuple(lines),
+        "Measured here", "", "CPU time per beep (ms)", tuple(lines),
         ticks=tuple(name.removesuffix("Detector") for name in spent),
         y_range=(0.0, 1.2 * max((float(line.high[0]) for line in lines), default=1.0)),
     )  # fmt: skip
@@ -77,7 +77,7 @@ def _modelled_panel(spent: dict[str, Floats]) -> Panel:
         used = np.array([row.used_mah for row in phones])
         lines.append(Line("the paper, measured", "paper", place, used, "ring"))
     ticks = tuple(row.phone.removeprefix("galaxy-") for row in phones)
-    return Panel("Modelled", "", "charge of 30 minutes, mAh", tuple(lines), ticks=ticks, y_range=(0.0, 90.0))
+    return Panel("Modelled", "", "charge of 30 minutes (mAh)", tuple(lines), ticks=ticks, y_range=(0.0, 90.0))
 
 
 def energy_table(run: RunData) -> TableFigure:

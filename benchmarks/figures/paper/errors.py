@@ -55,7 +55,7 @@ def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
     return CurveFigure(
         name=name,
         title=f"Fig. {name[3:]} · Distance error of a standing phone, {range_m:g} m",
-        x_label="absolute error of the distance, cm",
+        x_label="absolute error of the distance (cm)",
         unit="cm",
         curves=tuple(curves),
         marks=(marks := _distance_marks(range_m)),
@@ -83,7 +83,7 @@ def bearing_errors(run: RunData) -> CurveFigure:
     return CurveFigure(
         name="fig24",
         title="Fig. 24 · Bearing error",
-        x_label="absolute error of the bearing, °",
+        x_label="absolute error of the bearing (°)",
         unit="°",
         curves=curves,
         marks=BEARING_MARKS,
@@ -108,7 +108,7 @@ def radius_errors(run: RunData) -> CurveFigure:
     return CurveFigure(
         name="fig25",
         title=f"Fig. 25 · Radius error, targets up to {2 * NARROW_M:g} m wide",
-        x_label="absolute error of the radius, cm",
+        x_label="absolute error of the radius (cm)",
         unit="cm",
         curves=curves,
         marks=RADIUS_MARKS,
@@ -127,7 +127,7 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
     return BarFigure(
         name="fig24_bins",
         title="Fig. 24, cut by true bearing · Bearing error while walking",
-        y_label="absolute error, °",
+        y_label="absolute error (°)",
         unit="°",
         panels=tuple(panels),
         reading=" ".join(sentences),
@@ -139,8 +139,8 @@ def bearing_errors_by_bin(run: RunData) -> BarFigure:
 DISTANCES = (("range", "Distance1", False), ("range2", "Distance2", True))
 """Columns, what the paper calls them, and whether they are dashed."""
 DIAGNOSTIC = (
-    " Thin and dotted (Distance2: dots and dashes), a diagnostic: the same estimates against whichever of the target's "
-    "loud echoes is nearest, by the simulator's paths."
+    " Thin (Distance1 dotted, Distance2 dots and dashes), a diagnostic: the same estimates against whichever of the "
+    "target's loud echoes is nearest, by the simulator's paths."
 )
 
 DISTANCE_FIGURES = {

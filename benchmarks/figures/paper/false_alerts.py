@@ -27,7 +27,7 @@ def false_alert_rates(run: RunData) -> BarFigure:
     return BarFigure(
         name="fig26",
         title="Fig. 26 · False-alert rate, with and without bearing and size",
-        y_label="false alerts, %",
+        y_label="false alerts (%)",
         unit="%",
         panels=(BarPanel("", tuple(bars)),),
         reading=" ".join(_sentence(name, tables[name], paper.get(name)) for name in names),

@@ -50,7 +50,7 @@ def overall_rates(run: RunData) -> BarFigure:
     return BarFigure(
         name="fig16",
         title="Fig. 16 · TP and TN over all walks",
-        y_label="share of walks, %",
+        y_label="share of walks (%)",
         unit="%",
         panels=(BarPanel("", tuple(bars)),),
         reading=" ".join(_sentence(name, tables[name], known[name]) for name in names),
@@ -95,7 +95,7 @@ def _by(
         bars = [b for g in groups for b in rate_pair(g, rows_where(tables[detector], **{column: g}), known.get(g))]
         panels.append(BarPanel(detector, tuple(bars)))
     readings = [_group_sentence(d, column, groups, tables[d], paper) for d in detectors]
-    return BarFigure(name, title, "share of walks, %", "%", tuple(panels), " ".join(readings), note, TOP)
+    return BarFigure(name, title, "share of walks (%)", "%", tuple(panels), " ".join(readings), note, TOP)
 
 
 def held_against(run: RunData, paper: Mapping[str, RatePair]) -> Mapping[str, RatePair]:

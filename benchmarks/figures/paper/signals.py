@@ -36,7 +36,7 @@ def responses(run: RunData) -> PlotFigure:
         panels.append(
             Panel(
                 f"{phone}, {basis}",
-                "frequency, kHz",
+                "frequency (kHz)",
                 "" if panels else "level, dB re mean over 18-22 kHz",
                 lines,
                 guides,
@@ -75,7 +75,7 @@ def walking_envelopes(run: RunData) -> PlotFigure:
         coarse = values[kept][:count].reshape(-1, step, len(time)).max(axis=1)
         edges = np.append(range_m[kept][:count:step], range_m[kept][count - 1])
         period = time[1] - time[0]
-        image = Image(np.append(time, time[-1] + period), edges, coarse, "dB re direct sound", -75.0, -25.0)
+        image = Image(np.append(time, time[-1] + period), edges, coarse, "level (dB re direct sound)", -75.0, -25.0)
         dots = [(t, r) for t, row in zip(time, signal["candidate_m"], strict=True) for r in row if r <= 6.0]
         true = np.array(signal["true_m"])
         lines = (
@@ -89,7 +89,7 @@ def walking_envelopes(run: RunData) -> PlotFigure:
             ),
         )
         panels.append(
-            Panel(signal["category"], "time, s", "" if panels else "range, m", lines, image=image, y_range=(0.3, 6.0))
+            Panel(signal["category"], "time (s)", "" if panels else "range (m)", lines, image=image, y_range=(0.3, 6.0))
         )
     ahead = 100 * signals_of(run, "approach")[0]["read_ahead_m"] if panels else 0.0
     return PlotFigure(
@@ -114,7 +114,7 @@ def body_at_phone(run: RunData) -> PlotFigure:
 
 
 def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFigure:
-    found, words = signals_of(run, "envelope")[which : which + 1], "level, dB re the highest peak"
+    found, words = signals_of(run, "envelope")[which : which + 1], "level (dB re the highest peak)"
     panels, said = [], "No data."
     for signal in found:
         axis, level = np.array(signal["range_m"]), np.array(signal["level_db"])
@@ -129,7 +129,7 @@ def _envelope_figure(run: RunData, which: int, name: str, title: str) -> PlotFig
         truths = zip(signal["things"], signal["true_m"], strict=True)
         guides = tuple(Guide("x", r, name) for name, r in truths)
         panels.append(
-            Panel("", "range, m", words, lines, guides, x_range=(0.3, 7.0), width_in=6.0, y_range=(-50.0, 3.0))
+            Panel("", "range (m)", words, lines, guides, x_range=(0.3, 7.0), width_in=6.0, y_range=(-50.0, 3.0))
         )
         near = [float(np.abs(candidates - r).min()) if len(candidates) else np.inf for r in signal["true_m"]]
         hits = sum(miss < 0.1 for miss in near)
@@ -187,8 +187,8 @@ def _body_figure(run: RunData, name: str, title: str, far: bool) -> PlotFigure:
         panels.append(
             Panel(
                 "",
-                "path, m",
-                "level, dB re direct sound",
+                "path (m)",
+                "level (dB re direct sound)",
                 curves,
                 guides,
                 x_range=ends,

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.figures.measured import judged_detectors
 from benchmarks.figures.paper.signals import signals_of
-from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
+from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, Style
 from benchmarks.runs.results import RunData
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.scores import beep_table
@@ -14,17 +14,22 @@ from obstaclewatch.support.arrays import Floats
 
 WIDEST_M = 1.2
 LEAST_ESTIMATES = 3
+STATES: tuple[tuple[str, str, str, Style], ...] = (
+    ("approach", "walking", "1", "faint"),
+    ("standing", "standing", "0", "ring"),
+)
+"""Kinds of cells, in words, their colours and marks: the many first, so that they hide no other."""
 
 
 def radius_correlation(run: RunData) -> PlotFigure:
     """Figure 11: median estimate of every walk and standing measurement against the truth."""
-    panels, said, axes = [], [], ("true radius, cm", "estimated radius, cm")
+    panels, said, axes = [], [], ("true radius (cm)", "estimated radius (cm)")
     for detector in judged_detectors(run):
         lines = []
         pooled: list[Floats] = []
-        for number, (kind, state) in enumerate((("standing", "standing"), ("approach", "walking"))):
+        for kind, state, key, style in STATES:
             true, found = radius_medians(run, detector, kind)
-            lines.append(Line(state, str(number), 100 * true, 100 * found, "points" if number == 0 else "ring"))
+            lines.append(Line(state, key, 100 * true, 100 * found, style))
             pooled.append(np.stack([true, found]))
         both = np.concatenate(pooled, axis=1)
         if not both.shape[1]:
@@ -63,7 +68,7 @@ def crest_shapes(run: RunData) -> PlotFigure:
             said.append(f"{name} {words}")
         guides = [Guide("x", at, "", name) for at, name in zip(signal["true_m"], signal["things"], strict=True)]
         where = " at 2 m"
-    panel = Panel("", "range, m", "level re direct sound, dB", tuple(lines), tuple(guides), width_in=5.6)
+    panel = Panel("", "range (m)", "level re direct sound (dB)", tuple(lines), tuple(guides), width_in=5.6)
     return PlotFigure(
         "fig10",
         f"Fig. 10 · Crests of objects of different size{where}",
@@ -87,7 +92,7 @@ def crest_against_distance(run: RunData) -> PlotFigure:
         said.append(f"{signal['category']} {far:.0f} beyond 3.5 m and {near:.0f} within 2 m")
     if lines:
         lines.append(_trend(lines))
-    panel = Panel("", "true distance, m", "crest width, samples at 192 kHz", tuple(lines), width_in=5.6)
+    panel = Panel("", "true distance (m)", "crest width (samples at 192 kHz)", tuple(lines), width_in=5.6)
     return PlotFigure(
         "fig12",
         "Fig. 12 · Crest width against distance",

@@ -116,23 +116,23 @@ def test_strata_have_their_own_walks(tmp_path):
     panels = {panel.title: panel for panel in figure.panels}
     assert list(panels) == ["wall", "car", "campus", "supermarket"]
     assert panels["campus"].x_label == "% of 2 and 4 walks"
-    assert line_of(panels["campus"], "TP: alert with 1 m left, %").x.tolist() == [100.0, 50.0]
-    assert line_of(panels["supermarket"], "TP: alert with 1 m left, %").x.tolist() == [0.0, 50.0]
-    assert np.isnan(line_of(panels["car"], "TP: alert with 1 m left, %").x).all()
-    assert line_of(panels["car"], "TN: other walks without an alert, %").x.tolist() == [75.0, 50.0]
+    assert line_of(panels["campus"], "TP: alert with 1 m left (%)").x.tolist() == [100.0, 50.0]
+    assert line_of(panels["supermarket"], "TP: alert with 1 m left (%)").x.tolist() == [0.0, 50.0]
+    assert np.isnan(line_of(panels["car"], "TP: alert with 1 m left (%)").x).all()
+    assert line_of(panels["car"], "TN: other walks without an alert (%)").x.tolist() == [75.0, 50.0]
 
 
 def test_the_table_says_which_walks_differ(tmp_path):
     table = FIGURES["cause_table"](budget_run(tmp_path))
     rows = {row["removed"]: row for row in table.rows()}
-    assert rows["as it is"]["change of TP, points"] == "–"
-    assert rows["as it is"]["TP, %"] == "33.3 of 6"
+    assert rows["as it is"]["change of TP (points)"] == "–"
+    assert rows["as it is"]["TP (%)"] == "33.3 of 6"
     plain = {head: text.replace("\N{NO-BREAK SPACE}", " ") for head, text in rows["quiet"].items()}
-    assert plain["change of TP, points"].endswith("+2 -1, p = 1")
-    assert plain["change of TN, points"].endswith("+0 -1, p = 1")
-    assert (plain["TP, %"], plain["TN, %"], plain["false alerts, %"]) == ("50.0 of 6", "50.0 of 4", "20.0")
-    assert plain["mean of both, %"] == "50.0"
-    assert plain["same beeps, °"] == "5.0, 5.0"
+    assert plain["change of TP (points)"].endswith("+2 -1, p = 1")
+    assert plain["change of TN (points)"].endswith("+0 -1, p = 1")
+    assert (plain["TP (%)"], plain["TN (%)"], plain["false alerts (%)"]) == ("50.0 of 6", "50.0 of 4", "20.0")
+    assert plain["mean of both (%)"] == "50.0"
+    assert plain["same beeps (°)"] == "5.0, 5.0"
 
 
 def test_the_table_is_readable_at_the_report_s_width(tmp_path):

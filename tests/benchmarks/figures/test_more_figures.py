@@ -105,7 +105,7 @@ def test_calibration_of_claims_equal_to_the_errors(tmp_path):
     assert line.y[line.x < 0.99].max() == 0.0
     assert line.y[line.x > 1.01].min() == 100.0
     assert re.search(r"\b(100|0) % within one deviation", figure.reading)
-    honest = line_of(figure, "normal errors")
+    honest = line_of(figure, "as claimed")
     assert honest.y[np.argmin(np.abs(honest.x - 1.0))] == pytest.approx(68.27, abs=0.01)
 
 
@@ -144,7 +144,7 @@ def test_error_budget_takes_the_reading_ahead_away(tmp_path):
     median = line_of(figure, "median").y
     assert median[0] == pytest.approx(26.65, abs=0.01)
     assert median[1] == pytest.approx(0.0, abs=0.01)
-    assert [tick[:5] for tick in figure.panels[0].ticks] == ["as me", "witho", "noise"]  # nobody stood
+    assert [tick[:5] for tick in figure.panels[0].ticks] == ["walki", "walki", "noise"]  # nobody stood
 
 
 def test_energy_is_the_stated_formula():
@@ -351,11 +351,11 @@ def test_the_guide_stands_at_the_run_s_own_half_width(tmp_path):
 
 
 def test_a_tornado_says_points_and_walks_and_blows_up_no_zero(tmp_path):
-    """Unchanged TN was drawn from -0.05 to 0.05, "change, %", as if that were a scale."""
+    """Unchanged TN was drawn from -0.05 to 0.05, "change (%)", as if that were a scale."""
     cells = [at_variant(walk(index=k), {}) for k in range(4)]
     cells += [at_variant(walk(index=k), {"recording.identical": True}) for k in range(4)]
     figure = FIGURES["tornado_alerts"](made_up_run(tmp_path, cells))
-    assert figure.panels[0].x_label == "change, percentage points"
+    assert figure.panels[0].x_label == "change (percentage points)"
     assert figure.panels[0].x_range == (-1.2, 1.2)
     assert "The same walks (4)" in figure.note
 
@@ -374,7 +374,7 @@ def test_a_sweep_of_one_number_has_its_axis(tmp_path):
     """Speeds of 0.8, 1.2 and 2 m/s were three rows of text at equal distances."""
     cells = at_points([{"walk.speed_m_s": speed} for speed in (2.0, 0.8, 1.2)])
     figure = FIGURES["sweep"](made_up_run(tmp_path, cells))
-    assert figure.panels[0].x_label == "speed, m/s"
+    assert figure.panels[0].x_label == "speed (m/s)"
     assert not figure.panels[0].ticks
     assert line_of(figure, "PaperDetector").x.tolist() == [0.8, 1.2, 2.0]
 

@@ -32,7 +32,7 @@ def written(tmp_path_factory):
 
 def test_verdict_comes_first_with_counts_and_intervals(written):
     _, html = written
-    assert "PaperDetector: TP 75.0 % (19.4–99.4 %, 3 of 4) before contact".replace(" %", "\u00a0%") in html
+    assert "PaperDetector: TP 75.0 % (19.4–99.4) before contact".replace(" %", "\u00a0%") in html
     sections = re.findall(r'<section id="(\w+)">', html)
     assert sections == ["verdict", "figures", "strata", "cases", "provenance"]
     assert "Recipe paper: clear-cut walks" in html
@@ -84,7 +84,7 @@ def test_a_sweep_is_judged_by_its_first_point_and_says_so(tmp_path):
             cells.append({**stored, "label": f"{stored['label']}[{name}]", "cell": {**stored["cell"], **variant}})
     run = made_up_run(tmp_path, cells, figures=["fig16"])
     text = write_report(run).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
-    assert "PaperDetector: TP 100.0 % (39.8–100.0 %, 4 of 4) before contact" in text
+    assert "PaperDetector: TP 100.0 % (39.8–100.0) before contact" in text
     assert "Of the sweep, the point &#39;as it is&#39; alone." in text
     assert "[deaf]" not in text[text.index('<section id="cases">') : text.index('<section id="provenance">')]
 
