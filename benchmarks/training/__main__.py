@@ -25,7 +25,7 @@ from benchmarks.training.fit import (
     stated,
     with_thresholds,
 )
-from benchmarks.training.walks import FEWER, development_cells, with_fewer_echoes, with_people_drawn
+from benchmarks.training.walks import FEWER, RECEPTIONS, development_cells, with_fewer_echoes, with_people_drawn
 from obstaclewatch.support.whole_file import whole_file
 from obstaclewatch.tracking.bearing_model import WEIGHTS as BEARING_WEIGHTS
 from obstaclewatch.tracking.bearing_model import BearingModel
@@ -33,10 +33,12 @@ from obstaclewatch.tracking.collision_model import WEIGHTS, CollisionModel
 
 SEEDS = {"learned": {"paper": 2018, "mixed": 2019}, "held out": {"paper": 7001, "mixed": 7001}}
 """Of the development split; more than 1299 walks of a recipe take the seeds that follow."""
-WALKS, WHOLE, HELD_OUT = 10000, 2490, 169
+WALKS, HELD_OUT = 10_000, 169
+GIVEN = RECEPTIONS.index("walk ratio given")
 MIXED_SHARE = 0.3
 """Of the walks; the others have the recipe `paper`."""
 Found = TypeVar("Found", Examples, BearingExamples)
+Command = TypeVar("Command", bound=Callable[..., None])
 SHOWN_BEEPS = 40
 """Of held-out walks, whose pictures are kept to show that the weights are those of the card."""
 
@@ -46,28 +48,36 @@ def main() -> None:
     """Simulate walks of the development split, learn from them what `TrackingDetector` knows, and write it down."""
 
 
-def _of_walks(command: Callable[..., None]) -> Callable[..., None]:
-    """The options of both commands, which share the walks' files."""
-    for option in (
-        click.option("--table", type=click.Path(path_type=Path), help="where to keep what is known of held-out walks"),
-        click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path)),
-        click.option("-j", "--jobs", default=1, show_default=True),
-        click.option(
-            "--receptions", default=2, show_default=True, help="of every walk, at levels drawn but for the first"
-        ),
-        click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
-        click.option("--whole", default=WHOLE, show_default=True, help="of these with all echoes; the rest have fewer"),
-    ):
-        command = option(command)
-    return command
+def _of_walks(walks: int, whole: int, receptions: int, output: Path) -> Callable[[Command], Command]:
+    """The options of both commands, which share the walks' files, with what stands on the cards as the defaults."""
+
+    def with_options(command: Command) -> Command:
+        for option in (
+            click.option(
+                "-o", "--output", default=output, show_default=True, type=click.Path(path_type=Path),
+                help="weights; card beside",
+            ),
+            click.option("--table", type=click.Path(path_type=Path), help="to keep what is known of held-out walks in"),
+            click.option("--examples", "folder", default=Path("build/examples"), type=click.Path(path_type=Path)),
+            click.option("-j", "--jobs", default=1, show_default=True),
+            click.option(
+                "--receptions", default=receptions, show_default=True, type=click.IntRange(1, len(RECEPTIONS)),
+                help="of every walk: " + ", ".join(RECEPTIONS),
+            ),
+            click.option("--held-out", default=HELD_OUT, show_default=True, help="to measure with, of each recipe"),
+            click.option(
+                "--whole", default=whole, show_default=True, help="of these with all echoes; the rest have fewer"
+            ),
+            click.option("--walks", default=walks, show_default=True, help="to learn from"),
+        ):  # fmt: skip
+            command = option(command)
+        return command
+
+    return with_options
 
 
 @main.command()
-@click.option("--walks", default=WALKS, show_default=True, help="to learn from")
-@_of_walks
-@click.option(
-    "-o", "--output", default=WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="weights; card beside"
-)
+@_of_walks(walks=WALKS, whole=2490, receptions=2, output=WEIGHTS)
 def decision(
     walks: int, whole: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
 ) -> None:
@@ -76,17 +86,13 @@ def decision(
     model = model_of(learned, jobs)
     model.write(output)
     unseen = of_unseen(examples_of, held_out, receptions, jobs, folder)
-    write_card(output, card(model, learned_from(walks, whole), unseen))
+    write_card(output, card(model, learned_from(walks, whole, receptions), unseen))
     if table is not None:
         write_table(table, unseen["paper"], model)
 
 
 @main.command()
-@click.option("--walks", default=WHOLE, show_default=True, help="to learn from")
-@_of_walks
-@click.option(
-    "-o", "--output", default=BEARING_WEIGHTS, show_default=True, type=click.Path(path_type=Path), help="the same"
-)
+@_of_walks(walks=1660, whole=0, receptions=3, output=BEARING_WEIGHTS)
 def bearing(
     walks: int, whole: int, held_out: int, receptions: int, jobs: int, folder: Path, table: Path | None, output: Path
 ) -> None:
@@ -96,7 +102,7 @@ def bearing(
     model = learned_bearings(bearings_of(learned_walks(walks, whole), receptions, jobs, folder / "learned"))
     model.write(output)
     unseen = of_unseen(bearings_of, held_out, receptions, jobs, folder)
-    write_card(output, bearing_card(model, learned_from(walks, whole), unseen))
+    write_card(output, bearing_card(model, learned_from(walks, whole, receptions), unseen))
     if table is not None:
         unseen["paper"].write(table)
 
@@ -113,13 +119,13 @@ def learned_walks(walks: int, whole: int) -> list[list[Cell]]:
     return parts
 
 
-def learned_from(walks: int, whole: int) -> dict[str, Any]:
-    """Of what a card says: how many walks of each recipe, and how many of them have which fewer echoes."""
+def learned_from(walks: int, whole: int, receptions: int) -> dict[str, Any]:
+    """Of what a card says: walks of each recipe, how many of them have which fewer echoes, and receptions of each."""
     found: dict[str, Any] = {"walks": shared(walks)}
     if walks > whole:
         fewer = {recipe: count - shared(whole).get(recipe, 0) for recipe, count in shared(walks).items()}
         found["with fewer echoes"] = {"walks": fewer, "fidelity": FEWER}
-    return found
+    return found | {"receptions": receptions}
 
 
 def of_unseen(
@@ -173,9 +179,8 @@ def write_table(path: Path, found: Examples, model: CollisionModel) -> None:
 
 def card(model: CollisionModel, learned: dict[str, Any], unseen: dict[str, Examples]) -> dict[str, Any]:
     """What the model was learned from (`learned_from`), and what it does on walks that it has not seen."""
-    receptions = max(int(found.reception.max()) + 1 for found in unseen.values())
     return {
-        "data": {"split": "dev", "seeds": SEEDS, **learned, "receptions": receptions},
+        "data": {"split": "dev", "seeds": SEEDS, **learned},
         "cost": {"collision without an alert": MISS_COST, "false alert": FALSE_COST, "in time, m left": IN_TIME_M},
         "held out": {recipe: measured(model, found) for recipe, found in unseen.items()},
     }
@@ -186,6 +191,7 @@ def bearing_card(model: BearingModel, learned: dict[str, Any], unseen: dict[str,
     return {
         "data": {"split": "dev", "seeds": SEEDS, **learned},
         "held out": {recipe: errors(model, found) for recipe, found in unseen.items()},
+        "held out, walk ratio given": {recipe: errors(model, found, GIVEN) for recipe, found in unseen.items()},
     }
 
 
@@ -197,7 +203,8 @@ def measured(model: CollisionModel, found: Examples) -> dict[str, Any]:
         "walks": len(np.unique(found.walk)),
         "collisions": len(np.unique(found.walk[found.collides])),
     }
-    for name, rows in (("assumed levels", found.reception == 0), ("drawn levels", found.reception > 0)):
+    for number, name in enumerate(RECEPTIONS):
+        rows = found.reception == number
         if rows.any():
             each = {f"TP, {m:g} m left": rates(found[rows], alerts[rows], m)[0] for m in (0.0, 0.5, 1.0)}
             each["TN"] = rates(found[rows], alerts[rows], 0.0)[1]

@@ -70,9 +70,9 @@ def bearings_of(parts: Sequence[Sequence[Cell]], receptions: int, jobs: int, fol
     return BearingExamples(np.repeat(numbered(parts), [len(rows) for rows in found["reception"]]), **columns)
 
 
-def errors(model: BearingModel, found: BearingExamples) -> dict[str, Any]:
-    """Errors at the levels assumed, degrees, median and 80 %, by true bearing, and how many are within the claim."""
-    found = found[found.reception == 0]
+def errors(model: BearingModel, found: BearingExamples, reception: int = 0) -> dict[str, Any]:
+    """Errors at a reception, degrees, median and 80 %, by true bearing, and how many are within the claim."""
+    found = found[found.reception == reception]
     bearing_rad, std_rad = model.bearings(found.evidence)
     error_rad = np.abs(bearing_rad - found.true_rad)
     entry: dict[str, Any] = {"walks": len(np.unique(found.walk))}

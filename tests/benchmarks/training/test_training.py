@@ -100,8 +100,8 @@ def test_walks_are_of_the_development_split_and_never_shared():
 def test_walks_beyond_the_first_have_fewer_echoes_and_the_card_says_so():
     fewer = [[FEWER.items() <= cell.fidelity.items() for cell in cells] for cells in learned_walks(10, 2)]
     assert fewer == [[False] + 6 * [True], [False] + 2 * [True]]
-    assert learned_from(10, 2)["with fewer echoes"] == {"walks": {"paper": 6, "mixed": 2}, "fidelity": FEWER}
-    assert learned_from(10, 10) == {"walks": {"paper": 7, "mixed": 3}}
+    assert learned_from(10, 2, 2)["with fewer echoes"] == {"walks": {"paper": 6, "mixed": 2}, "fidelity": FEWER}
+    assert learned_from(10, 10, 2) == {"walks": {"paper": 7, "mixed": 3}, "receptions": 2}
 
 
 def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
@@ -242,7 +242,7 @@ def test_a_walk_gives_examples_and_a_card(tmp_path):
         np.unique(first.walk)
     )
     model = collision_model()
-    entry = card(model, learned_from(1, 1), {"paper": found})
+    entry = card(model, learned_from(1, 1, 2), {"paper": found})
     assert entry["data"]["walks"] == {"paper": 1}
     write_table(tmp_path / "table.npz", found, model)
     table, probability, shown, pictures = _read_table(tmp_path / "table.npz")
