@@ -17,11 +17,17 @@ class Terminated(KeyboardInterrupt):
     """SIGTERM, as `timeout`, a CI that gives up or a batch system sends it: the end is that of Ctrl-C."""
 
 
+_raised: list[type[KeyboardInterrupt]] = []
+"""What came within `interruptible`."""
+
+
 @contextmanager
 def interruptible() -> Iterator[None]:
     """Ctrl-C raises KeyboardInterrupt, also where the import of trimesh swallows it, and SIGTERM raises `Terminated`.
 
-    What a caller does at SIGTERM remains; a second SIGTERM ends the process at once.
+    What a caller does at SIGTERM remains; a second SIGTERM ends the process at once. Where either comes as a compiled
+    function hands back its result, Python makes a SystemError of it, which is taken for what it was, or nothing at all:
+    1 in 100 is lost so, and `raise_swallowed` finds it.
 
     >>> with interruptible():
     ...     import trimesh
@@ -34,19 +40,34 @@ def interruptible() -> Iterator[None]:
         signal.signal(signal.SIGTERM, _terminate)
     try:
         yield
+    except SystemError:
+        raise_swallowed()
+        raise
     finally:
         signal.signal(signal.SIGINT, at_interrupt)
         if at_end == signal.SIG_DFL:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        _raised.clear()
+
+
+def raise_swallowed() -> None:
+    """Raise the Ctrl-C or SIGTERM that came: for those who are still at work, and have not seen it.
+
+    >>> raise_swallowed()
+    """
+    if _raised:
+        raise _raised[-1]
 
 
 def _terminate(_number: int, _frame: FrameType | None) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _raised.append(Terminated)
     raise Terminated
 
 
 def _interrupt(_number: int, frame: FrameType | None) -> None:
     if not _within_import(frame):
+        _raised.append(KeyboardInterrupt)
         raise KeyboardInterrupt
     # To the main thread: a signal that another one raises does not wake it where it waits.
     again = threading.Timer(AGAIN_S, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT])

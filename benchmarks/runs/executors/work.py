@@ -11,6 +11,7 @@ from typing import Any
 
 from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
+from benchmarks.interrupts import raise_swallowed
 from benchmarks.runs.store import to_json
 from benchmarks.runs.stored import StoredCell, check_stored
 
@@ -47,6 +48,7 @@ def done_by(cell: Cell, version: str, work: Work) -> Done:
 
     Raises:
         ValueError: this process has another version of the source than the plan.
+        KeyboardInterrupt: it came while the cell was computed, whatever became of it there.
     """
     if source_fingerprint() != version:
         raise ValueError(
@@ -57,10 +59,12 @@ def done_by(cell: Cell, version: str, work: Work) -> Done:
     record: dict[str, Any] = {"digest": digest, "label": cell.label, "cell": cell.model_dump(mode="json")}
     try:
         result = work(cell)
+        raise_swallowed()
         cost = result.pop("cost") | {"peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
         text = to_json(record | {"status": "ok", "result": result, "error": None})
         check_stored(json.loads(text), StoredCell, "a detector's result must be such as a run stores")
     except (Exception, SystemExit):  # whatever went wrong belongs in the record, and the other cells go on
+        raise_swallowed()
         record |= {"status": "failed", "result": None, "error": traceback.format_exc()}
         return Done(digest, False, to_json(record), None)
     return Done(digest, True, text, to_json(cost))
