@@ -28,6 +28,13 @@ class Exits(PaperDetector):
         sys.exit(0)
 
 
+class Forces(PaperDetector):
+    def stream(self, recording):
+        recording.samples.setflags(write=True)
+        recording.samples[:, ::2] *= 0.5
+        return super().stream(recording)
+
+
 class Writes(PaperDetector):
     def stream(self, recording):
         recording.samples[:, ::2] *= 0.5
@@ -86,7 +93,8 @@ def judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     ("name", "reason"),
     [
         ("Exits", "SystemExit: 0"),
-        ("Writes", "a detector must leave the recording as it is"),
+        ("Writes", "ValueError: output array is read-only"),
+        ("Forces", "a detector must leave the recording as it is"),
         ("Short", "ValueError: stream must yield one Detection a beep, in order: 46, got 3"),
         ("Far", "alert_range_m: must be less than or equal to 1"),
         ("Sure", "collision_probability of a decision must be 0 to 1, got 7.0"),
