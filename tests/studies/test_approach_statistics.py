@@ -35,7 +35,7 @@ def test_they_begin_before_the_paper_would_alert_and_are_what_they_claim(found: 
 
 def test_the_table_and_the_picture(found: ApproachStatistics, tmp_path: Path) -> None:
     rows = statistics_table(found)
-    assert next(row["quantity"] for row in rows) == "distance at the start / m"
+    assert next(row["quantity"] for row in rows) == "distance at the start (m)"
     assert all(row["p5"] <= row["median"] <= row["p95"] for row in rows)
     picture = matplotlib.image.imread(plot_statistics(found, tmp_path / "s.png"))
     assert picture.std() > 0.1
