@@ -99,7 +99,7 @@ class TrackingDetector(StreamingDetector):
     TrackingDetector(flat, 18-23 kHz)
     >>> found = next(d for d in detector.stream(Recording(walk, beep.sample_rate_hz)) if d.decision.alert)
     >>> found
-    Detection(index=21, range_m=[1.5], bearing_rad=[0.05], alert=True)
+    Detection(index=21, range_m=[1.5], bearing_rad=[0.07], alert=True)
     >>> print(f"{found.closing_speed_m_s[0]:.1f} m/s, contact in {found.decision.time_to_collision_s:.1f} s")
     1.3 m/s, contact in 1.1 s
     """
