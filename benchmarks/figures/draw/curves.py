@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ def draw_curves(figure: CurveFigure) -> Canvas:
     canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], 0.08, max(PANEL_HEIGHT, legend_in))
     for curve in figure.curves:
         _draw_curve(ax, curve)
-    for mark, shape in zip(figure.marks, MARKS, strict=False):
+    for mark, shape in zip(figure.marks, cycle(MARKS), strict=False):
         _draw_mark(ax, mark, shape)
     ax.set_xlim(0.0, axis_end(figure))
     ax.set_ylim(0.0, 103.0)

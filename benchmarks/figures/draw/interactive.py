@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -152,7 +153,7 @@ def _curve_traces(figure: CurveFigure) -> list[Parts]:
             "x": [mark.paper.display], "y": [100.0 * mark.share],
             "marker": {"symbol": f"{shape}-open", "color": PAPER_INK, "size": 11},
         }
-        for mark, shape in zip(figure.marks, _MARKS, strict=False)
+        for mark, shape in zip(figure.marks, cycle(_MARKS), strict=False)
     ]  # fmt: skip
     return traces + marks
 
