@@ -142,9 +142,8 @@ def calibration(run: RunData) -> PlotFigure:
         "Dotted: normal errors of the claimed deviation, and probabilities as stated. Below it deviations are "
         "claimed too small, or probabilities stated too high. PaperDetector's claim is the bound from noise, without "
         "range-Doppler bias and body. Probabilities: of beeps at which one above 0 is stated, on collisions "
-        f"those with at most {FARTHEST_M:g} m left, on other walks all, both outcomes weighed the "
-        "same, as in learning; whiskers: 95 % intervals "
-        "over walks, of which all beeps have the same outcome.",
+        f"those with at most {FARTHEST_M:g} m left, on other walks all, both outcomes weighed the same, as in "
+        "learning; whiskers: 95 % intervals over walks, of which all beeps have the same outcome.",
     )
 
 
