@@ -41,6 +41,8 @@ from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
 
+IN_PLANE_RAD = 1e-9  # from a mirror: what lies in its plane is its own image
+
 
 @dataclass(frozen=True)
 class EdgeSights(Rows):
@@ -230,7 +232,19 @@ def _sights(search: Search, point_m: Floats) -> EdgeSights:
     reached = (angle >= 0.0) & (angle <= turn)
     behind = np.flatnonzero(~reached)
     reached[behind] = bends_on(search, images[behind], radius[behind], angle[behind])
-    return EdgeSights(images, radius, angle, height, least)[reached]
+    sights = EdgeSights(images, radius, angle, height, least)
+    return sights[reached & _before_mirror(sights, rest)]
+
+
+def _before_mirror(sights: EdgeSights, wedges: Wedges) -> Flags:
+    """(I,) whether images about corners come from before the mirror there: its image in it lies beyond, and only that.
+
+    Behind a sheet that is folded a corner opens on the one side, and what is on the other has no part in it.
+    """
+    wedge = sights.images.wedge
+    past = sights.angle_rad - wedges.free_angle_rad[wedge]
+    mirrored = sights.last == wedges.mirror[wedge]
+    return (wedges.mirror[wedge] < 0) | (np.where(mirrored, -past, past) <= IN_PLANE_RAD)
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:

@@ -18,6 +18,8 @@ COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase
 CREASE_RAD = {"auto": np.deg2rad(35.0), "flat": 0.0, "smooth": np.deg2rad(60.0)}
 MOST_BULGE_M = 0.025  # one and a half wavelengths: planes that rounding would raise by more are no facets of a curve
+LONE_BULGE_M = 5e-4  # the same of two planes that bend into one another alone: in a curve each has a next one
+LONE_WIDE_M = 0.1  # both are wider: pairs of facets of scanned skin are not
 PANEL_AREA_RATIO = 8.0  # a plane this much larger than its curved neighbours is a panel, not a facet of a curve
 PANEL_LEAST_M2 = 3e-4  # a wavelength at 20 kHz squared: smaller planes are not joined, such as those of scanned skin
 PANEL_BEND_RAD = np.deg2rad(1.0)  # by which planes of one panel may depart from their mean
@@ -57,7 +59,8 @@ def _region_normals(mesh: trimesh.Trimesh, labels: Ints) -> Floats:
 
 
 def broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
-    """Those of some pairs of facets (R,) between planes that rounding would both raise by more than `MOST_BULGE_M`.
+    """Those of some pairs of facets (R,) between planes that rounding would both raise by more than `MOST_BULGE_M`, or
+    by more than `LONE_BULGE_M` where these two alone bend into one another, as the halves of a wall do.
 
     An arc over a chord w whose ends turn by half a fold each rises by w / 8 times the fold.
     """
@@ -67,7 +70,10 @@ def broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
     first = 3 * np.searchsorted(regions[order], np.arange(regions.max() + 2))
     high, low = (take.reduceat(corners, first[:-1]) for take in (np.maximum, np.minimum))
     pair, fold = regions[mesh.face_adjacency[rows]], mesh.face_adjacency_angles[rows]
-    least = 8.0 * MOST_BULGE_M / np.maximum(fold, 1e-9)  # of the chord
+    bent = components(pair, len(first) - 1)
+    lone = np.bincount(bent)[bent[pair[:, 0]]] == 2
+    least = 8.0 * np.where(lone, LONE_BULGE_M, MOST_BULGE_M) / np.maximum(fold, 1e-9)  # of the chord
+    least = np.where(lone, np.maximum(least, LONE_WIDE_M), least)
     wide = (pair[:, 0] != pair[:, 1]) & (norm(high - low)[pair] > least[:, None]).all(axis=1)
     found = []
     for row in np.flatnonzero(wide):

@@ -34,8 +34,9 @@ class Obstacle:
         material: reflection of its whole surface.
         name: unique within a scene, without " > ", which joins the names of those that a path meets.
         surface: "auto" reads nearly tangent neighbours (below 35 degrees of dihedral angle) as one smooth surface, but
-            not two planes so broad that rounding would raise both by more than 2.5 cm, "flat" takes every facet as the
-            true surface, "smooth" rounds every edge but the sharp ones (60 degrees).
+            not two planes so broad that rounding would raise both by more than 2.5 cm, nor the two halves of a wall
+            that is bent once (wider than 0.1 m, raised by more than 0.5 mm), "flat" takes every facet as the true
+            surface, "smooth" rounds every edge but the sharp ones (60 degrees).
         velocity_m_s: (3,) constant velocity of the whole body.
         category: free label ("wall", "dustbin", ...), carried through to scores.
 
