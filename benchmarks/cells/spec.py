@@ -15,6 +15,7 @@ from obstaclewatch.beep import HIGHEST_RATE_HZ, LEAST_TAPER, LONGEST_S, LOWEST_H
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
 Angle = Annotated[float, Field(ge=-np.pi, le=np.pi)]  # rad; degrees are refused
+LevelError = Annotated[float, Field(ge=-np.pi / 4, le=np.pi / 4)]  # rad; drawn phones stay below 90 degrees with it
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -52,7 +53,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
         air: temperature and humidity of the air, as a weather service gives them, and so the speed of sound; False
             leaves what the detector assumes by itself.
         walk_ratio: the walker's walk ratio, measured on another day; detectors that take none stay as they are.
-        pitch_error_rad: what the accelerometer adds to the pitch.
+        pitch_error_rad: what the accelerometer adds to the pitch, up to 45 degrees.
         temperature_error_c: what the weather service adds to the temperature.
     """
 
@@ -60,7 +61,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
     direct_delay: bool = True
     air: bool = True
     walk_ratio: bool = False
-    pitch_error_rad: Angle = 0.0
+    pitch_error_rad: LevelError = 0.0
     temperature_error_c: Finite = 0.0
 
 
