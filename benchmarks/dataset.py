@@ -24,7 +24,7 @@ from benchmarks.runs.manifest import manifest
 from benchmarks.runs.runner import Tally, run_cells
 from benchmarks.runs.store import cell_path, read_cell, to_json, write_atomically, write_bytes_atomically
 from benchmarks.scoring.frames import cell_row, frame_of, swept_names
-from simulator.trace import NOT_MODELLED
+from simulator.field.not_modelled import NOT_MODELLED
 
 TEST_SHARE, VALIDATION = 0.2, 8
 """A fifth of the walks are drawn of the suite's split `test`; of the others about one in eight is for validation."""

@@ -18,6 +18,7 @@ from obstaclewatch.recordings.streaming import check_size
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
 from scenes import load_encounter
 from scenes.files.bounded_yaml import parsed, read_text
+from scenes.files.field_types import Real
 
 ADVICE = {
     Fault.NO_BEEP: "play the file of `obstaclewatch beep` on the phone while it records, with its volume up; record "
@@ -34,7 +35,7 @@ ADVICE = {
 }
 """What to do about what `inspect_recording` finds."""
 
-Metres = Annotated[float, Field(ge=-10.0, le=10.0)]
+Metres = Annotated[Real, Field(ge=-10.0, le=10.0)]
 """Of the suite `extremes`: microphones farther apart are not tried. A detector's memory grows with their distance."""
 Place = tuple[Metres, Metres, Metres]
 SUFFIXES = (".yaml", ".yml")
@@ -60,7 +61,7 @@ class PhoneFile(BaseModel, extra="forbid", frozen=True):
     name: str
     speaker_m: Place
     mics_m: tuple[Place, Place]
-    direct_delay_s: float | None = Field(None, gt=-1e-3, lt=1e-3)
+    direct_delay_s: Real | None = Field(None, gt=-1e-3, lt=1e-3)
     mic_phase_rad: Angle | None = None
 
     @property

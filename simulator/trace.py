@@ -15,6 +15,7 @@ from obstaclewatch.support.distinct_rows import distinct
 from simulator.field.blunt_mirrors import off_blunt_mirrors
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
+from simulator.field.not_modelled import not_modelled
 from simulator.field.rounded_shadows import behind_rounded, passes_around
 from simulator.field.sharp_shadows import passes_over_edges
 from simulator.field.stacked_sheets import covered
@@ -32,21 +33,6 @@ from simulator.world.prepared_scene import PreparedScene, as_prepared
 from simulator.world.rejection_log import Reason, Rejected, RejectionLog
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing, World
-
-NOT_MODELLED = (
-    "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)",
-    "creases in corners of mirrors of less than 60 degrees",
-    "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
-    "or of the shadow of a second edge",
-    "a diffraction and a curve in one path",
-    "mirrors of an obstacle before and after its own curved surfaces, as of a ground and what stands on it in a mesh: "
-    "`Obstacle.split()` parts them",
-    "outer edges that two obstacles make together, as mitred walls do",
-    "how faint strips of less than half a wavelength (9 mm) are",
-    "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else",
-    "two curved reflections one of which is off an uneven body",
-    "two curved reflections off one body or with a mirror between them, and three in one path",
-)
 
 
 def trace_paths(
@@ -222,14 +208,15 @@ def _paths(search: Search, found: Candidates, gain: Complexes) -> Paths:
         obstacle=names_of(tracing.world, found), sequence=found.sequence,
         points_m=found.points_m + tracing.world.origin_m, face=found.face, uv=found.uv,
         phone=search.phone, poses=len(tracing.pose), rejected=search.log.totals,
-        left_out=_left_out(search.fidelity), choices=tuple(search.log.choices),
+        left_out=_left_out(tracing.world, search.fidelity), choices=tuple(search.log.choices),
     )  # fmt: skip
 
 
-def _left_out(fidelity: Fidelity) -> tuple[str, ...]:
-    """What no run models, and what this fidelity leaves out."""
-    lines = NOT_MODELLED + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
-    if min(fidelity.edge_order, fidelity.max_order) < 2 and "edges" in fidelity.mechanisms:
+def _left_out(world: World, fidelity: Fidelity) -> tuple[str, ...]:
+    """What no run models of such a scene, and what this fidelity leaves out."""
+    lines = not_modelled(world) + tuple(f"mechanism '{m}'" for m in MECHANISMS if m not in fidelity.mechanisms)
+    several = min(fidelity.edge_order, fidelity.max_order) >= 2
+    if "edges" in fidelity.mechanisms and not several and len(world.wedges) > 1:
         lines += ("paths over several edges of a thin panel (edge_order 1)",)
     return lines
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 
 from benchmarks.cells.detectors import check_detector, paper_settings, standing_form
+from benchmarks.cells.equipment import check_equipment
 from benchmarks.cells.interference import other_beep
 from benchmarks.cells.situations.variation import air_of, changed_phone
 from benchmarks.cells.spec import Cell
@@ -35,6 +36,18 @@ def check_cell(cell: Cell) -> None:
         if cell.kind == "approach":
             _approach(cell)
         _fidelity(cell)
+    except ValueError as error:
+        raise ValueError(f"cell '{cell.label}': {error}") from error
+
+
+def check_detectors(cell: Cell) -> None:
+    """Build the cell's detectors: `benchmarks.cells.equipment.check_equipment`.
+
+    Raises:
+        ValueError: a value out of range of a detector; the message names the cell.
+    """
+    try:
+        check_equipment(cell)
     except ValueError as error:
         raise ValueError(f"cell '{cell.label}': {error}") from error
 

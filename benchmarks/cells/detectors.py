@@ -141,7 +141,7 @@ def build_detector(
     own = {name: value for name, value in known.items() if _takes(wanted, name)} | own
     try:
         return wanted(beep, phone, settings=settings, pitch_rad=pitch_rad, **own)
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
         raise ValueError(f"detector '{text}' cannot be made: {error}") from error
 
 

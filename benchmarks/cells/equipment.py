@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.detectors import build_detector, paper_settings, standing_form
+from benchmarks.cells.detectors import build_detector, paper_settings, parse_detector, standing_form
 from benchmarks.cells.situations.situation import Situation
-from benchmarks.cells.spec import BeepSetting, Cell
+from benchmarks.cells.situations.variation import air_of
+from benchmarks.cells.spec import BeepSetting, Cell, WalkChange
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.direct_sound import measured_direct_delay_s
 from obstaclewatch.sound_speed import assumed_sound_speed
-from scenes import GaitWalk
+from scenes import GaitWalk, load_encounter
 from simulator import Air, Phone, Scene, StraightWalk, render_walk
 from simulator.scene.pose import Walk
 
@@ -40,9 +41,57 @@ def detector_for(cell: Cell, name: str, setting: Situation, beep: BeepDesign) ->
         "sound_speed_m_s": _sound_speed_m_s(cell, setting.scene.air),
         "walk_ratio_m_min": _walk_ratio_m_min(cell, setting.walk),
     }
-    built = standing_form(name) if cell.kind == "standing" else name
     given = {name: value for name, value in known.items() if value is not None}
-    return build_detector(built, beep, setting.phone.geometry, settings, pitch, given)
+    return build_detector(_built_as(cell, name), beep, setting.phone.geometry, settings, pitch, given)
+
+
+BUILT_FROM = {"kind", "detectors", "detector_sources", "phone", "beep", "settings", "knowledge", "air", "walk"}
+"""What of a cell decides whether its detectors can be built; of a scene file's walk its `approach` as well."""
+
+
+def equipment_key(cell: Cell) -> str:
+    """The same text for cells whose detectors are built alike, but for what their own walks add."""
+    return cell.model_dump_json(include={*BUILT_FROM, "approach"} if cell.kind == "scene" else BUILT_FROM)
+
+
+def check_equipment(cell: Cell) -> None:
+    """Build each detector of a cell once, so that its own rules judge its values before anything is rendered.
+
+    What only a rendered or a drawn walk tells is left out: the direct sound is that of the air path, and where the cell
+    does not say how the phone is pitched, it is level.
+
+    Raises:
+        ValueError: a value that a detector refuses, or a detector of a user's own that cannot be built at all.
+    """
+    phone, air = _phone_and_air(cell)
+    beep, settings, knowledge = cell.beep.design(), paper_settings(cell.settings), cell.knowledge
+    pitch = _asked_pitch_rad(cell.walk) + knowledge.pitch_error_rad if knowledge.pitch else None
+    sound_speed_m_s = _sound_speed_m_s(cell, air)
+    given = {} if sound_speed_m_s is None else {"sound_speed_m_s": sound_speed_m_s}
+    for name in cell.detectors:
+        try:
+            build_detector(_built_as(cell, name), beep, phone.geometry, settings, pitch, given)
+        except (Exception, SystemExit) as error:
+            if isinstance(error, ValueError) or not parse_detector(name).module:
+                raise
+            said = f"{type(error).__name__}: {error}"  # a user's class may do anything
+            raise ValueError(f"detector '{name}' cannot be made: {said}") from error
+
+
+def _asked_pitch_rad(walk: WalkChange) -> float:
+    """Of the phone's top edge, which is to the left and so level in a phone held horizontally."""
+    return 0.0 if walk.pitch_rad is None or walk.holding == "horizontal" else walk.pitch_rad
+
+
+def _built_as(cell: Cell, name: str) -> str:
+    return standing_form(name) if cell.kind == "standing" else name
+
+
+def _phone_and_air(cell: Cell) -> tuple[Phone, Air]:
+    if cell.kind != "scene":
+        return Phone.named(cell.phone), air_of(cell)
+    met = load_encounter(str(cell.approach["file"]), cell.seed, cell.approach["phone"])
+    return met.phone, air_of(cell) if cell.air else met.scene.air
 
 
 def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
@@ -54,8 +103,12 @@ def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:
         return None
     if air.fixed_sound_speed_m_s is not None:
         return air.fixed_sound_speed_m_s
-    temperature_c = air.temperature_c + cell.knowledge.temperature_error_c
-    return assumed_sound_speed(temperature_c, air.relative_humidity, air.pressure_pa)
+    error_c = cell.knowledge.temperature_error_c
+    try:
+        return assumed_sound_speed(air.temperature_c + error_c, air.relative_humidity, air.pressure_pa)
+    except ValueError as error:
+        raise ValueError(f"knowledge.temperature_error_c of {error_c:g} and air at {air.temperature_c:g} C give what "
+                         f"detectors cannot assume: {error}") from error  # fmt: skip
 
 
 def _walk_ratio_m_min(cell: Cell, walk: Walk) -> float | None:

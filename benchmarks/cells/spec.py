@@ -11,22 +11,23 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
 from obstaclewatch.beep import HIGHEST_RATE_HZ, LEAST_TAPER, LONGEST_S, LOWEST_HZ, BeepDesign
+from scenes.files.field_types import NotNegative, Number, Positive, Real, Whole
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-WalkingSpeed = Annotated[float, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
-Angle = Annotated[float, Field(ge=-np.pi, le=np.pi)]  # rad; degrees are refused
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+WalkingSpeed = Annotated[Real, Field(gt=0.0, le=15.0, allow_inf_nan=False)]  # m/s; a sprinter's 12.4, not cm/s
+Angle = Annotated[Real, Field(ge=-np.pi, le=np.pi)]  # rad; degrees are refused
+LevelError = Annotated[Real, Field(ge=-np.pi / 4, le=np.pi / 4)]  # rad; drawn phones stay below 90 degrees with it
+Level = Annotated[Number, Field(ge=-500.0, le=500.0)]  # dB; far beyond, powers overflow
 
 
 class BeepSetting(BaseModel, extra="forbid", frozen=True):
     """Arguments of `obstaclewatch.BeepDesign`."""
 
-    start_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 18_000.0
-    stop_hz: Annotated[float, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 23_000.0
-    duration_s: Annotated[float, Field(gt=0.0, le=LONGEST_S)] = 0.050
-    gap_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] = 0.040
-    sample_rate_hz: Annotated[float, Field(gt=0.0, le=HIGHEST_RATE_HZ)] = 192_000.0
-    taper: Annotated[float, Field(ge=LEAST_TAPER, le=1.0)] = 1.0
+    start_hz: Annotated[Real, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 18_000.0
+    stop_hz: Annotated[Real, Field(ge=LOWEST_HZ, allow_inf_nan=False)] = 23_000.0
+    duration_s: Annotated[Real, Field(gt=0.0, le=LONGEST_S)] = 0.050
+    gap_s: Annotated[Real, Field(ge=0.0, le=LONGEST_S)] = 0.040
+    sample_rate_hz: Annotated[Real, Field(gt=0.0, le=HIGHEST_RATE_HZ)] = 192_000.0
+    taper: Annotated[Real, Field(ge=LEAST_TAPER, le=1.0)] = 1.0
 
     @property
     def period_s(self) -> float:
@@ -52,7 +53,7 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
         air: temperature and humidity of the air, as a weather service gives them, and so the speed of sound; False
             leaves what the detector assumes by itself.
         walk_ratio: the walker's walk ratio, measured on another day; detectors that take none stay as they are.
-        pitch_error_rad: what the accelerometer adds to the pitch.
+        pitch_error_rad: what the accelerometer adds to the pitch, up to 45 degrees.
         temperature_error_c: what the weather service adds to the temperature.
     """
 
@@ -60,8 +61,8 @@ class Knowledge(BaseModel, extra="forbid", frozen=True):
     direct_delay: bool = True
     air: bool = True
     walk_ratio: bool = False
-    pitch_error_rad: Angle = 0.0
-    temperature_error_c: Finite = 0.0
+    pitch_error_rad: LevelError = 0.0
+    temperature_error_c: Number = 0.0
 
 
 class Scoring(BaseModel, extra="forbid", frozen=True):
@@ -74,7 +75,7 @@ class Scoring(BaseModel, extra="forbid", frozen=True):
         max_range_m: beeps with the target farther than this are left out of the error statistics.
     """
 
-    half_width_m: Annotated[float, Field(ge=0.0)] = 0.25
+    half_width_m: NotNegative = 0.25
     gate_m: Positive = 0.5
     max_range_m: Positive = 7.0
 
@@ -92,7 +93,7 @@ class SceneChange(BaseModel, extra="forbid", frozen=True):
 
     target_material: str | None = None
     ground_material: str | None = None
-    person_level_db: Finite = 0.0
+    person_level_db: Level = 0.0
     surroundings: bool = True
     ground_echo: bool = True
 
@@ -111,7 +112,7 @@ class WalkChange(BaseModel, extra="forbid", frozen=True):
     speed_m_s: WalkingSpeed | None = None
     pitch_rad: Angle | None = None
     roll_rad: Angle | None = None
-    gait_scale: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 1.0
+    gait_scale: Annotated[Real, Field(ge=0.0, allow_inf_nan=False)] = 1.0
     holding: Literal["vertical", "horizontal"] | None = None
 
 
@@ -123,10 +124,10 @@ class PhoneChange(BaseModel, extra="forbid", frozen=True):
         body: whether the walker's body stands behind the phone.
     """
 
-    level_spl_db: Finite | None = None
-    noise_spl_db: Annotated[float, Field(lt=200.0, allow_inf_nan=False)] | None = None
-    full_scale_spl_db: Finite | None = None
-    mic_level_db: tuple[Finite, Finite] = (0.0, 0.0)
+    level_spl_db: Level | None = None
+    noise_spl_db: Annotated[Level, Field(lt=200.0)] | None = None
+    full_scale_spl_db: Level | None = None
+    mic_level_db: tuple[Level, Level] = (0.0, 0.0)
     body: bool = True
 
 
@@ -141,9 +142,9 @@ class RecordingChange(BaseModel, extra="forbid", frozen=True):
         identical: whether both channels hold microphone 0.
     """
 
-    mic_gain_db: tuple[Finite, Finite] = (0.0, 0.0)
-    mic_delay_samples: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (0, 0)
-    clock_ppm: Annotated[float, Field(gt=-1e4, lt=1e4)] = 0.0
+    mic_gain_db: tuple[Level, Level] = (0.0, 0.0)
+    mic_delay_samples: tuple[Annotated[Whole, Field(ge=0)], Annotated[Whole, Field(ge=0)]] = (0, 0)
+    clock_ppm: Annotated[Real, Field(gt=-1e4, lt=1e4)] = 0.0
     clip_level: Positive | None = None
     identical: bool = False
 
@@ -160,12 +161,12 @@ class Interferer(BaseModel, extra="forbid", frozen=True):
 
     distance_m: Positive = 3.0
     bearing_rad: Angle = 0.5
-    level_spl_db: Finite = 55.0
+    level_spl_db: Level = 55.0
     start_hz: Positive | None = None
     stop_hz: Positive | None = None
     duration_s: Positive | None = None
-    gap_s: Annotated[float, Field(ge=0.0)] | None = None
-    delay_s: Annotated[float, Field(ge=0.0)] = 0.0123
+    gap_s: NotNegative | None = None
+    delay_s: NotNegative = 0.0123
 
 
 class Conditions(BaseModel, extra="forbid", frozen=True):
@@ -211,11 +212,11 @@ class Cell(Conditions, frozen=True):
     kind: Literal["approach", "standing", "signal", "numerics", "fidelity", "tessellation", "motion", "speed", "scene"]
     scene: str
     category: str
-    index: Annotated[int, Field(ge=0)]
+    index: Annotated[Whole, Field(ge=0)]
     phone: str
-    seed: Annotated[int, Field(ge=0)]
+    seed: Annotated[Whole, Field(ge=0)]
     collision: bool
-    range_m: float | None = None
+    range_m: Positive | None = None
     bearing_rad: Angle = 0.0
     approach: dict[str, Any] = {}
     detectors: tuple[str, ...]

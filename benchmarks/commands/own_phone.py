@@ -21,6 +21,8 @@ PIECE_SAMPLES = 1 << 20
 """Samples read at a time: 5.5 s at 192 kHz, 8 MB. The first piece with a beep is inspected."""
 PLAY_RATE_HZ = 48_000.0
 NAME = "my phone"
+ASSUMED = "galaxy-s5"
+"""The phone whose geometry is taken where nobody says which it is."""
 
 
 def beep_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -80,7 +82,7 @@ def beep(
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--phone", default="galaxy-s5", show_default=True, help="a name of `ls phones` of the same build")
+@click.option("--phone", help=f"a name of `ls phones` of the same build  [{ASSUMED}, and says so]")
 @click.option(
     "--speaker-cm", type=Real(), help="from the top microphone down to the speaker, by ruler, instead of --phone"
 )
@@ -94,7 +96,7 @@ def beep(
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a .yaml file for `detect --phone`")
 @beep_options
 def calibrate(
-    recording: Path, phone: str, speaker_cm: float | None, mics_cm: float | None, wall: float | None,
+    recording: Path, phone: str | None, speaker_cm: float | None, mics_cm: float | None, wall: float | None,
     temperature: float, swap: bool, output: Path | None, band: str, beep_ms: float, gap_ms: float,
 ) -> None:  # fmt: skip
     """Read what RECORDING, a stereo WAV or FLAC file, shows of the phone that played and recorded the beeps.
@@ -126,7 +128,7 @@ def calibrate(
     rate_hz = next(pieces_of(recording, swap)).sample_rate_hz
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate_hz)
     first = sounding_piece(recording, swap, design)
-    geometry = Phone.named(phone).geometry
+    geometry = Phone.named(phone or ASSUMED).geometry
     if speaker_cm is not None:
         apart_m = geometry.mic_separation_m if mics_cm is None else 1e-2 * mics_cm
         geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
@@ -135,6 +137,9 @@ def calibrate(
         apart_m = measured_separation_m(health.calibration, 1e-2 * speaker_cm, speed)
         geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
         click.echo(f"microphones {100 * apart_m:.1f} cm apart, if the direct sound comes through air: check by ruler")
+    if speaker_cm is None:
+        assumed = "" if phone else ", which is assumed: --phone or --speaker-cm say what yours is"
+        click.echo(f"geometry of {geometry.name}{assumed}")
     known = phone_file(geometry)
     if wall is not None:
         found = measured_at_wall(first, design, geometry, wall, speed)

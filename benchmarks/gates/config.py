@@ -8,19 +8,20 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
-from benchmarks.cells.spec import Finite, Positive, first_error
+from benchmarks.cells.spec import first_error
 from benchmarks.gates.quantities import check_exceedable, check_quantity, check_tolerance
 from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
+from scenes.files.field_types import Number, Positive, Real
 
 LEAST_SHARE = 0.01
 """A single right walk of five shows that much with 95 % confidence: who claims less claims hardly more than one."""
-Share = Annotated[float, Field(gt=0.0, lt=1.0)]
-ClaimedShare = Annotated[float, Field(ge=LEAST_SHARE, lt=1.0)]
-Confidence = Annotated[float, Field(ge=0.5, lt=1.0)]
+Share = Annotated[Real, Field(gt=0.0, lt=1.0)]
+ClaimedShare = Annotated[Real, Field(ge=LEAST_SHARE, lt=1.0)]
+Confidence = Annotated[Real, Field(ge=0.5, lt=1.0)]
 """Below a half a bound lies on the good side of what was measured."""
-Points = Annotated[float, Field(gt=0.0, lt=100.0)]
-Tolerances = dict[str, Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
+Points = Annotated[Real, Field(gt=0.0, lt=100.0)]
+Tolerances = dict[str, Annotated[Real, Field(ge=0.0, allow_inf_nan=False)]]
 
 
 class RateClaim(BaseModel, extra="forbid", frozen=True):
@@ -38,14 +39,14 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
     detector: str = ""
     rate: Literal["TP", "TN"]
     at_least: ClaimedShare
-    left_m: float = 0.0
+    left_m: Real = 0.0
     at_tnr: ClaimedShare | None = None
     recipe: Literal["paper", "mixed"] | None = None
     scene: str | None = None
     category: str | None = None
     phone: str | None = None
     clear_cut: bool = False
-    least_index_db: Finite | None = None
+    least_index_db: Number | None = None
     confidence: Confidence = 0.95
 
     @field_validator("left_m")

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.check import check_cell, check_place
+from benchmarks.cells.check import check_cell, check_detectors, check_place
 from benchmarks.cells.detectors import parse_detector, source_digest
+from benchmarks.cells.equipment import equipment_key
 from benchmarks.cells.memory import check_memory
 from benchmarks.cells.situations.own_scene import scene_digest
 from benchmarks.cells.spec import Cell, Conditions
@@ -202,15 +203,21 @@ def _tell_apart(cells: Sequence[Cell]) -> None:
 
 
 def _check(cells: Sequence[Cell]) -> None:
-    """Refuse what could not run before anything runs; cells that differ in their walk alone are looked at once."""
-    seen = set()
-    for cell in {(cell.kind, cell.scene, cell.category): cell for cell in cells}.values():
-        check_place(cell)
-    for cell in cells:
-        alike = cell.model_copy(update={"index": 0, "seed": 0, "collision": False, "category": ""}).model_dump_json()
-        if alike not in seen:
-            seen.add(alike)
-            check_cell(cell)
+    """Refuse what could not run before anything runs; cells that differ in nothing that matters are looked at once."""
+    for check, key in ((check_place, _place), (check_cell, _but_for_the_walk), (check_detectors, equipment_key)):
+        first: dict[str, Cell] = {}
+        for cell in cells:
+            first.setdefault(key(cell), cell)
+        for cell in first.values():
+            check(cell)
+
+
+def _place(cell: Cell) -> str:
+    return f"{cell.kind}/{cell.scene}/{cell.category}"
+
+
+def _but_for_the_walk(cell: Cell) -> str:
+    return cell.model_copy(update={"index": 0, "seed": 0, "collision": False, "category": ""}).model_dump_json()
 
 
 def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:

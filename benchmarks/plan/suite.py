@@ -16,12 +16,12 @@ from benchmarks.cells.spec import Conditions, did_you_mean, first_error
 from benchmarks.plan.figure_names import known_figures
 from benchmarks.plan.sweep import Sweep
 from scenes.files.bounded_yaml import parsed, read_text
-from scenes.files.field_types import matching
+from scenes.files.field_types import Positive, Real, Whole, matching
 from simulator.phone.presets import list_phones
 
 FolderName = Annotated[str, matching(r"\w[\w .+-]*", "letters, digits, spaces and _ . + -, no sign or space first")]
 """A run's folder is called so: no path, and nothing that begins with a dot."""
-Count = Annotated[int, Field(ge=0, le=10**9)]
+Count = Annotated[Whole, Field(ge=0, le=10**9)]
 
 
 def _preset(name: str) -> str:
@@ -32,7 +32,7 @@ def _preset(name: str) -> str:
 
 
 Preset = Annotated[str, AfterValidator(_preset)]
-Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+Fraction = Annotated[Real, Field(ge=0.0, le=1.0)]
 
 
 class _ShellLoader(yaml.SafeLoader):
@@ -77,10 +77,10 @@ class Standing(BaseModel, extra="forbid", frozen=True):
 
     phones: Annotated[tuple[Preset, ...], Field(min_length=1)]
     counts: dict[str, Count]
-    range_m: tuple[Annotated[float, Field(gt=0.0, allow_inf_nan=False)], ...] = (1.5, 3.0, 5.0)
-    bearing_rad: Annotated[tuple[Annotated[float, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
+    range_m: tuple[Positive, ...] = (1.5, 3.0, 5.0)
+    bearing_rad: Annotated[tuple[Annotated[Real, Field(gt=-1.6, lt=1.6)], ...], Field(min_length=1)] = (0.0,)
     detectors: tuple[str, ...] = ("PaperDetector",)
-    gate_m: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] = 0.2
+    gate_m: Positive = 0.2
 
 
 class Probe(BaseModel, extra="forbid", frozen=True):
@@ -134,7 +134,7 @@ class Suite(Conditions, frozen=True):
     name: FolderName
     title: str
     reproduces: str = ""
-    seed: Annotated[int, Field(ge=0)]
+    seed: Annotated[Whole, Field(ge=0)]
     split: Literal["dev", "test"] = "test"
     recipe: Literal["paper", "mixed"] = "mixed"
     collision_fraction: Fraction = 0.5

@@ -16,6 +16,7 @@ import scipy
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import Cell, first_error, variant_text
+from scenes.files.field_types import Number, Whole
 
 Point = dict[str, Any]
 NAME = "name"
@@ -59,9 +60,9 @@ class Range(BaseModel, extra="forbid", frozen=True):
         scale: "linear", or "log" for even steps in the logarithm.
     """
 
-    low: Annotated[float, Field(allow_inf_nan=False)]
-    high: Annotated[float, Field(allow_inf_nan=False)]
-    count: Annotated[int, Field(ge=2)] = 5
+    low: Number
+    high: Number
+    count: Annotated[Whole, Field(ge=2)] = 5
     scale: Literal["linear", "log"] = "linear"
 
     @model_validator(mode="after")
@@ -98,8 +99,8 @@ class Sweep(BaseModel, extra="forbid", frozen=True):
     method: Literal["grid", "one-at-a-time", "list", "random", "latin-hypercube"] = "grid"
     over: dict[str, Range | list[Any]] = {}
     points: tuple[Point, ...] = ()
-    samples: Annotated[int, Field(ge=1)] = 16
-    seed: Annotated[int, Field(ge=0)] = 0
+    samples: Annotated[Whole, Field(ge=1)] = 16
+    seed: Annotated[Whole, Field(ge=0)] = 0
 
     @field_validator("over")
     @classmethod

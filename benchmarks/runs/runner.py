@@ -17,6 +17,7 @@ from benchmarks.cells.fingerprint import source_fingerprint
 from benchmarks.cells.spec import Cell
 from benchmarks.runs.executors import Executor, Task, WorkersLost, serial
 from benchmarks.runs.executors.work import Done, Work, done_by
+from benchmarks.runs.progress import progress as shown_progress
 from benchmarks.runs.reasons import reason
 from benchmarks.runs.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
 from benchmarks.runs.stored import check_file
@@ -79,7 +80,7 @@ def run_cells(
         executor: where they are computed; the records do not depend on it.
         retries: how often cells that failed, or whose worker died, are tried again.
         keep_going: go on with the other cells after one has failed.
-        progress: show a bar where the output is a terminal.
+        progress: show a bar on stderr, or a line now and then where that is no terminal.
         work: what is done with a cell; `benchmarks.cells.compute.compute` by default.
 
     Raises:
@@ -96,8 +97,8 @@ def run_cells(
         state = {digest: _stored_status(run, digest) for digest in digests}
         planned = dict(zip(digests, cells, strict=True))
         failures: dict[str, list[str]] = defaultdict(list)
-        with tqdm(total=len(planned), unit="cell", disable=not (progress and sys.stderr.isatty())) as bar:
-            bar.update(sum(status == "ok" for status in state.values()))
+        stored = sum(status == "ok" for status in state.values())
+        with shown_progress(len(planned), stored, "cell", progress) as bar:
             for done in _attempts(planned, state, retries, executor, task):
                 _store(run, done)
                 state[done.digest] = "ok" if done.ok else "failed"

@@ -13,7 +13,10 @@ the machine that measured.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
+
+from obstaclewatch.support.argument_types import hold_numbers
 
 AUDIO_W = (0.3, 0.5)
 SLOWER = (3.0, 10.0)
@@ -29,12 +32,25 @@ class EnergyModel:
         core_w: extra power of one busy core.
         slower: how many times slower the phone computes than the machine that measured.
         battery_v: mean voltage of a lithium cell.
+
+    Raises:
+        ValueError: a constant that is not a positive, finite number.
+
+    >>> EnergyModel(battery_v=0.0)
+    Traceback (most recent call last):
+    ValueError: battery_v must be positive and finite, got 0.0
     """
 
     audio_w: float = 0.4
     core_w: float = 0.75
     slower: float = 5.0
     battery_v: float = 3.85
+
+    def __post_init__(self) -> None:
+        hold_numbers(self, *(each.name for each in fields(self)))
+        for name, value in vars(self).items():
+            if not 0.0 < value < math.inf:
+                raise ValueError(f"{name} must be positive and finite, got {value}")
 
     def charge_mah(self, cpu_s_per_beep: float, period_s: float) -> float:
         """Charge drawn over 30 minutes, mAh; more than one core's time is counted as it is."""

@@ -9,9 +9,16 @@ from typing import Any
 import numpy as np
 
 from obstaclewatch.paper.errata import Errata
+from obstaclewatch.signal.direct_delay import check_direct_delay
 from obstaclewatch.support.argument_types import as_number, check_counts, check_types, hold_numbers
 
 MOST_COUNT = 10_000
+MOST_DB = 500.0
+"""Of a level: far beyond, its power is no number any more."""
+WIDEST_M = 10.0
+"""Of half a walker, and from the phone to a walker; what is wider is given in another unit."""
+FASTEST_M_S = 100.0
+"""Of an approach: speeds are tried one by one up to it."""
 COUNTS = ("max_candidates", "votes_needed", "votes_of")
 PAIRS = ("closing_speed_m_s", "body_distance_m", "crest_radius")
 OPTIONAL = ("crest_radius", "direct_delay_s")
@@ -113,10 +120,12 @@ class PaperSettings:
                 f"static_age_s must be positive and below history_s, got {self.static_age_s} and {self.history_s}"
             )
         self._check_numbers()
-        for name in ("closing_speed_m_s", "body_distance_m"):
+        for name, most in (("closing_speed_m_s", FASTEST_M_S), ("body_distance_m", WIDEST_M)):
             low, high = getattr(self, name)
             if not 0.0 < low < high:
                 raise ValueError(f"{name} must be (low, high) with 0 < low < high, got {(low, high)}")
+            if not high <= most:
+                raise ValueError(f"{name} must be (low, high) with high at most {most:g}, got {(low, high)}")
 
     @classmethod
     def as_printed(cls, **others: Any) -> PaperSettings:
@@ -175,8 +184,15 @@ class PaperSettings:
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must be finite and not negative, got {getattr(self, name)}")
         for name in ("floor_db", "second_mic_snr_db", "second_mic_level_db"):
-            if not getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be a level in dB, got {getattr(self, name)}")
+            level_db = getattr(self, name)
+            if not level_db < np.inf:
+                raise ValueError(f"{name} must be a level in dB, got {level_db}")
+            if level_db > MOST_DB:
+                raise ValueError(f"{name} must be at most {MOST_DB:g} dB, got {level_db}")
+        if self.walker_half_width_m > WIDEST_M:
+            raise ValueError(f"walker_half_width_m must be at most {WIDEST_M:g} m, got {self.walker_half_width_m}")
+        if self.direct_delay_s is not None:
+            check_direct_delay(self.direct_delay_s)
 
 
 READINGS: dict[str, dict[str, Any]] = {

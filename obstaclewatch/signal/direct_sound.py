@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.recording import PhoneGeometry
+from obstaclewatch.signal.direct_delay import DIRECT_SEARCH_S, check_direct_delay
 from obstaclewatch.signal.echoes import refined_peak
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter, nearest_sample
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled
-
-DIRECT_SEARCH_S = 1.2e-3
-"""How far from the block's start the direct peak may lie: the air path along a 16 cm phone takes 0.47 ms."""
 
 
 class DirectSound(NamedTuple):
@@ -44,11 +42,7 @@ def expected_direct_delay_s(phone: PhoneGeometry, sound_speed_m_s: float, calibr
         ValueError: it is not within `DIRECT_SEARCH_S` of the emission: no beep of a recording would ever be found.
     """
     delay_s = float(phone.speaker_to_mic_m[0]) / sound_speed_m_s if calibrated_s is None else calibrated_s
-    if not abs(delay_s) < DIRECT_SEARCH_S:
-        raise ValueError(
-            f"the direct sound must reach microphone 0 within {DIRECT_SEARCH_S * 1e3:g} ms of its emission, got "
-            f"direct_delay_s = {delay_s:g}"
-        )
+    check_direct_delay(delay_s)
     return delay_s
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 
-def _no_bool(value: Any) -> Any:
+def no_bool(value: Any) -> Any:
     """YAML reads yes, no, on and off as truth values, which Python would take for 1 and 0."""
     if isinstance(value, bool):
         raise ValueError(f"must be a number, got {value}")
@@ -31,7 +31,9 @@ def matching(pattern: str, rule: str) -> AfterValidator:
     return AfterValidator(checked)
 
 
-Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_bool)]
+Real = Annotated[float, BeforeValidator(no_bool)]
+Whole = Annotated[int, BeforeValidator(no_bool)]
+Number = Annotated[Real, Field(allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0.0)]
 NotNegative = Annotated[Number, Field(ge=0.0)]
 FARTHEST_PLAN_M = 1e6

@@ -36,6 +36,17 @@ def test_no_command_s_help_waits_for_a_slow_import() -> None:
     assert [line for line in lines if " " in line] == []
 
 
+def test_the_package_is_a_command() -> None:
+    """Cause: `python -m benchmarks` said that the package cannot be executed."""
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "ls", "suites"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "paper" in done.stdout
+    wrong = subprocess.run([sys.executable, "-m", "benchmarks", "run"], cwd=ROOT, capture_output=True, text=True)
+    assert wrong.returncode == 2
+
+
 @pytest.mark.parametrize("example", [example for name in COMMANDS for example in EXAMPLES[name]])
 def test_examples_at_the_end_of_help_are_commands(example: str) -> None:
     command, words, context = cli, shlex.split(example), click.Context(cli)

@@ -105,6 +105,16 @@ def test_a_phone_may_be_calibrated_again(tmp_path: Path):
     assert load_phone(tmp_path / "mine.yaml").mic_phase_rad is not None
 
 
+def test_whose_geometry_is_taken_is_said(tmp_path: Path):
+    """Cause: without --phone that of galaxy-s5 was taken, and nothing said so."""
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    said = run("calibrate", tmp_path / "wall.wav")
+    assert "geometry of galaxy-s5, which is assumed: --phone or --speaker-cm say what yours is" in said.splitlines()
+    said = run("calibrate", tmp_path / "wall.wav", "--phone", "galaxy-s8-plus")
+    assert "geometry of galaxy-s8-plus" in said.splitlines()
+    assert "geometry of" not in run("calibrate", tmp_path / "wall.wav", "--speaker-cm", 3, "--mics-cm", 15)
+
+
 def test_a_phone_as_large_as_the_sky_is_refused(tmp_path: Path):
     """Cause: any finite place passed, and the delay of its direct sound overflowed within the detector."""
     path = tmp_path / "mine.yaml"

@@ -287,6 +287,39 @@ def test_settings_of_another_type_are_refused_by_name(wrong, rule):
         PaperSettings(**wrong)
 
 
+@pytest.mark.parametrize("settings", [PaperSettings, TrackingSettings])
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ({"direct_delay_s": np.nan}, "within 1.2 ms of its emission, got direct_delay_s = nan"),
+        ({"direct_delay_s": -np.inf}, "within 1.2 ms of its emission, got direct_delay_s = -inf"),
+        ({"direct_delay_s": 0.5}, "within 1.2 ms of its emission, got direct_delay_s = 0.5"),
+        ({"direct_delay_s": True}, "direct_delay_s must be a number, got True"),
+        ({"floor_db": 7000.0}, "floor_db must be at most 500 dB, got 7000.0"),
+        ({"walker_half_width_m": 1e12}, "walker_half_width_m must be at most 10 m, got 1000000000000.0"),
+    ],
+)
+def test_settings_are_refused_where_they_are_made(settings, wrong, rule):
+    """Causes: a delay was refused by the detector alone; levels and widths overflowed in the first beep."""
+    with pytest.raises(ValueError, match=rule):
+        settings(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ({"second_mic_snr_db": 1e12}, "second_mic_snr_db must be at most 500 dB"),
+        ({"second_mic_level_db": 1e12}, "second_mic_level_db must be at most 500 dB"),
+        ({"closing_speed_m_s": (0.4, np.inf)}, r"closing_speed_m_s must be .* with high at most 100, got \(0.4, inf\)"),
+        ({"body_distance_m": (0.1, np.inf)}, r"body_distance_m must be .* with high at most 10, got \(0.1, inf\)"),
+    ],
+)
+def test_settings_without_bounds_are_refused(wrong, rule):
+    """Cause: levels overflowed, and speeds without end did not fit memory, in the first beep."""
+    with pytest.raises(ValueError, match=rule):
+        PaperSettings(**wrong)
+
+
 @pytest.mark.parametrize("detector", [PaperDetector, StandingDetector])
 @pytest.mark.parametrize("given", ["x", TrackingSettings()])
 def test_what_is_not_the_paper_s_settings_is_refused(detector, given):
