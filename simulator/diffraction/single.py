@@ -36,11 +36,13 @@ from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
+from simulator.world.mirrors import FLUSH_M
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
 from simulator.world.world import Tracing
 
+INTO_M = 0.01  # from an end on: an edge that a mirror shows there it shows up to its end
 IN_PLANE_RAD = 1e-9  # from a mirror: what lies in its plane is its own image
 
 
@@ -139,23 +141,39 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     kept = audible(bound, strongest[at])
     faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
 
-    def turns(rows: Ints) -> Turns:
-        return _turns(search, pairs[rows], part[rows])
-
     search.reject(  # whether the mirrors of what is faint would be met is not asked
-        Reason.FAINT_EDGE, len(faint), lambda: Rejected(bound[faint], partial(straightened, search, turns(faint)))
+        Reason.FAINT_EDGE,
+        len(faint),
+        lambda: Rejected(bound[faint], partial(straightened, search, _turns(search, pairs[faint], part[faint]))),
     )
 
-    def arrives(missing: Candidates, rows: Ints) -> Flags:
-        over = replace(missing, edge=wedge[loud[rows]], part=part[loud[rows]])
+    def arrives(rows: Ints, missing: Candidates, some: Ints) -> Flags:
+        over = replace(missing, edge=wedge[rows[some]], part=part[rows[some]])
         view = views_of(search.tracing, over)[1]
         with np.errstate(invalid="ignore"):  # NaN where a way runs along a mirror's plane
             share = left_by_mirrors(search.tracing, over, view, np.array([search.wavenumber_1_m]))
         left = np.abs(share).max(axis=(1, 2))
-        return (left > 0.0) & audible(left * bound[loud[rows]], strongest[at][loud[rows]])
+        return (left > 0.0) & audible(left * bound[rows[some]], strongest[at][rows[some]])
 
-    found, ok = unfolded(search, turns(loud), lambda: bound[loud], arrives)
-    return replace(found, edge=wedge[loud[ok]], part=part[loud[ok]])
+    def shown(rows: Ints, into_m: float) -> tuple[Candidates, Ints]:
+        turns = _turns(search, pairs[rows], part[rows], into_m)
+        found, ok = unfolded(search, turns, lambda: bound[rows], partial(arrives, rows))
+        return found, rows[ok]
+
+    found, rows = shown(loud, 0.0)
+    at_end = _at_end(found, part[rows])
+    before_end = np.isin(rows, shown(rows[at_end], INTO_M)[1]) if at_end.any() else at_end
+    left = np.flatnonzero(~at_end | before_end)
+    return replace(found[left], edge=wedge[rows[left]], part=part[rows[left]])
+
+
+def _at_end(found: Candidates, part: Ints) -> Flags:
+    """(C,) whether a mirror is met where the edge of a path ends: whether it shows the edge, what is before tells."""
+    each = np.arange(len(found))
+    end = found.points_m[each, 1 + point_slot(found)]
+    met = (norm(found.points_m[:, 1:-1] - end[:, None]) < FLUSH_M) & (found.interaction == Interaction.SPECULAR)
+    on_mirror: Flags = (part != APEX) & np.logical_or.reduce(met, axis=1)
+    return on_mirror
 
 
 def _contributions(search: Search, pairs: EdgePairs) -> tuple[EdgePairs, Ints, Floats]:
@@ -184,12 +202,13 @@ def _has_partner(wedges: Wedges, pairs: EdgePairs, part: int, max_order: int) ->
     return (mirror < 0) | pairs.beside(mirror) | (pairs.order + 3 <= max_order)
 
 
-def _turns(search: Search, pairs: EdgePairs, part: Ints) -> Turns:
-    """Paths over apexes and ends (R,)."""
+def _turns(search: Search, pairs: EdgePairs, part: Ints, into_m: float = 0.0) -> Turns:
+    """Paths over apexes and ends (R,), or over what is so far before the ends, and half an edge at most."""
     tracing = search.tracing
     row = row_of(tracing, pairs.wedge, pairs.pose)
     start, end = (each.take(row, axis=0) for each in (tracing.wedges.start_m, tracing.wedges.end_m))
-    point = edge_points(start, end, pairs.view(tracing.world.wedges), part)
+    along = (np.minimum(into_m / norm(end - start), 0.5)[:, None]) * (end - start)
+    point = edge_points(start + along, end - along, pairs.view(tracing.world.wedges), part)
     number = tracing.world.numbering.number(Interaction.EDGE, pairs.wedge)
     return Turns(pairs.images(), point[:, None], number[:, None])
 

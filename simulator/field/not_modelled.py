@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from simulator.world.mirrors import facing
 from simulator.world.world import World
 
 
@@ -28,7 +29,7 @@ def _curved_beside_own_planes(world: World) -> bool:
 
 _CONCERNS: dict[str, Callable[[World], bool]] = {
     "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)": _curved,
-    "creases in corners of mirrors of less than 60 degrees": lambda world: bool(world.follows.any()),
+    "creases in corners of mirrors of less than 60 degrees": lambda world: bool(facing(world.ahead).any()),
     "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
     "or of the shadow of a second edge": lambda world: len(world.wedges) > 1,
     "a diffraction and a curve in one path": lambda world: len(world.wedges) > 0 and _curved(world),

@@ -214,10 +214,15 @@ def _onwards(mirrors, allowed, level, goal):
     for r in range(len(pose)):
         n, before = pose[r], images[r, depth]
         last = sequence[r, max(depth - 1, 0)]
+        side = int(
+            depth > 0 and dot(before, mirrors.normal[n, last]) > mirrors.offset_m[n, last]
+        )  # 0: the image is behind
         for p in range(len(allowed)):
-            if not allowed[p] or (depth > 0 and not mirrors.follows[last, p]):
+            if not allowed[p]:
                 continue
             height = dot(before, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
+            if depth > 0 and not (mirrors.ahead[side, last, p] and mirrors.ahead[int(height < 0.0), p, last]):
+                continue
             if (height == 0.0 and depth > 0) or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
                 continue
             center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]

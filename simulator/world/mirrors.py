@@ -21,7 +21,7 @@ class Mirrors(NamedTuple):
         normal, offset_m, center_m: (N, P, 3), (N, P) and (N, P, 3) planes and centres in the world.
         corner_m: (N, P, 4, 3) rectangles round the patches, in the world.
         radius_m, one_sided, obstacle: (P,) as in `PlanarPatches`.
-        follows: (P, P) from `facing`.
+        ahead: (2, P, P) from `those_ahead`.
         frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
         rest_normal: (P, 3) in the rest frame of the obstacle.
         edge_m, edge_start: outlines in the rest frame, as in `PlanarPatches`.
@@ -35,7 +35,7 @@ class Mirrors(NamedTuple):
     radius_m: Floats
     one_sided: Flags
     obstacle: Ints
-    follows: Flags
+    ahead: Flags
     frames: Floats
     rest_normal: Floats
     edge_m: Floats
@@ -43,7 +43,7 @@ class Mirrors(NamedTuple):
     endless: Flags
 
 
-def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mirrors:
+def placed_mirrors(patches: PlanarPatches, ahead: Flags, frames: Floats) -> Mirrors:
     """All patches where their obstacles stand, frames (N, O, 4)."""
     frame = frames[:, patches.obstacle]
     shape = (len(frames), len(patches), 3)
@@ -56,7 +56,7 @@ def placed_mirrors(patches: PlanarPatches, follows: Flags, frames: Floats) -> Mi
     whole = np.ascontiguousarray
     return Mirrors(
         whole(normal), whole(offset), whole(center), whole(corner), patches.radius_m, patches.one_sided,
-        patches.obstacle, follows, frames, patches.normal, patches.edge_m, patches.edge_start,
+        patches.obstacle, ahead, frames, patches.normal, patches.edge_m, patches.edge_start,
         np.zeros(len(patches), dtype=bool),
     )  # fmt: skip
 
@@ -73,20 +73,26 @@ def gaps_to_others(mirrors: Mirrors, pose: int, obstacle: int, point_m: Floats) 
     return np.where(near, gap, np.inf), normal
 
 
-def facing(patches: PlanarPatches, moves: Flags) -> Flags:
-    """(P, P) whether patch j may follow patch i: each has some corner in front of the other.
+def those_ahead(patches: PlanarPatches, moves: Flags) -> Flags:
+    """(2, P, P) whether patch j has some corner ahead of the front of patch i, and of its back; a body has no back.
 
     Args:
         moves: (O,) which obstacles move relative to the others; their patches may face any of another obstacle.
     """
     count = len(patches)
     if count == 0:
-        return np.zeros((0, 0), dtype=bool)
+        return np.zeros((2, 0, 0), dtype=bool)
     height = patches.edge_m.reshape(-1, 3) @ patches.normal.T - patches.offset_m  # segments run either way: both ends
     span = 2 * patches.edge_start[:-1]
     highest = np.maximum.reduceat(height, span, axis=0).T
     lowest = np.minimum.reduceat(height, span, axis=0).T
-    ahead = np.where(patches.one_sided[:, None], highest > FLUSH_M, (highest > FLUSH_M) | (lowest < -FLUSH_M))
+    ahead = np.stack([highest > FLUSH_M, (lowest < -FLUSH_M) & ~patches.one_sided[:, None]])
     free = moves[patches.obstacle][:, None] | moves[patches.obstacle][None, :]
     other = patches.obstacle[:, None] != patches.obstacle[None, :]
-    return (ahead & ahead.T) | (free & other)
+    return ahead | (free & other)
+
+
+def facing(ahead: Flags) -> Flags:
+    """(P, P) whether one patch may follow another on some side: `those_ahead` of either hold the other."""
+    either: Flags = np.logical_or.reduce(ahead)
+    return either & either.T

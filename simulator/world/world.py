@@ -32,7 +32,7 @@ class World:
         carried: (O,) which of them go with the walker.
         origin_m: (3,) subtracted from all coordinates: far from the origin of a map, float64 keeps its micrometres.
         patches: planar patches of all obstacles.
-        follows: (P, P) whether one patch may follow another.
+        ahead: (2, P, P) which patches lie ahead of the front and of the back of each (`mirrors.those_ahead`).
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
         skins: what the facets of each obstacle are, and its smooth surface, for sums over it.
@@ -45,7 +45,7 @@ class World:
     carried: Flags
     origin_m: Floats
     patches: PlanarPatches
-    follows: Flags
+    ahead: Flags
     surfaces: tuple[SmoothSurface, ...]
     wedges: Wedges
     skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
@@ -179,7 +179,7 @@ class Tracing:
     @cached_property
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
-        return placed_mirrors(self.world.patches, self.world.follows, self.placed)
+        return placed_mirrors(self.world.patches, self.world.ahead, self.placed)
 
     @cached_property
     def wedges(self) -> Wedges:

@@ -1,4 +1,4 @@
-"""Echo of a wall that is bent once, by a sum over both halves: twice the incident pressure, no edges, no images.
+"""Echo of a wall that is bent once, or of a shallow roof, by a sum over it: twice the incident pressure, no edges.
 
 What it leaves out, the wedge's own wave, is as faint as the bend is slight.
 """
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-GRAIN_M = 5e-3
+GRAIN_M = 6e-3
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,24 @@ class BentWall:
                 slope = (1j * k + 1.0 / l) * cosine + (1j * k + 1.0 / m) * other
                 total[n] += area * np.sum(slope * np.exp(-1j * k * (l + m)) / (4.0 * np.pi * l * m))
         return total
+
+
+def echo_of_facets(mesh: trimesh.Trimesh, source_m: Floats, receiver_m: Floats, wavenumber: Floats) -> Complexes:
+    """(K,) the same of a sheet of any shape, all of which is seen from both points."""
+    corners, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, 1.5 * GRAIN_M)
+    facet = corners[faces]
+    normal = np.cross(facet[:, 1] - facet[:, 0], facet[:, 2] - facet[:, 0])
+    twice = np.linalg.norm(normal, axis=1)
+    total = np.zeros(len(wavenumber), dtype=complex)
+    offsets = [end - facet.mean(axis=1) for end in (source_m, receiver_m)]
+    l, m = (np.linalg.norm(offset, axis=1) for offset in offsets)
+    cosine, other = (
+        np.abs(np.einsum("fx,fx->f", each, normal)) / twice / far for each, far in zip(offsets, (l, m), strict=True)
+    )
+    for n, k in enumerate(wavenumber):
+        slope = (1j * k + 1.0 / l) * cosine + (1j * k + 1.0 / m) * other
+        total[n] = np.sum(0.5 * twice * slope * np.exp(-1j * k * (l + m)) / (4.0 * np.pi * l * m))
+    return total
 
 
 def _seen(point_m: Floats, normal: Floats, end_m: Floats) -> tuple[Floats, Floats]:
