@@ -2,7 +2,8 @@
 
 The side of a pillar on a wall is one face with its image. A phone before the pillar has its own image inside the
 pillar, as the front edge sees it: nothing goes there straight, but what runs from the edge along the side and bends on
-at the edge's image does, half of it where the image just drops behind the side.
+at the edge's image does, half of it where the image just drops behind the side. So it is with the far edge of a side
+of a free box or pillar, as the phone itself drops behind that side.
 """
 
 from __future__ import annotations
@@ -30,33 +31,44 @@ SPARE = 2.0  # on the reach: aslant to the edge a detour is shorter than square 
 
 
 def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Floats) -> Flags:
-    """(I,) whether images inside an edge are reached all the same: over its own image, the detour being in reach.
+    """(I,) whether images inside an edge are reached all the same, the detour along its face being in reach.
 
-    Mirrors square to the edge, as the ground is to a pillar's, leave it where it is.
+    That is over the edge across the face, or over the image of their own edge. Mirrors square to the edge, as the
+    ground is to a pillar's, leave it where it is.
 
     Args:
         radius_m, angle_rad: (I,) of the images about their edges.
     """
     tracing, wedges = search.tracing, search.tracing.world.wedges
     reached = np.zeros(len(images), dtype=bool)
-    rows = np.flatnonzero((images.order > 0) & ((wedges.mirror < 0) & ~wedges.flat)[images.wedge])
+    rows = np.flatnonzero(((wedges.mirror < 0) & ~wedges.flat)[images.wedge])
     wedge, pose, radius, angle = images.wedge[rows], images.pose[rows], radius_m[rows], angle_rad[rows]
-    edge, turn = at_poses(tracing, wedge, pose), wedges.open_angle_rad[wedge]
+    turn, side = wedges.open_angle_rad[wedge], (angle > 0.0).astype(np.int64)
     inside = np.maximum(angle - turn, -angle)
-    face = tracing.mirrors.normal[pose, wedges.patch[wedge, (angle > 0.0).astype(np.int64)]]
+    reached[rows] = _in_reach(search, tracing.world.runs_to_opposite_m[wedge, side], radius, inside)
+    mirrored = images.order[rows] > 0
+    rows, wedge, pose, side = rows[mirrored], wedge[mirrored], pose[mirrored], side[mirrored]
+    radius, inside = radius[mirrored], inside[mirrored]
+    edge, face = at_poses(tracing, wedge, pose), tracing.mirrors.normal[pose, wedges.patch[wedge, side]]
     in_place = np.ones(len(rows), dtype=bool)
     for k in reversed(range(images.sequence.shape[1])):
         met, mirror = images.order[rows] > k, images.sequence[rows, k]
         normal, offset = tracing.mirrors.normal[pose, mirror], tracing.mirrors.offset_m[pose, mirror]
         along = np.abs(dot(normal, edge.along))
-        run = 2.0 * np.abs(dot(normal, edge.start_m) - offset)
-        bent = run + np.sqrt(radius**2 + run**2 - 2.0 * radius * run * np.cos(inside))
-        near = (run < radius) & (bent - radius < SPARE * BORDER_REACH_RAD / search.wavenumber_1_m)
+        near = _in_reach(search, 2.0 * np.abs(dot(normal, edge.start_m) - offset), radius, inside)
         square = np.maximum(along, np.abs(dot(normal, face))) < SQUARE_COSINE
         some = np.flatnonzero(met & in_place & square & near)
         reached[rows[some]] |= _stands(tracing, edge[some], face[some], pose[some], mirror[some])
         in_place &= ~met | (along > 1.0 - SQUARE_COSINE)
     return reached
+
+
+def _in_reach(search: Search, run_m: Floats, radius_m: Floats, inside_rad: Floats) -> Flags:
+    """(R,) whether points behind a face, so far from its edge, may be reached over what is across so long a run."""
+    run = np.where(run_m < radius_m, run_m, 0.0)
+    bent = run + np.sqrt(radius_m**2 + run**2 - 2.0 * radius_m * run * np.cos(inside_rad))
+    near = bent - radius_m < SPARE * BORDER_REACH_RAD / search.wavenumber_1_m
+    return np.asarray((run_m < radius_m) & near)
 
 
 def _stands(tracing: Tracing, edge: Wedges, face: Floats, pose: Ints, mirror: Ints) -> Flags:

@@ -267,16 +267,16 @@ def _before_mirror(sights: EdgeSights, wedges: Wedges) -> Flags:
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
-    """Those within the range that may be met, whose edge faces both, and whose mirrors are large or one at most.
+    """Those within the range that may be met, on this side of their edge, and whose mirrors are large or one at most.
 
-    One of both may lie inside the edge: what runs along its face bends on to it (`faces_in_mirrors`).
+    Either may lie inside the edge: what runs along a face of it bends on there (`faces_in_mirrors`).
     """
     wedges = search.tracing.world.wedges
     least = pairs.before.least_m[pairs.left] + pairs.after.least_m[pairs.right]
     pairs = pairs[np.flatnonzero(least <= search.limit_m)]
     pairs = pairs[_by_large_patches(search, pairs)]
     view = pairs.view(wedges)
-    return pairs[np.flatnonzero(np.logical_or(*within(view)) & _this_side(view, wedges.sheet_m[pairs.wedge]))]
+    return pairs[np.flatnonzero(_this_side(view, wedges.sheet_m[pairs.wedge]))]
 
 
 def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:

@@ -11,6 +11,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
+from simulator.surfaces.opposite_edges import runs_to_opposite_m
 from simulator.surfaces.patch_ends import PatchEnds, patch_ends
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
 from simulator.surfaces.surface_borders import Border, borders_of
@@ -102,6 +103,11 @@ class World:
     def planes_at_ends(self) -> Ints:
         """(W, 2, M) planes in which the sharp edges end, as `shared_planes.planes_at_ends` has them."""
         return planes_at_ends(self.wedges, self.patches, self.planes)
+
+    @cached_property
+    def runs_to_opposite_m(self) -> Floats:
+        """(W, 2) how far the faces of the sharp edges run, as `surfaces.opposite_edges` has it."""
+        return runs_to_opposite_m(self.wedges)
 
     @cached_property
     def edge_balls(self) -> Floats:
