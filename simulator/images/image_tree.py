@@ -214,9 +214,8 @@ def _onwards(mirrors, allowed, level, goal):
     for r in range(len(pose)):
         n, before = pose[r], images[r, depth]
         last = sequence[r, max(depth - 1, 0)]
-        side = int(
-            depth > 0 and dot(before, mirrors.normal[n, last]) > mirrors.offset_m[n, last]
-        )  # 0: the image is behind
+        # that the image stands behind its mirror tells that the front reflects
+        side = int(depth > 0 and dot(before, mirrors.normal[n, last]) > mirrors.offset_m[n, last])
         for p in range(len(allowed)):
             if not allowed[p]:
                 continue
