@@ -30,7 +30,8 @@ class Rejections:
         mask: (R,) reason, as in `Paths.rejected`.
         level_db: (R,) estimated level at 20 kHz, dB re the free field 1 m in front of the speaker. With air, materials
             and directivity where the geometry is whole; sequences that miss their patches have the level of their
-            image (behind a mirror: one over its distance), edges an upper bound, both without them.
+            image (behind a mirror: one over its distance), edges an upper bound, both without them. -inf where shadows
+            leave nothing.
         pose, mic, order: (R,) as in `Paths`.
         kind: (R,) as in `Paths`.
         obstacle: (R,) names of the obstacles that would have been met, joined by " > ".
@@ -130,7 +131,9 @@ def _listed(world: World, log: RejectionLog, width: int) -> Rejections:
     )
     rank = np.argsort(-amplitude, kind="stable")[: log.listed]
     found = concatenated([nothing(width)] + [found for _, _, found in log.entries])[rank]
+    with np.errstate(divide="ignore"):  # nothing is left of some, such as of edges deep in the shadow of another
+        level_db = 20.0 * np.log10(amplitude[rank])
     return Rejections(
-        mask[rank], 20.0 * np.log10(amplitude[rank]), found.pose, found.mic, found.order, found.kind,
+        mask[rank], level_db, found.pose, found.mic, found.order, found.kind,
         names_of(world, found), found.sequence, found.points_m + world.origin_m, log.totals,
     )  # fmt: skip
