@@ -65,10 +65,10 @@ def bends_on(search: Search, images: EdgeImages, radius_m: Floats, angle_rad: Fl
 
 def _in_reach(search: Search, run_m: Floats, radius_m: Floats, inside_rad: Floats) -> Flags:
     """(R,) whether points behind a face, so far from its edge, may be reached over what is across so long a run."""
-    run = np.where(run_m < radius_m, run_m, 0.0)
+    shorter = run_m < radius_m
+    run = np.where(shorter, run_m, 0.0)
     bent = run + np.sqrt(radius_m**2 + run**2 - 2.0 * radius_m * run * np.cos(inside_rad))
-    near = bent - radius_m < SPARE * BORDER_REACH_RAD / search.wavenumber_1_m
-    return np.asarray((run_m < radius_m) & near)
+    return np.asarray(shorter & (bent - radius_m < SPARE * BORDER_REACH_RAD / search.wavenumber_1_m))
 
 
 def _stands(tracing: Tracing, edge: Wedges, face: Floats, pose: Ints, mirror: Ints) -> Flags:

@@ -141,10 +141,11 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     kept = audible(bound, strongest[at])
     faint, loud = np.flatnonzero(~kept), np.flatnonzero(kept)
 
+    def turns(rows: Ints, into_m: float = 0.0) -> Turns:
+        return _turns(search, pairs[rows], part[rows], into_m)
+
     search.reject(  # whether the mirrors of what is faint would be met is not asked
-        Reason.FAINT_EDGE,
-        len(faint),
-        lambda: Rejected(bound[faint], partial(straightened, search, _turns(search, pairs[faint], part[faint]))),
+        Reason.FAINT_EDGE, len(faint), lambda: Rejected(bound[faint], partial(straightened, search, turns(faint)))
     )
 
     def arrives(rows: Ints, missing: Candidates, some: Ints) -> Flags:
@@ -156,8 +157,7 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
         return (left > 0.0) & audible(left * bound[rows[some]], strongest[at][rows[some]])
 
     def shown(rows: Ints, into_m: float) -> tuple[Candidates, Ints]:
-        turns = _turns(search, pairs[rows], part[rows], into_m)
-        found, ok = unfolded(search, turns, lambda: bound[rows], partial(arrives, rows))
+        found, ok = unfolded(search, turns(rows, into_m), lambda: bound[rows], partial(arrives, rows))
         return found, rows[ok]
 
     found, rows = shown(loud, 0.0)
@@ -202,13 +202,13 @@ def _has_partner(wedges: Wedges, pairs: EdgePairs, part: int, max_order: int) ->
     return (mirror < 0) | pairs.beside(mirror) | (pairs.order + 3 <= max_order)
 
 
-def _turns(search: Search, pairs: EdgePairs, part: Ints, into_m: float = 0.0) -> Turns:
+def _turns(search: Search, pairs: EdgePairs, part: Ints, into_m: float) -> Turns:
     """Paths over apexes and ends (R,), or over what is so far before the ends, and half an edge at most."""
     tracing = search.tracing
-    row = row_of(tracing, pairs.wedge, pairs.pose)
+    row, view = row_of(tracing, pairs.wedge, pairs.pose), pairs.view(tracing.world.wedges)
     start, end = (each.take(row, axis=0) for each in (tracing.wedges.start_m, tracing.wedges.end_m))
-    along = (np.minimum(into_m / norm(end - start), 0.5)[:, None]) * (end - start)
-    point = edge_points(start + along, end - along, pairs.view(tracing.world.wedges), part)
+    along = np.minimum(into_m / view.length_m, 0.5)[:, None] * (end - start)
+    point = edge_points(start + along, end - along, view, part)
     number = tracing.world.numbering.number(Interaction.EDGE, pairs.wedge)
     return Turns(pairs.images(), point[:, None], number[:, None])
 

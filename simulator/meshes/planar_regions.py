@@ -72,8 +72,8 @@ def broad_folds(mesh: trimesh.Trimesh, regions: Ints, rows: Ints) -> Ints:
     pair, fold = regions[mesh.face_adjacency[rows]], mesh.face_adjacency_angles[rows]
     bent = components(pair, len(first) - 1)
     lone = np.bincount(bent)[bent[pair[:, 0]]] == 2
-    least = 8.0 * np.where(lone, LONE_BULGE_M, MOST_BULGE_M) / np.maximum(fold, 1e-9)  # of the chord
-    least = np.where(lone, np.maximum(least, LONE_WIDE_M), least)
+    rise, chord = np.where(lone, LONE_BULGE_M, MOST_BULGE_M), np.where(lone, LONE_WIDE_M, 0.0)
+    least = np.maximum(chord, 8.0 * rise / np.maximum(fold, 1e-9))
     wide = (pair[:, 0] != pair[:, 1]) & (norm(high - low)[pair] > least[:, None]).all(axis=1)
     found = []
     for row in np.flatnonzero(wide):

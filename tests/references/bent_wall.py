@@ -45,28 +45,9 @@ class BentWall:
                 faces += [lid, [count + i for i in lid[::-1]]]
         return trimesh.Trimesh(corners, faces, process=False)
 
-    def echo(self, source_m: Floats, receiver_m: Floats, wavenumber: Floats) -> Complexes:
-        """(K,) pressure re the source's free field at 1 m."""
-        total = np.zeros(len(wavenumber), dtype=complex)
-        for side in (-1.0, 1.0):
-            bend = 0.5 * self.bend_rad
-            across = np.array([np.sin(bend), side * np.cos(bend), 0.0])
-            normal = np.array([-np.cos(bend), side * np.sin(bend), 0.0])
-            counts = [int(np.ceil(length / GRAIN_M)) for length in (0.5 * self.width_m, self.height_m)]
-            run = 0.5 * self.width_m * (np.arange(counts[0]) + 0.5) / counts[0]
-            rise = self.height_m * ((np.arange(counts[1]) + 0.5) / counts[1] - 0.5)
-            point = np.array([self.distance_m, 0.0, 0.0]) + run[:, None, None] * across
-            point = point + rise[None, :, None] * np.array([0.0, 0.0, 1.0])
-            (l, cosine), (m, other) = (_seen(point, normal, end) for end in (source_m, receiver_m))
-            area = 0.5 * self.width_m * self.height_m / np.prod(counts)
-            for n, k in enumerate(wavenumber):
-                slope = (1j * k + 1.0 / l) * cosine + (1j * k + 1.0 / m) * other
-                total[n] += area * np.sum(slope * np.exp(-1j * k * (l + m)) / (4.0 * np.pi * l * m))
-        return total
 
-
-def echo_of_facets(mesh: trimesh.Trimesh, source_m: Floats, receiver_m: Floats, wavenumber: Floats) -> Complexes:
-    """(K,) the same of a sheet of any shape, all of which is seen from both points."""
+def echo(mesh: trimesh.Trimesh, source_m: Floats, receiver_m: Floats, wavenumber: Floats) -> Complexes:
+    """(K,) pressure re the source's free field at 1 m, off a sheet all of which is seen from both points."""
     corners, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, 1.5 * GRAIN_M)
     facet = corners[faces]
     normal = np.cross(facet[:, 1] - facet[:, 0], facet[:, 2] - facet[:, 0])
@@ -81,10 +62,3 @@ def echo_of_facets(mesh: trimesh.Trimesh, source_m: Floats, receiver_m: Floats, 
         slope = (1j * k + 1.0 / l) * cosine + (1j * k + 1.0 / m) * other
         total[n] = np.sum(0.5 * twice * slope * np.exp(-1j * k * (l + m)) / (4.0 * np.pi * l * m))
     return total
-
-
-def _seen(point_m: Floats, normal: Floats, end_m: Floats) -> tuple[Floats, Floats]:
-    """Distances of an end from points of a half, and cosines to its normal."""
-    offset = end_m - point_m
-    far = np.linalg.norm(offset, axis=2)
-    return far, offset @ normal / far

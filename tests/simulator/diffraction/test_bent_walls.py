@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, trace_paths
 from simulator.surfaces.reflectors import read_mesh
 from tests.references import chirp
-from tests.references.bent_wall import BentWall, echo_of_facets
+from tests.references.bent_wall import BentWall, echo
 
 C = 343.0
 MIC = np.array([0.03, 0.0, 0.02])
@@ -45,7 +45,7 @@ def test_bent_wall_against_a_sum_over_both_halves(distance_m, y_m, bend_deg):
     """
     wall = BentWall(distance_m, 2.4, 1.5, np.radians(bend_deg))
     ends = np.array([0.0, y_m, 0.0]), MIC + [0.0, y_m, 0.0]
-    expected_db = _peak(wall.echo(*ends, 2.0 * np.pi / C * chirp.GRID_HZ[COARSE]), COARSE, distance_m)
+    expected_db = _peak(echo(wall.mesh(), *ends, 2.0 * np.pi / C * chirp.GRID_HZ[COARSE]), COARSE, distance_m)
     for level in ("standard", "auto"):
         assert _level(wall, y_m, 0.0, level) == pytest.approx(expected_db, abs=0.06)
     assert _level(wall, y_m, 0.3, "standard") == pytest.approx(expected_db, abs=0.06)
@@ -74,7 +74,7 @@ def test_roof_of_a_sheet_against_a_sum_over_its_faces(rise_m, y_m, z_m):
     paths = paths[(paths.mic == 0) & (paths.obstacle != "")]
     some = chirp.GRID_HZ[COARSE]
     ours = (paths.gain_at(some) * np.exp(-2j * np.pi * some * paths.delay_s[:, None])).sum(axis=0)
-    reference = echo_of_facets(roof, place, place + MIC, 2.0 * np.pi / C * some)
+    reference = echo(roof, place, place + MIC, 2.0 * np.pi / C * some)
     assert _peak(ours, COARSE, 2.5) == pytest.approx(_peak(reference, COARSE, 2.5), abs=0.05)
     assert _peak(ours - reference, COARSE, 2.5) < -28.0 - 20.0 * np.log10(5.0)  # re a wall's echo
 
