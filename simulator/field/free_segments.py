@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.vectors import norm
 from simulator.diffraction.single import off_faces, point_slot
 from simulator.world.candidates import Candidates
 from simulator.world.line_of_sight import free_between
 from simulator.world.visibility import COINCIDENT_M, Blocker
 from simulator.world.world import Tracing
+
+RIM = 2.0  # thicknesses of a thin plate, of a segment from its edge, that may lie within its rim
 
 
 def segments_free(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
@@ -18,12 +21,34 @@ def segments_free(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, 
 
 
 def free_segments(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
-    """(C, N + 1) whether none of the blockers stands in each segment; what is beyond the end of a path is free."""
+    """(C, N + 1) whether none of the blockers stands in each segment; what is beyond the end of a path is free.
+
+    The rim of a thin plate has two edges, and for sound they are one: neither hides the other.
+    """
     start, end = displaced_segments(tracing, found)
     free = np.ones(start.shape[:2], dtype=bool)
-    row, k = np.nonzero(np.arange(start.shape[1]) <= found.order[:, None])
-    free[row, k] = free_between(tracing, start[row, k], end[row, k], found.pose[row], blockers)
+
+    def ask(row: Ints, k: Ints) -> None:
+        free[row, k] = free_between(tracing, start[row, k], end[row, k], found.pose[row], blockers)
+
+    ask(*np.nonzero(np.arange(start.shape[1]) <= found.order[:, None]))
+    over = np.flatnonzero(found.edge >= 0)
+    rim_m = RIM * tracing.world.wedges.sheet_m[found.edge[over]]
+    for step, off_edge, other in ((0, end, start), (1, start, end)):
+        k = point_slot(found[over]) + step
+        some = np.isfinite(rim_m) & ~free[over, k]
+        row, k = over[some], k[some]
+        off_edge[row, k] = _moved(off_edge[row, k], other[row, k], rim_m[some])
+        ask(row, k)
     return free
+
+
+def _moved(point_m: Floats, towards_m: Floats, by_m: Floats) -> Floats:
+    """(R, 3) points that have gone so far (R,) towards others, half of the way at most."""
+    step = towards_m - point_m
+    share = by_m / np.maximum(norm(step), 2.0 * by_m)
+    moved: Floats = point_m + share[:, None] * step
+    return moved
 
 
 def displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:

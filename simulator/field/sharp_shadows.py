@@ -195,9 +195,14 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     borders = met.copy()
     borders[~world.wedges.flat[found.edge[path]], 2:] = -1
     convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
-    wedges, planes = world.wedges[convex], world.planes[world.wedges.patch]
+    wedges, planes, plates = world.wedges[convex], world.planes[world.wedges.patch], np.append(world.plates, -1)
     edges = _Edges(
-        wedges.start_m, wedges.end_m, wedges.obstacle, planes[convex], world.planes_at_ends[convex], world.edge_balls
+        wedges.start_m,
+        wedges.end_m,
+        wedges.obstacle,
+        plates[planes[convex]],
+        world.planes_at_ends[convex],
+        world.edge_balls,
     )
     among = np.full(len(world.wedges), -1)
     among[convex] = np.arange(len(convex))
@@ -208,7 +213,7 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
         before + length[path, k],
         found.pose[path],
         among[found.edge[path]],
-        borders,
+        plates[borders],
         met,
     )
     most = BORDER_REACH_RAD / search.wavenumber_1_m
@@ -255,7 +260,7 @@ class _Edges(NamedTuple):
     Attributes:
         start, end: (W, 3) at rest.
         obstacle: (W,) whose.
-        plane: (W, 2) of their faces.
+        plate: (W, 2) thin plates or planes of their faces.
         at_ends: (W, 2, M) planes in which their starts and ends lie, -1 padded.
         ball: (O, 4) middles and radii of balls about the edges of each obstacle, at rest.
     """
@@ -263,7 +268,7 @@ class _Edges(NamedTuple):
     start: Floats
     end: Floats
     obstacle: Ints
-    plane: Ints
+    plate: Ints
     at_ends: Ints
     ball: Floats
 
@@ -276,7 +281,7 @@ class _Straight(NamedTuple):
         first, last: (S,) between which lengths from `here` the way is the segment, and passes edges.
         pose: (S,).
         own: (S,) the edge of the path, which the way passes in a mirror on which its face stands; -1 for others.
-        apart: (S, 4) planes whose edges do not count.
+        apart: (S, 4) thin plates or planes whose edges do not count.
         met: (S, 4) planes whose edges' ends do not count.
     """
 
@@ -301,7 +306,7 @@ def _nearest(straight, placed, edges, most):
         most: detours that are no longer count.
     """
     here, there, first, last, pose, own, apart, met = straight
-    start, end, obstacle, plane, at_ends, ball = edges
+    start, end, obstacle, plate, at_ends, ball = edges
     least, edge, height = np.full(len(pose), np.inf), np.full(len(pose), -1), np.zeros(len(pose))
     a, b = np.empty(3), np.empty(3)
     for s in range(len(pose)):
@@ -313,7 +318,7 @@ def _nearest(straight, placed, edges, most):
                 fill_rest(there[s], placed[pose[s], body], b)
                 to, fro = distance(a, ball[body, :3]), distance(b, ball[body, :3])
                 within = to + fro - way < most + 2.0 * ball[body, 3]
-            if not within or _touched(apart[s], plane[w]):
+            if not within or _touched(apart[s], plate[w]):
                 continue
             h, to, fro = over_edge(a, b, start[w], end[w])
             detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
@@ -328,11 +333,11 @@ def _nearest(straight, placed, edges, most):
 
 
 @inlined
-def _touched(met, plane):
-    """Whether any of four planes is one of two, -1 apart."""
+def _touched(apart, plate):
+    """Whether any of four plates is one of two, -1 apart."""
     touched = False
-    for m in met:
-        touched = touched or (m >= 0 and (m == plane[0] or m == plane[1]))
+    for a in apart:
+        touched = touched or (a >= 0 and (a == plate[0] or a == plate[1]))
     return touched
 
 

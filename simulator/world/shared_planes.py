@@ -1,4 +1,5 @@
-"""Which planar patches of an obstacle lie in one plane, and in which of these planes its sharp edges end."""
+"""Which planar patches of an obstacle lie in one plane, in which of these planes its sharp edges end, and which planes
+are the two faces of a thin plate."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import FLUSH_M
 
 AT_ONCE = 2**22  # heights of points over planes
+BACK_TO_BACK = 1.0 - 1e-6  # cosine
 
 
 def planes_of(patches: PlanarPatches) -> Ints:
@@ -33,6 +35,19 @@ def planes_at_ends(wedges: Wedges, patches: PlanarPatches, planes: Ints) -> Ints
     order = np.argsort(end, kind="stable")
     found[end[order], repeated(count)[1]] = number[which[order]]
     return found.reshape(len(wedges), 2, found.shape[1])
+
+
+def plates_of(wedges: Wedges, patches: PlanarPatches, planes: Ints) -> Ints:
+    """(L,) for each of the planes itself, but for the faces of a thin plate the same one of both."""
+    plates = np.arange(planes.max(initial=-1) + 1)
+    rims = np.flatnonzero(np.isfinite(wedges.sheet_m))
+    face, first = np.unique(wedges.patch[rims, 0], return_index=True)
+    for patch, sheet_m in zip(face, wedges.sheet_m[rims[first]], strict=True):
+        others = face[(patches.obstacle[face] == patches.obstacle[patch]) & (face > patch)]
+        behind = patches.normal[others] @ patches.normal[patch] < -BACK_TO_BACK
+        apart = patches.offset_m[others] + patches.offset_m[patch]
+        plates[planes[others[behind & (np.abs(apart - sheet_m) < FLUSH_M)]]] = plates[planes[patch]]
+    return plates
 
 
 def _on_planes(patches: PlanarPatches, chosen: Ints, point_m: Floats, obstacle: Ints) -> tuple[Ints, Ints]:

@@ -20,7 +20,7 @@ from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
 from simulator.world.mirrors import Mirrors, placed_mirrors
 from simulator.world.rounded_parts import RoundedParts, Screens, corners_of
-from simulator.world.shared_planes import planes_at_ends, planes_of
+from simulator.world.shared_planes import planes_at_ends, planes_of, plates_of
 from simulator.world.visibility import OFFSET, Blocker
 
 
@@ -103,6 +103,11 @@ class World:
     def planes_at_ends(self) -> Ints:
         """(W, 2, M) planes in which the sharp edges end, as `shared_planes.planes_at_ends` has them."""
         return planes_at_ends(self.wedges, self.patches, self.planes)
+
+    @cached_property
+    def plates(self) -> Ints:
+        """(L,) planes of the patches or of thin plates, as `shared_planes.plates_of` has them."""
+        return plates_of(self.wedges, self.patches, self.planes)
 
     @cached_property
     def runs_to_opposite_m(self) -> Floats:

@@ -35,3 +35,18 @@ def test_two_boxes_of_one_mesh_share_the_planes_of_their_fronts():
     world = still_tracing(Scene([body]), Phone.named("ideal"), pose, np.zeros(1), Fidelity()).world
     assert len(world.patches) == 12
     assert len(set(world.planes)) == 8  # two fronts, backs, tops and soles share one each
+
+
+def test_the_faces_of_a_thin_plate_are_one_and_those_across_a_gap_are_not():
+    """Two boards of 3 mm that stand 3 mm apart, and a wall 3 mm thick of another obstacle."""
+    boards = [trimesh.creation.box(bounds=[[x, 0.0, 0.0], [x + 3e-3, 0.4, 1.0]]) for x in (0.0, 6e-3)]
+    rack = Obstacle(trimesh.util.concatenate(boards), Material.rigid(), "rack")
+    wall = Obstacle(trimesh.creation.box(bounds=[[3.0, 0.0, 0.0], [3.003, 0.4, 1.0]]), Material.rigid(), "wall")
+    pose = Pose([-3.0, 0.0, 1.2], held_rotation(0.0))
+    world = still_tracing(Scene([rack, wall]), Phone.named("ideal"), pose, np.zeros(1), Fidelity()).world
+    broad = np.flatnonzero(np.abs(world.patches.normal[:, 0]) > 0.5)
+    plate = world.plates[world.planes[broad]]
+    assert len(broad) == 6
+    place = np.round(1e3 * world.patches.corner_m[broad, 0, 0]).astype(int)
+    together = {frozenset(place[plate == each].tolist()) for each in set(plate.tolist())}
+    assert together == {frozenset({0, 3}), frozenset({6, 9}), frozenset({3000, 3003})}
