@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.single import off_faces, point_slot
+from simulator.diffraction.wedge_coordinates import at_poses
+from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.line_of_sight import free_between
 from simulator.world.visibility import COINCIDENT_M, Blocker
 from simulator.world.world import Tracing
 
-RIM = 2.0  # thicknesses of a thin plate, of a segment from its edge, that may lie within its rim
+PAST = 1.5  # thicknesses of a thin plate, from whose edge a segment begins, that lie within its rim
+FLATTEST = 0.1  # sine between a segment and a plate: what runs along a plate is in its rim for ten times as long
 
 
 def segments_free(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, ...]) -> Flags:
@@ -33,22 +36,23 @@ def free_segments(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, 
 
     ask(*np.nonzero(np.arange(start.shape[1]) <= found.order[:, None]))
     over = np.flatnonzero(found.edge >= 0)
-    rim_m = RIM * tracing.world.wedges.sheet_m[found.edge[over]]
+    over = over[np.isfinite(tracing.world.wedges.sheet_m[found.edge[over]])]
     for step, off_edge, other in ((0, end, start), (1, start, end)):
         k = point_slot(found[over]) + step
-        some = np.isfinite(rim_m) & ~free[over, k]
-        row, k = over[some], k[some]
-        off_edge[row, k] = _moved(off_edge[row, k], other[row, k], rim_m[some])
+        hidden = np.flatnonzero(~free[over, k])
+        row, k = over[hidden], k[hidden]
+        rims = at_poses(tracing, found.edge[row], found.pose[row])
+        off_edge[row, k] = _past_rim(off_edge[row, k], other[row, k], rims)
         ask(row, k)
     return free
 
 
-def _moved(point_m: Floats, towards_m: Floats, by_m: Floats) -> Floats:
-    """(R, 3) points that have gone so far (R,) towards others, half of the way at most."""
+def _past_rim(point_m: Floats, towards_m: Floats, rims: Wedges) -> Floats:
+    """(R, 3) where straight ways from points on the edges of plates have passed their thickness, or are half way."""
     step = towards_m - point_m
-    share = by_m / np.maximum(norm(step), 2.0 * by_m)
-    moved: Floats = point_m + share[:, None] * step
-    return moved
+    slant = np.maximum(np.abs(dot(step, rims.normal)), FLATTEST * norm(step))
+    passed: Floats = point_m + np.minimum(PAST * rims.sheet_m / slant, 0.5)[:, None] * step
+    return passed
 
 
 def displaced_segments(tracing: Tracing, found: Candidates) -> tuple[Floats, Floats]:
