@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from obstaclewatch.support.argument_types import as_floats, check_types
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Strings
 from obstaclewatch.support.distinct_rows import distinct
+from simulator.diffraction.off_planes import off_planes
 from simulator.field.blunt_mirrors import off_blunt_mirrors
 from simulator.field.free_segments import segments_free
 from simulator.field.gains import path_gain
@@ -104,6 +105,7 @@ def still_tracing(
 
 def traced(search: Search) -> tuple[Paths, Candidates]:
     """The paths that pass every mask, and their geometry about the world's origin; the log books what does not."""
+    search = replace(search, tracing=off_planes(search.tracing))
     found, sums = searched(search)
     for reason, mask in MASKS.items():
         found = _passed(search, reason, found, mask(search, found), sums)

@@ -34,10 +34,12 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplex
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
+from simulator.diffraction.wedge_coordinates import ON_FACE_RAD
 
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
 _S = STEP * np.arange(TERMS)
 _AT_S = STEP / np.cosh(np.pi * _S) * np.where(_S > 0.0, 2.0, 1.0)
+RESOLVED_RAD = 4e-4  # from a panel's plane: nearer to it the nodes, 2 mm apart, miss the peaks or hit them
 NO_WIDTH = 1e-14  # of a zone border, on which nothing is diffracted
 FACTOR = np.concatenate([_AT_S, -_AT_S[1:]])  # of the cosines, then of the sines
 
@@ -185,11 +187,23 @@ def _end(face: Face, point_m: Floats) -> _End:
     offset = point_m - nodes.point_m
     across, rise = dot(offset, nodes.inwards), offset @ nodes.normal
     far = norm(offset)[:, None]
-    angle = np.mod(np.arctan2(rise, across), 2.0 * np.pi)
+    angle = _resolved(np.mod(np.arctan2(rise, across), 2.0 * np.pi))
     half = 0.5 * (np.pi + angle * np.array([[1.0], [-1.0]]))
     slant = np.arcsinh(dot(offset, nodes.along) / np.hypot(across, rise))
     wave = np.exp(-1j * far * face.wavenumber) / (8.0 * np.pi * far)
     return _End(np.exp(0.5 * slant), np.sin(half), np.cos(half), wave)
+
+
+def _resolved(angle_rad: Floats) -> Floats:
+    """(N,) angles, none closer to pi than nodes resolve, but for pi itself.
+
+    Close to the panel's plane what edges diffract onto it is a peak, of the same area however narrow it is: it makes up
+    for what the edges beyond lose in the shadow. In the plane there is none.
+    """
+    off = angle_rad - np.pi
+    narrow = (np.abs(off) < RESOLVED_RAD) & (np.abs(off) > ON_FACE_RAD)
+    found: Floats = np.where(narrow, np.pi + np.copysign(RESOLVED_RAD, off), angle_rad)
+    return found
 
 
 @compiled

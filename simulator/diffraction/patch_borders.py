@@ -33,10 +33,9 @@ from simulator.world.interactions import Interaction
 from simulator.world.world import Tracing
 
 BORDER_REACH_RAD = 30.0  # 8 cm of detour: 5 % of the wave are left
-LEAST_RAD = 1e-8  # detours are rounded by as much
-_GAUSS = np.polynomial.legendre.leggauss(32)
-_PLACE = 6.0 * (0.5 + 0.5 * _GAUSS[0]) ** 4  # e^-36 is left; the closer to 0, the smaller the detours that are resolved
-_WEIGHT = 12.0 * (0.5 + 0.5 * _GAUSS[0]) ** 3 * _GAUSS[1]
+LEAST_RAD = 1e-12  # detours are rounded by as much
+FARTHEST = 6.0  # e^-36 of the integrand is left
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(32)
 
 
 def own_detours_m(view: EdgeView, part: Ints) -> Floats:
@@ -98,10 +97,13 @@ def weights(own_rad: Floats, detour_rad: Floats) -> Complexes:
     alike, and with p and q swapped 1 less the same.
     """
     p, q = np.broadcast_arrays(np.maximum(own_rad, LEAST_RAD), np.maximum(detour_rad, LEAST_RAD))
-    down = np.exp(-0.25j * np.pi)
-    x = np.sqrt(q / p)[..., None] + down * _PLACE / np.sqrt(p)[..., None]
-    steep = np.exp(-(_PLACE**2) - 2.0 * np.conj(down) * np.sqrt(q)[..., None] * _PLACE)
-    inside = (steep / (1.0 + x * x)) @ _WEIGHT * down / np.sqrt(p)
+    root, down = np.sqrt(p)[..., None], np.exp(-0.25j * np.pi)
+    span = np.log1p(FARTHEST / root)  # nodes by the logarithm, as the integrand runs over all decades from the root on
+    grown = np.exp(0.5 * span * (1.0 + _NODE))
+    place = root * (grown - 1.0)
+    x = np.sqrt(q / p)[..., None] + down * (grown - 1.0)
+    steep = np.exp(-(place**2) - 2.0 * np.conj(down) * np.sqrt(q)[..., None] * place)
+    inside = ((steep * grown / (1.0 + x * x)) @ _WEIGHT) * 0.5 * span[..., 0] * down
     share: Complexes = 2.0 / np.pi * inside / (_fresnel(p) * _fresnel(q))
     return share
 

@@ -48,7 +48,7 @@ def free_segments(tracing: Tracing, found: Candidates, blockers: tuple[Blocker, 
 
 
 def _past_rim(point_m: Floats, towards_m: Floats, rims: Wedges) -> Floats:
-    """(R, 3) where straight ways from points on the edges of plates have passed their thickness, or are half way."""
+    """(R, 3) where segments from points on the edges of plates have passed their thickness, or are half done."""
     step = towards_m - point_m
     slant = np.maximum(np.abs(dot(step, rims.normal)), FLATTEST * norm(step))
     passed: Floats = point_m + np.minimum(PAST * rims.sheet_m / slant, 0.5)[:, None] * step
