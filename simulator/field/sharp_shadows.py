@@ -119,14 +119,17 @@ def _past_side(
 ) -> tuple[Floats, Flags, Flags]:
     """Least detour (R,), whether the way is hidden, and whether it passes, on the side of some segments (R, N + 1).
 
-    A way that drops behind a face of the edge itself is hidden from there on; it passes along the face.
+    A way that drops behind a face of the edge itself is hidden from there on; it passes along the face, in however many
+    segments.
     """
     dark, every = here & ~free, np.arange(len(found))
     hidden: Flags = np.asarray(dark.any(axis=1))
     detour = np.where(np.where(hidden[:, None], dark, here), near.detour_m, np.inf)
-    segment = detour.argmin(axis=1)
-    least, face = detour[every, segment], near.face[every, segment]
+    least, segment = detour.min(axis=1), detour.argmin(axis=1)
     slot, at = np.arange(dark.shape[1]), point_slot(found)[:, None]
+    along = (~dark | (near.face >= 0)).all(axis=1)
+    segment = np.where(hidden & along, (dark * np.abs(slot - at - 0.5)).argmax(axis=1), segment)
+    face = near.face[every, segment]
     before = np.where(slot > at, slot < segment[:, None], slot > segment[:, None])
     other = dark & (slot != segment[:, None]) & ~(before & (face >= 0)[:, None])
     passes = ~hidden | (~other.any(axis=1) & np.isfinite(least))
@@ -138,21 +141,21 @@ def _past_side(
 def _free_over(tracing: Tracing, found: Candidates, segment: Ints, near: _Near) -> Flags:
     """(R,) whether the way over the edge near one segment of each path is free.
 
-    The rim of a plate is passed clear of its other edge. Along a face of the edge that the path is over, the way begins
-    on that face.
+    The rim of a plate is passed clear of its other edge. Along a face of the edge that the path is over, what lies
+    behind that face is taken for what lies on it.
     """
     every, sharp = np.arange(len(found)), tracing.world.sharp
     wedges = at_poses(tracing, near.edge[every, segment], found.pose)
     point = wedges.start_m + near.height_m[every, segment, None] * wedges.along
     rim = np.where(np.isfinite(wedges.sheet_m), 2.0 * wedges.sheet_m, 0.0)
     clearance = rim + OFFSET * max((shadow.extent_m for shadow in sharp), default=1.0)
-    late, face = segment > point_slot(found), near.face[every, segment]
+    face = near.face[every, segment]
     normal = tracing.mirrors.normal[found.pose, face]
     free = np.ones(len(found), dtype=bool)
-    for ends, first in zip(displaced_segments(tracing, found), (late, ~late), strict=True):
+    for ends in displaced_segments(tracing, found):
         end = ends[every, segment]
         rise = np.maximum(clearance - dot(normal, end - point), 0.0)
-        end = end + np.where(first & (face >= 0), rise, 0.0)[:, None] * normal
+        end = end + np.where(face >= 0, rise, 0.0)[:, None] * normal
         angle = np.mod(np.arctan2(dot(end - point, wedges.normal), dot(end - point, wedges.inwards)), 2.0 * np.pi)
         clear = point + clearance[:, None] * clear_of_faces(wedges, angle)
         free &= free_between(tracing, end, clear, found.pose, sharp)

@@ -71,3 +71,18 @@ def test_a_plate_fades_behind_the_edge_of_another(stored, level):
 def _peak(transfer: np.ndarray, length_m: float) -> float:
     level_db = fullwave.correlation_peak(transfer, made.FREQUENCY_HZ, length_m / made.SPEED_M_S, REACH_S)[0]
     return 10.0 ** (level_db / 20.0)
+
+
+@pytest.mark.parametrize("deep_m", [0.01, 0.3])
+def test_a_wall_behind_a_box_fades_as_the_phone_drops_behind_its_side(deep_m):
+    """Cause: two segments of a path that its own face hides, or a speaker behind that face, ended it (-13 dB)."""
+    box = trimesh.creation.box(bounds=[[0.0, 0.0, -1.0], [deep_m, 1.0, 1.0]])
+    wall = trimesh.creation.box(bounds=[[0.6, -2.0, -2.0], [0.7, 2.0, 2.0]])
+    scene = Scene([Obstacle(mesh, Material.rigid(), name) for mesh, name in ((box, "box"), (wall, "wall"))])
+    phone = Phone.ideal([0.0, 0.0, 0.0], [[0.03, 0.07, 0.0], [0.03, 0.07, 0.11]])
+    echo = []
+    for behind_m in (1.2e-5, 3e-5, 1e-4, 3e-4, 5e-4):
+        paths = trace_paths(scene, phone, Pose([-1.5, behind_m, -0.17], Rotation.identity()), Fidelity())
+        echo.append(paths[paths.order > 0].transfer_function(made.FREQUENCY_HZ)[0, 0])
+    steps = np.sqrt(np.mean(np.abs(np.diff(echo, axis=0)) ** 2, axis=-1))
+    assert 2.0 * 1.5 * steps.max() < 10.0 ** (-40.0 / 20.0)
