@@ -22,11 +22,11 @@ def off_planes(tracing: Tracing) -> Tracing:
     """The same with all transducers that lie in planes of faces (`FLUSH_M`) moved to `BEFORE_M` in front of these."""
     mirrors, points = tracing.mirrors, tracing.transducers_m
     height = np.einsum("ntx,npx->ntp", points, mirrors.normal) - mirrors.offset_m[:, None]
-    found = np.argwhere((np.abs(height) < FLUSH_M) & _into_corners(tracing.world))
-    if not len(found):
+    near = np.abs(height) < FLUSH_M
+    if not near.any():
         return tracing
     moved = points.copy()
-    for n, t, p in found:  # one by one: faces of several bodies may lie in one plane
+    for n, t, p in np.argwhere(near & _into_corners(tracing.world)):  # in turn: faces of several may lie in one plane
         above = moved[n, t] @ mirrors.normal[n, p] - mirrors.offset_m[n, p]
         if abs(above) < FLUSH_M:
             moved[n, t] += (BEFORE_M - above) * mirrors.normal[n, p]
