@@ -38,9 +38,13 @@ class Point:
     detour_m: tuple[float, float] = (0.0, 0.0)
 
     def leg_m(self, place_m, speed_m_s, time_s):
-        """Distance from a point of the phone (ahead coordinate) at given times."""
-        ahead = self.ahead_m + self.bob_m * np.sin(4.0 * np.pi * time_s) - (0 if self.carried else speed_m_s * time_s)
-        return np.hypot(ahead - place_m, self.aside_m)
+        """Distance from a point of the phone (ahead coordinate) at given times; one for all where nothing moves."""
+        ahead = self.ahead_m - place_m
+        if self.bob_m:
+            ahead = ahead + self.bob_m * np.sin(4.0 * np.pi * time_s)
+        if speed_m_s and not self.carried:
+            ahead = ahead - speed_m_s * time_s
+        return np.sqrt(ahead**2 + self.aside_m**2)
 
 
 def emission_time(point, mic, speed_m_s, time_s, phone=PHONE):
@@ -57,7 +61,11 @@ def emission_time(point, mic, speed_m_s, time_s, phone=PHONE):
 
 def beep_train(emitted_s, beep=BEEP):
     """What the speaker plays at given times: beeps from time 0 on."""
-    return np.where(emitted_s >= 0.0, beep.waveform(np.mod(emitted_s, beep.period_s)), 0.0)
+    played = np.zeros(np.shape(emitted_s))
+    phase = np.mod(emitted_s, beep.period_s)
+    during = (emitted_s >= 0.0) & (phase <= beep.duration_s)  # a beep lasts a quarter of its period or so
+    played[during] = beep.waveform(phase[during])
+    return played
 
 
 def record(points, beeps=1, speed_m_s=0.0, noise=0.0, seed=0, direct=(10.0, 4.0), beep=BEEP, phone=PHONE):
