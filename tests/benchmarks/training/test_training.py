@@ -110,7 +110,7 @@ def test_what_two_pictures_differ_by_is_learned_and_the_same_again():
     model, probability = network.learned(examples)
     assert np.mean((stated(model, unseen) > 0.5) == unseen.collides) > 0.9
     assert np.mean((probability > 0.5) == examples.collides) > 0.8  # by networks that had not seen them
-    few = _examples(16, seed=2)
+    few = _examples(60, seed=2)  # two batches a network
     (once, _), (again, _) = network.learned(few), network.learned(few)
     assert (stated(once, few) == stated(again, few)).all()
 
