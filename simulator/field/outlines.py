@@ -211,13 +211,12 @@ def _cover(x, y, direction, reach, spans, count):
     for n in range(begin, last + 1):
         c, s = direction[n % turns]
         near, far = np.inf, -np.inf
-        aside, along = y[2] * c - x[2] * s, x[2] * c + y[2] * s
         for i in range(3):
-            other, ahead = y[i] * c - x[i] * s, x[i] * c + y[i] * s
-            if (aside < 0.0) != (other < 0.0):
-                met = along + aside / (aside - other) * (ahead - along)
-                near, far = min(near, met), max(far, met)
-            aside, along = other, ahead
+            one, other = y[i - 1] * c - x[i - 1] * s, y[i] * c - x[i] * s
+            if (one < 0.0) != (other < 0.0):
+                share = one / (one - other)
+                along = (x[i - 1] + share * (x[i] - x[i - 1])) * c + (y[i - 1] + share * (y[i] - y[i - 1])) * s
+                near, far = min(near, along), max(far, along)
         near = max(near, 0.0)
         if far > near and near < reach:
             _absorb(near, min(far, reach), TOUCHING * reach, spans, count, n % turns)
@@ -230,11 +229,8 @@ def _absorb(near, far, touching, spans, count, n):
     """Add a span to those of a direction, which stay apart: it swallows all that it touches."""
     m = 0
     while m < count[n]:
-        begin, end = spans[n, m, 0], spans[n, m, 1]
-        if begin <= near and far <= end:
-            return
-        if begin <= far + touching and near <= end + touching:
-            near, far = min(near, begin), max(far, end)
+        if spans[n, m, 0] <= far + touching and near <= spans[n, m, 1] + touching:
+            near, far = min(near, spans[n, m, 0]), max(far, spans[n, m, 1])
             count[n] -= 1
             spans[n, m, 0], spans[n, m, 1] = spans[n, count[n], 0], spans[n, count[n], 1]
             m = 0
