@@ -25,7 +25,8 @@ class Flag(IntFlag):
     BODY_DEDUCTED = 2
     """Microphone 1 received the obstacle's echo via the walker's body; the detour was deducted."""
     NO_SECOND_MIC = 4
-    """Microphone 1 received nothing of the candidate, or is deaf: no bearing."""
+    """Microphone 1 received nothing of the candidate: no bearing. Of a beep: it is deaf; collisions are judged by range
+    only."""
     IDENTICAL_CHANNELS = 8
     """One channel is a multiple of the other (Galaxy S5, VOICE_RECOGNITION): no bearing; collisions are judged by
     range only."""

@@ -20,7 +20,8 @@ class PhoneGeometry:
 
     Attributes:
         name: model name, for messages and reports.
-        speaker_m: (3,) position of the emitting speaker, m.
+        speaker_m: (3,) position of the emitting speaker, m. Beside the line of the microphones it costs ranges: what is
+            to the left looks as what is to the right, and 3 cm beside ranges at 40 degrees are off by up to 1 cm.
         mics_m: (2, 3) positions of microphone 0 (top, the paper's mic1) and 1 (bottom, mic2), m.
 
     Raises:
@@ -53,6 +54,15 @@ class PhoneGeometry:
     def speaker_to_mic_m(self) -> Floats:
         """(2,) length of the direct path from the speaker to each microphone, m."""
         return np.linalg.norm(self.mics_m - self.speaker_m, axis=1)
+
+    @property
+    def speaker_cosine(self) -> float:
+        """Cosine of the angle at microphone 0 between the speaker and the line on from microphone 1: -1 where the
+        speaker lies on the way back to microphone 1; 0 where it is at microphone 0."""
+        to_speaker_m, length_m = self.speaker_m - self.mics_m[0], float(self.speaker_to_mic_m[0])
+        if length_m == 0.0:
+            return 0.0
+        return float(to_speaker_m @ (self.mics_m[0] - self.mics_m[1])) / (length_m * self.mic_separation_m)
 
 
 @dataclass(frozen=True, eq=False)

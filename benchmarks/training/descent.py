@@ -16,9 +16,10 @@ LEAST_SPREAD = 1e-3
 
 
 def usual_and_spread(evidence: Floats) -> tuple[Floats, Floats]:
-    """(F,) mean and deviation of numbers (n, F), as far as they are there."""
-    usual = np.nan_to_num(np.nanmean(evidence, axis=0))
-    return usual, np.maximum(np.nan_to_num(np.nanstd(evidence, axis=0)), LEAST_SPREAD)
+    """(F,) mean and deviation of numbers (n, F), as far as they are there: 0 and the least of those that never are."""
+    numbers = np.ma.masked_array(evidence, np.isnan(evidence))
+    usual, spread = (each.filled(0.0) for each in (numbers.mean(axis=0), numbers.std(axis=0)))
+    return usual, np.maximum(spread, LEAST_SPREAD)
 
 
 def descend(

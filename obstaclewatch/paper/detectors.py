@@ -97,7 +97,7 @@ class PaperDetector(EchoDetector):
     def _collides(self, found: Measurement) -> Flags:
         settings = self.settings
         near = found.may_vote & (found.range_m <= settings.evaluation_m)
-        if Flag.IDENTICAL_CHANNELS in found.beep_flags:
+        if found.beep_flags & (Flag.IDENTICAL_CHANNELS | Flag.NO_SECOND_MIC):
             return near
         if not settings.errata.walker_width:
             return near & on_collision_course_printed(found.bearing_rad, found.collision_angle_rad)

@@ -28,7 +28,8 @@ class Errata:
             length. Corrected: the trailing width at a peak-relative level in excess of the beep's own, halved.
         rim_angle: below Eq. 3, delta = arccos(Df / D1) has no value, because Df > D1; as printed, every angle and
             radius is NaN and nothing ever collides. Corrected: arccos(D1 / Df).
-        whole_detour: section 3.5 deducts the distance from microphone 1 to the body.
+        whole_detour: section 3.5 deducts the distance from microphone 1 to the body. Printed: that distance, half of
+            what the peaks are apart, though with D1 = m v / f, unhalved, its count of samples gives the detour itself.
             Corrected: twice that distance, as it appears from the obstacle's direction.
         gated_second_mic: section 3.5 takes the strongest peak of microphone 1, and always deducts the body.
             Corrected: only peaks within +-L of path 1 can be the obstacle; the body is deducted if there is none.

@@ -17,7 +17,7 @@ from obstaclewatch.paper.measurement import Measurement, nothing_measured
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest, size_from_radius
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.recordings.sample_faults import one_is_the_other
+from obstaclewatch.recordings.sample_faults import flag_of_second
 from obstaclewatch.recordings.streaming import checked_arguments, reach_s
 from obstaclewatch.signal.damaged_beeps import DamagedBeeps
 from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
@@ -89,9 +89,7 @@ class EchoPipeline:
         self._cos_pitch = float(np.cos(pitch_rad or 0.0))
         self._separation_m = phone.mic_separation_m
         self._speaker_m = phone.speaker_to_mic_m
-        axis = (phone.mics_m[0] - phone.mics_m[1]) / self._separation_m
-        ahead_m = float((phone.speaker_m - phone.mics_m[0]) @ axis)
-        self._speaker_cosine = ahead_m / self._speaker_m[0] if self._speaker_m[0] > 0.0 else 0.0
+        self._speaker_cosine = phone.speaker_cosine
         self._filter = MatchedFilter(
             beep, reach_s(beep, settings.far_m, self.sound_speed_m_s), reverse=not errata.correlate_once
         )
@@ -113,15 +111,14 @@ class EchoPipeline:
         direct = direct_sound(profile)
         if direct.found:
             if self._damage.found(profile, direct):
-                return nothing_measured(Flag.DAMAGED | _channel_flag(block), float(self._start_s(direct)[0]))
+                return nothing_measured(Flag.DAMAGED | flag_of_second(block, direct), float(self._start_s(direct)[0]))
             if self._damage.was_first:
                 self._forget()
         profile, direct = self._settled(block, profile, direct)
         if not direct.found:
             return nothing_measured(Flag.NO_BEEP)
         start_s = self._start_s(direct)
-        beep_flags = _channel_flag(block)
-        identical = beep_flags is Flag.IDENTICAL_CHANNELS
+        beep_flags = flag_of_second(block, direct)
         echoes, noise = self._echoes(profile, start_s[0], direct.amplitude[0])
         motion = self._motion(self._path_m(echoes, start_s[0]) / 2.0, time_s + float(start_s[0]))
         nearest = np.flatnonzero(~motion.static)[: self.settings.max_candidates]
@@ -130,7 +127,7 @@ class EchoPipeline:
         echoes, speed = echoes[nearest], motion.closing_speed_m_s[nearest]
         snr = 2.0 * (echoes.amplitude / noise) ** 2
         path1_m = self._path_m(echoes, start_s[0])
-        if identical:
+        if beep_flags:
             difference = _no_difference(len(echoes))
         else:
             difference = self._difference(profile, path1_m, echoes.amplitude, start_s[1])
@@ -149,7 +146,7 @@ class EchoPipeline:
             range_std_m=self._range_std_m(self._pulse.delay_std_s(snr), placed.range2_m),
             bearing_std_rad=placed.bearing_std_rad,
             may_vote=motion.closing[nearest],
-            flags=_flags(placed.clamped, difference, size, motion.judged, identical),
+            flags=_flags(placed.clamped, difference, size, motion.judged, beep_flags),
             beep_flags=beep_flags,
         )
 
@@ -308,15 +305,10 @@ class StillPipeline(EchoPipeline):
         return Motion(static=~every, closing=every, closing_speed_m_s=speed_m_s, judged=True)
 
 
-def _channel_flag(block: NDArray[np.floating]) -> Flag:
-    """Whether both channels of a beep (2, n) are one."""
-    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE
-
-
 def _flags(
-    clamped: Flags, difference: PathDifference, size: Size, confirmed: bool, identical: bool
+    clamped: Flags, difference: PathDifference, size: Size, confirmed: bool, beep_flags: Flag
 ) -> NDArray[np.int_]:
-    of_all = (0 if confirmed else int(Flag.UNCONFIRMED)) | (int(Flag.IDENTICAL_CHANNELS) if identical else 0)
+    of_all = (0 if confirmed else int(Flag.UNCONFIRMED)) | int(beep_flags & Flag.IDENTICAL_CHANNELS)
     flags: NDArray[np.int_] = clamped * int(Flag.CLAMPED) + of_all
     flags += difference.body_deducted * int(Flag.BODY_DEDUCTED)
     flags += np.isnan(difference.u_m) * int(Flag.NO_SECOND_MIC)

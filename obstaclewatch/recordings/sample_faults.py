@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from obstaclewatch.beep import BeepDesign
+from obstaclewatch.detection import Flag
+from obstaclewatch.signal.direct_sound import DirectSound
 from obstaclewatch.support.arrays import Flags, Floats, Singles
 
 LEAST_STEPS = 200
@@ -20,6 +22,8 @@ GAIN_BAND_GUARD_HZ = 2_000.0
 GAIN_STEP_S = 5e-3
 LEAST_NOISE_STEPS = 0.5
 """Rms of that noise in quantisation steps, below which it does not follow the gain."""
+DEAF = 1e-3
+"""Of the direct sound at microphone 0: a microphone 1 that receives less of it is deaf; phones have -8 to -35 dB."""
 
 
 def clipped_share(samples: Singles, sounding: int) -> Floats:
@@ -57,6 +61,13 @@ def one_is_the_other(samples: NDArray[np.floating]) -> bool:
         return False
     left = energy[1] - (one @ two) ** 2 / energy[0]
     return bool(left <= energy[1] * 10.0 ** (COPY_DB / 10.0))
+
+
+def flag_of_second(block: NDArray[np.floating], direct: DirectSound) -> Flag:
+    """Why microphone 1 says nothing in a beep (2, n) with that direct sound: it is deaf, or no channel of its own."""
+    if direct.amplitude[1] < DEAF * direct.amplitude[0]:
+        return Flag.NO_SECOND_MIC
+    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE
 
 
 def longest_zero_runs(samples: Singles) -> NDArray[np.intp]:

@@ -39,6 +39,7 @@ class StreamingDetector(ABC):
         self.phone = phone
         self._direct_delay_s = direct_delay_s
         self._blocks = BlockAlignment(beep)
+        self._streams = 0
 
     def __repr__(self) -> str:
         low, high = 1e-3 * self.beep.start_hz, 1e-3 * self.beep.stop_hz
@@ -80,23 +81,28 @@ class StreamingDetector(ABC):
     def stream_pieces(self, pieces: Iterable[Recording]) -> Iterator[Detection]:
         """The same, bit for bit, of a recording that arrives in pieces of any length, in constant memory.
 
-        The pieces up to the first beep are read by the call itself, so that it raises what is wrong with them.
+        The pieces up to the first beep are read by the call itself, so that it raises what is wrong with them. A
+        detector follows one recording at a time: the next stream ends this one.
 
         Raises:
             ValueError, NoBeepError: as `stream`; a piece of another rate only when it is read.
+            RuntimeError: from an iterator that is asked on after another stream of the same detector began.
         """
         self.reset()
+        self._streams += 1
         feed = SampleFeed(pieces, self.beep.sample_rate_hz)
         finder = BeepFinder(self.beep, self._direct_delay_s)
-        return self._stream(feed, finder, finder.next_emission(feed, 0))
+        return self._stream(feed, finder, finder.next_emission(feed, 0), self._streams)
 
     def run(self, recording: Recording) -> list[Decision]:
         """Decisions of a recording, one per beep; the same, bit for bit, as those of `stream`."""
         return [detection.decision for detection in self.stream(recording)]
 
-    def _stream(self, feed: SampleFeed, finder: BeepFinder, begin: int) -> Iterator[Detection]:
+    def _stream(self, feed: SampleFeed, finder: BeepFinder, begin: int, own: int) -> Iterator[Detection]:
         period = self.beep.period_samples
         while (block := feed.take(begin, begin + period)).shape[1] == period:
+            if own != self._streams:
+                raise RuntimeError(f"this stream ended when {self!r} began another: take a detector for each recording")
             detection = self.process(block, begin / self.beep.sample_rate_hz)
             yield detection
             begin += period

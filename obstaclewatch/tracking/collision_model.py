@@ -122,8 +122,8 @@ class CollisionModel:
         where they cost more (Bayes' rule).
         """
         least = np.interp(np.asarray(left_m, dtype=np.float64), self.left_m, self.thresholds)
-        told = np.asarray(probability, dtype=np.float64)
-        enough: Flags = told * (1.0 - least) > false_alert_cost * (1.0 - told) * least
+        stated = np.asarray(probability, dtype=np.float64)
+        enough: Flags = stated * (1.0 - least) > false_alert_cost * (1.0 - stated) * least
         return enough
 
     def write(self, weights: Path) -> None:

@@ -127,7 +127,8 @@ class TrackingDetector(StreamingDetector):
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)
-        self._separation_m, self._baseline_m = phone.mic_separation_m, float(phone.speaker_to_mic_m[0])
+        self._separation_m = phone.mic_separation_m
+        self._behind_m = -phone.speaker_cosine * float(phone.speaker_to_mic_m[0])
         self._approaches = Approaches(beep.range_doppler_s, likelihood)
         self._memory, self._model = ApproachMemory(self._finder.cells, self._finder.samples), collision_model()
         self._false_alert_cost = false_alert_cost
@@ -194,7 +195,7 @@ class TrackingDetector(StreamingDetector):
             self.settings.walker_half_width_m,
             self.beep.range_doppler_s,
             self._mic_phase_rad,
-            self._baseline_m,
+            self._behind_m,
         )
 
     def _judged(self, track: Track, hit_s: float) -> Expectation:
@@ -254,8 +255,8 @@ class TrackingDetector(StreamingDetector):
         self, track: Track, trajectory: Expectation, found: TrackRange, bearing_rad: float, bearing_std_rad: float
     ) -> dict[str, float]:
         """One candidate's values by column."""
-        # Peaks are read as if straight ahead; the path to the speaker, behind the microphone, is shorter off the axis.
-        range_m = found.range_m + 0.5 * self._baseline_m * (1.0 - trajectory.cosine)
+        # Peaks are read as if straight ahead; the path to a speaker behind the microphone is shorter off the axis.
+        range_m = found.range_m + 0.5 * self._behind_m * (1.0 - trajectory.cosine)
         return {
             "range_m": range_m,
             "range2_m": range_m + path_difference_at(range_m, trajectory.cosine, self._separation_m),

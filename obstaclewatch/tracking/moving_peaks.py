@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from obstaclewatch.beep import BeepDesign
 from obstaclewatch.detection import Flag
 from obstaclewatch.recording import PhoneGeometry
-from obstaclewatch.recordings.sample_faults import one_is_the_other
+from obstaclewatch.recordings.sample_faults import flag_of_second
 from obstaclewatch.recordings.streaming import reach_s
 from obstaclewatch.signal.background import ClutterMap, CoherentBackground
 from obstaclewatch.signal.carrier_phase import OFFSETS_M
 from obstaclewatch.signal.clock_slip import ClockSlip
 from obstaclewatch.signal.damaged_beeps import DamagedBeeps
-from obstaclewatch.signal.direct_sound import DirectSound, direct_sound, expected_direct_delay_s
+from obstaclewatch.signal.direct_sound import direct_sound, expected_direct_delay_s
 from obstaclewatch.signal.matched_filter import EchoProfile, MatchedFilter
 from obstaclewatch.signal.pulse import rms_bandwidth_hz
 from obstaclewatch.signal.two_mics import distance_of
@@ -46,8 +46,6 @@ GROUND_CONTRAST = 3.0
 """How far above the mean clutter the ground's echo must stand."""
 PITCH_STEP_RAD = np.deg2rad(1.5)
 """By how much the pitch that is estimated must depart from the one in use to replace it."""
-DEAF = 1e-3
-"""Of the direct sound at microphone 0: a microphone 1 that receives less of it is deaf; phones have -8 to -35 dB."""
 USUAL_GROUND_M, GROUND_SPREAD_M = 1.35, 0.15
 """Where no echo stands out: 0.745 of 1.74 m of stature, and half a phone's length at 30 degrees; and how people differ,
 generously. Walls alongside and what comes via ground and body stand at their distances as well, often louder."""
@@ -112,7 +110,7 @@ class PeakFinder:
     ) -> None:
         self._settings, self._c = settings, sound_speed_m_s
         self._filter = MatchedFilter(beep, reach_s(beep, settings.far_m, sound_speed_m_s))
-        self._baseline_m = float(phone.speaker_to_mic_m[0])
+        self._baseline_m, self._speaker_cosine = float(phone.speaker_to_mic_m[0]), phone.speaker_cosine
         self._direct_delay_s = expected_direct_delay_s(phone, sound_speed_m_s, settings.direct_delay_s)
         self._damage = DamagedBeeps()
         self._slip, self._background = ClockSlip(self._filter), CoherentBackground(BACKGROUND_BEEPS)
@@ -164,7 +162,9 @@ class PeakFinder:
         rate_hz = self._filter.rate_hz
         one_m = self._c / (2.0 * np.pi * rms_bandwidth_hz(beep))
         samples = self._noise_window, round(1e-3 * rate_hz), round(0.35e-3 * rate_hz)
-        return tuple(Reception(self._filter.start_s, rate_hz, self._c, self._baseline_m, one_m, *samples))
+        return tuple(
+            Reception(self._filter.start_s, rate_hz, self._c, self._baseline_m, self._speaker_cosine, one_m, *samples)
+        )
 
     def reset(self) -> None:
         """Forget all beeps."""
@@ -211,7 +211,7 @@ class PeakFinder:
         clutter = self._clutter.level(received)
         self._sound_the_ground(first_s)
         self.ground = self._ground_now(profile, start_s)
-        flag = _second_channel(block, direct)
+        flag = flag_of_second(block, direct)
         found = peak_readings(
             moved,
             magnitude,
@@ -225,7 +225,7 @@ class PeakFinder:
             MOST_PEAKS if self._received > SETTLING_BEEPS else 0,
             flag is not Flag.NONE,
         )
-        first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, -1.0)
+        first_m = distance_of(self._c * (first_s + 0.5 / self._filter.rate_hz), self._baseline_m, self._speaker_cosine)
         moved = moved[:, first : first + self._span]
         return start_s + slip_s, MovingPeaks(*found, moved, first_m, self.cell_m, flag)
 
@@ -236,7 +236,9 @@ class PeakFinder:
         middle = _middle_that_stands_out(self._clutter.mean, first_s, self._filter.rate_hz, self._c)
         if middle >= 0.0:
             self._ground_path_m = self._c * (first_s + middle / self._filter.rate_hz)
-            self.ground_m = distance_of(self._ground_path_m, self._baseline_m, sin(self.pitch_rad))
+            self.ground_m = distance_of(
+                self._ground_path_m, self._baseline_m, -self._speaker_cosine * sin(self.pitch_rad)
+            )
 
     def _ground_now(self, profile: EchoProfile, start_s: float) -> GroundEcho | None:
         """The ground in this beep; None before its place is known."""
@@ -277,10 +279,3 @@ def _middle_that_stands_out(clutter: Floats, first_s: float, rate_hz: float, sou
     while last < high - 1 and clutter[last + 1] > least:
         last += 1
     return 0.5 * (first + last)
-
-
-def _second_channel(block: NDArray[np.floating], direct: DirectSound) -> Flag:
-    """Why microphone 1 says nothing, by a beep (2, n) and its direct sound."""
-    if direct.amplitude[1] < DEAF * direct.amplitude[0]:
-        return Flag.NO_SECOND_MIC
-    return Flag.IDENTICAL_CHANNELS if one_is_the_other(block) else Flag.NONE

@@ -42,6 +42,7 @@ class Reception(NamedTuple):
         start_s, rate_hz: delay of the envelope's first sample, and its samples per second.
         sound_speed_m_s: speed of sound.
         baseline_m: from microphone 0 to the speaker.
+        speaker_cosine: of the angle there between the speaker and what is straight ahead.
         one_m: deviation of the path at 2E/N0 = 1.
         noise_window: samples over which noise is the same, see `local_noise`.
         sidelobe_reach: of sidelobes, samples.
@@ -52,6 +53,7 @@ class Reception(NamedTuple):
     rate_hz: float
     sound_speed_m_s: float
     baseline_m: float
+    speaker_cosine: float
     one_m: float
     noise_window: int
     sidelobe_reach: int
@@ -93,7 +95,9 @@ def peak_readings(
     position, amplitude = refine_peaks(magnitude[0], sample + first)
     delay_s = known.start_s + position / known.rate_hz
     path_m = known.sound_speed_m_s * (delay_s - start_s)
-    readings = readings_of(path_m, amplitude, sample, received, height, known.baseline_m, known.one_m, direct)
+    readings = readings_of(
+        path_m, amplitude, sample, received, height, known.baseline_m, known.speaker_cosine, known.one_m, direct
+    )
     second = np.full((len(sample), len(offset)), np.complex64(np.nan))
     if len(sample) > 0 and not alone:
         noise = max(noise_amplitude(magnitude[1, first:]), TINY)
@@ -138,6 +142,7 @@ def readings_of(
     received: Floats,
     height: Floats,
     baseline_m: float,
+    speaker_cosine: float,
     one_m: float,
     direct: float,
 ) -> Floats:
@@ -149,6 +154,7 @@ def readings_of(
         sample: (n,) next to them.
         received, height: (S,) envelope, and its height over the rms of the noise around.
         baseline_m: from microphone 0 to the speaker.
+        speaker_cosine: of the angle there between the speaker and what is straight ahead.
         one_m: deviation of the path at 2E/N0 = 1.
         direct: height of the direct sound.
     """
@@ -157,7 +163,8 @@ def readings_of(
         noise = received[sample[peak]] / height[sample[peak]]
         power = (amplitude[peak] / noise) ** 2
         readings[0, peak] = power
-        readings[1, peak] = distance_of(path_m[peak], baseline_m, -1.0) if path_m[peak] > baseline_m else np.nan
+        farther = path_m[peak] > baseline_m
+        readings[1, peak] = distance_of(path_m[peak], baseline_m, speaker_cosine) if farther else np.nan
         readings[2, peak] = 0.5 * one_m / np.sqrt(2.0 * power)
         readings[3, peak] = 20.0 * np.log10(amplitude[peak] / direct)
         readings[4, peak] = 10.0 * np.log10(2.0 * power)

@@ -60,7 +60,7 @@ class TrajectoryGrid:
         ahead_s: how far ahead the chirp reads, `BeepDesign.range_doppler_s`.
         mic_phase_rad: what microphone 1's channel adds to the carrier's phase, compared with microphone 0's; None if it
             is not known.
-        baseline_m: from microphone 0 back to the speaker.
+        baseline_m: from microphone 0 back to the speaker, along the phone.
     """
 
     def __init__(

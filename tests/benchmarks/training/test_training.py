@@ -155,6 +155,14 @@ def test_walks_of_one_fold_are_refused():
         network.learned(replace(examples, walk=FOLDS * examples.walk))
 
 
+@pytest.mark.filterwarnings("error")
+def test_numbers_that_are_missing_do_not_count_and_those_never_there_stand_at_zero():
+    descent = pytest.importorskip("benchmarks.training.descent", reason="PyTorch comes with the extra `training`")
+    usual, spread = descent.usual_and_spread(np.array([[1.0, np.nan, 2.0], [3.0, np.nan, np.nan]]))
+    assert usual.tolist() == [2.0, 0.0, 2.0]
+    assert spread.tolist() == [1.0, descent.LEAST_SPREAD, descent.LEAST_SPREAD]
+
+
 def test_thresholds_are_those_that_cost_least():
     examples = _examples()
     rng = np.random.default_rng(2)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from obstaclewatch import PhoneGeometry
 from obstaclewatch.paper.body_path import nearest_body_path
 from obstaclewatch.signal.direct_sound import direct_sound, measured_direct_delay_s
 from obstaclewatch.signal.matched_filter import MatchedFilter
@@ -77,3 +78,13 @@ def test_ranges_of_pairs_are_two_rounds_of_the_two_triangles(path, bearing, base
     found = ranges_of_pairs(path_m, u_m, 0.141, baseline, cosine)
     assert np.isfinite(found[:2]).all()
     assert found == pytest.approx(range_m, rel=1e-13, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("speaker_m", "cosine"),
+    [([0.0, 0.04, 0.0], -1.0), ([0.0, 0.1, 0.0], 1.0), ([0.03, 0.07, 0.0], 0.0), ([0.0, 0.07, 0.0], 0.0),
+     ([0.03, 0.03, 0.0], -0.8)],
+)  # fmt: skip
+def test_where_the_speaker_is(speaker_m, cosine):
+    phone = PhoneGeometry("flat", speaker_m, [[0.0, 0.07, 0.0], [0.0, -0.07, 0.0]])
+    assert phone.speaker_cosine == pytest.approx(cosine)

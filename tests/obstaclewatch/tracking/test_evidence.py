@@ -12,6 +12,7 @@ from obstaclewatch.tracking.evidence import (
     MOST_LOGIT,
     NEW_SHARE,
     NO_EVIDENCE,
+    NOISE_HIT,
     OF_TRACKS,
     USUAL_LOGIT,
     evidence_of,
@@ -52,6 +53,13 @@ def test_beside_a_far_track_that_passes_the_sums_say_what_is_left():
     assert found.left_m == 4.0
     assert found.distance_left_m == pytest.approx(0.9 - FRONT_M)
     assert evidence_of([_track(0.7, left_m=4.0)], SUMS, CARRIER, NO_EVIDENCE).distance_left_m == 4.0
+
+
+def test_sums_that_noise_reaches_as_well_do_not_say_what_is_left():
+    faint = evidence_of([], SUMS._replace(hit=NOISE_HIT), CARRIER, NO_EVIDENCE)
+    assert faint.distance_left_m == NO_EVIDENCE.distance_left_m > SUMS.ahead_m
+    assert faint._replace(hit=NOISE_HIT + 0.1).distance_left_m == pytest.approx(SUMS.ahead_m - FRONT_M)
+    assert evidence_of([_track(0.7)], SUMS._replace(hit=0.0), CARRIER, NO_EVIDENCE).distance_left_m == 1.0
 
 
 def test_the_likeliest_track_that_is_near_and_long_counts():
