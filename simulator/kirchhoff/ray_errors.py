@@ -23,13 +23,12 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled
 from obstaclewatch.support.compiled_vectors import distance, dot
 from simulator.images.image_pairs import Pairs
+from simulator.kirchhoff.floors import gaps_to_floors
 from simulator.kirchhoff.rays_over_pairs import loudest_over
 from simulator.kirchhoff.shadows import hidden_share
 from simulator.surfaces.surface_borders import Border
 from simulator.world.candidates import Candidates
-from simulator.world.corners import STANDS_ON_M
 from simulator.world.frames import into_rest, rotated
-from simulator.world.mirrors import gaps_to_others
 from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
@@ -235,7 +234,7 @@ def _touching(tracing: Tracing, obstacle: int, border: Border, pose: Ints) -> tu
     unique, which = np.unique(pose, return_inverse=True)
     touching = np.zeros((len(unique), len(border)), dtype=bool)
     for row, n in enumerate(unique):
-        gap, normal = gaps_to_others(tracing.mirrors, n, obstacle, border.point_m)
+        gap, normal = gaps_to_floors(tracing, n, obstacle, border.point_m, border.normal)
         cosine = np.abs(rotated(border.normal, tracing.placed[n, obstacle, 3]) @ normal.T)
-        touching[row] = ((gap < STANDS_ON_M) & ((cosine < UPRIGHT) | (cosine > LYING))).any(axis=1)
+        touching[row] = (np.isfinite(gap) & ((cosine < UPRIGHT) | (cosine > LYING))).any(axis=1)
     return touching, which.ravel()

@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
+from simulator.kirchhoff.floors import gaps_to_floors
 from simulator.surfaces.creases import Creases
 from simulator.surfaces.facets import Facets
 from simulator.world.corners import NARROWEST_RAD, STANDS_ON_M
 from simulator.world.frames import rotated
-from simulator.world.mirrors import gaps_to_others
 from simulator.world.world import Tracing
 
 
@@ -30,7 +30,7 @@ def standing_on_mirrors(tracing: Tracing, facets: Facets) -> Facets:
     times.
     """
     creases, yaw = facets.creases, tracing.placed[0, facets.obstacle, 3]
-    gap, plane = gaps_to_others(tracing.mirrors, 0, facets.obstacle, creases.middle_m)
+    gap, plane = gaps_to_floors(tracing, 0, facets.obstacle, creases.middle_m, creases.normal)
     on = gap + 0.5 * np.abs(rotated(creases.along_m, yaw) @ plane.T) < STANDS_ON_M
     row = np.flatnonzero(on.any(axis=1))
     if not len(row):

@@ -83,6 +83,9 @@ def _amplitudes(points, normals, curvatures, count):
     real, foci = np.empty(len(points)), np.zeros(len(points), np.int64)
     front, work, ray = np.empty((3, 3)), np.empty((2, 3, 3)), np.zeros((2, 3))
     for p in range(len(points)):
+        if not _bends(curvatures[p], count[p]):
+            real[p] = 1.0 / max(_length(points[p]), _TINY)
+            continue
         length = max(_segment(points[p], normals[p], 0, ray[1], ray[0]), _TINY)
         squares = length * length
         for i in range(3):
@@ -97,6 +100,30 @@ def _amplitudes(points, normals, curvatures, count):
             foci[p] += negative
         real[p] = 1.0 / np.sqrt(squares)
     return real, foci
+
+
+@inlined
+def _bends(curvatures, count):
+    """Whether any of the surfaces that a path meets is curved: off planes alone its amplitude is 1 / length."""
+    for k in range(count):
+        for i in range(3):
+            for j in range(3):
+                if curvatures[k, i, j] != 0.0:
+                    return True
+    return False
+
+
+@inlined
+def _length(points):
+    """Length of a path."""
+    total = 0.0
+    for k in range(len(points) - 1):
+        square = 0.0
+        for x in range(3):
+            step = points[k + 1, x] - points[k, x]
+            square += step * step
+        total += np.sqrt(square)
+    return total
 
 
 @inlined
