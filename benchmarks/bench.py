@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    suite: str,
+    suite: str | Path,
     tier: str = "ci",
     *,
     jobs: int = 1,
@@ -77,6 +77,8 @@ def run(
     """
     from benchmarks.scoring.frames import results_frame
 
+    suite = str(suite) if isinstance(suite, Path) else suite
+    check_types(suite=(suite, str))
     texts = setting_texts({} if settings is None else settings)
     chosen = planned(suite, [*texts, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, labels=labels, limit=limit)

@@ -24,7 +24,7 @@ ADVICE = {
     Fault.NO_BEEP: "play the file of `obstaclewatch beep` on the phone while it records, with its volume up; record "
     "without noise suppression, automatic gain and compression, as WAV or FLAC, not AAC, Opus or MP3",
     Fault.OTHER_BEEP: "give --band, --beep-ms and --gap-ms of what was played",
-    Fault.SWAPPED_CHANNELS: "add --swap",
+    Fault.SWAPPED_CHANNELS: "add --swap, or leave it out",
     Fault.ABSURD_LEVEL: "save the recording as 16 or 24 bits",
     Fault.DEAF_MICROPHONE: "uncover the bottom microphone, or choose an app that records both; bearings need both",
     Fault.IDENTICAL_CHANNELS: "choose stereo and the unprocessed microphones in the recording app; bearings need both",

@@ -16,7 +16,7 @@ from benchmarks.cells.detectors import parse_detector, source_digest
 from benchmarks.cells.equipment import equipment_key
 from benchmarks.cells.memory import check_memory
 from benchmarks.cells.situations.own_scene import scene_digest
-from benchmarks.cells.spec import Cell, Conditions
+from benchmarks.cells.spec import Cell, Conditions, variant_text
 from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.plan.sweep import at_point
 from benchmarks.plan.unknowns import with_unknowns
@@ -221,14 +221,24 @@ def _but_for_the_walk(cell: Cell) -> str:
 
 
 def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
-    """At most so many cells, from the first on in steps of the golden section; all without a limit.
+    """At most so many cells, from the first walk on in steps of the golden section; all without a limit.
 
-    Even steps would keep step with what alternates, such as collisions and other walks. A larger limit adds cells.
+    Even steps would keep step with what alternates, such as collisions and other walks. A larger limit adds cells. Of a
+    sweep every walk is kept at all points, as many walks as there is room for; of a single one, the first points.
 
     Raises:
         ValueError: a limit below 1.
     """
     if limit is not None and limit < 1:
         raise ValueError(f"limit must be at least 1, got {limit}")
-    place = GOLDEN * np.arange(len(cells)) % 1.0
-    return [cells[k] for k in np.sort(np.argsort(np.argsort(place))[:limit])]
+    if limit is None:
+        return cells
+    walks: dict[tuple[str, str, int], list[int]] = {}
+    for k, cell in enumerate(cells):
+        walks.setdefault((cell.label.removesuffix(variant_text(cell.variant)), cell.phone, cell.seed), []).append(k)
+    points, kept = list(walks.values()), list[int]()
+    for walk in np.argsort(np.argsort(GOLDEN * np.arange(len(points)) % 1.0)):
+        if kept and len(kept) + len(points[walk]) > limit:
+            break
+        kept += points[walk]
+    return [cells[k] for k in sorted(kept[:limit])]

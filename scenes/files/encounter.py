@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from obstaclewatch.support.argument_types import check_seed
 from scenes.files.mesh_file import mesh_path
 from scenes.files.schema import SceneSpec, scene_of
 from scenes.files.walk_schema import PhoneSpec, phone_of, walk_of
@@ -58,8 +59,8 @@ def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) ->
         phone: name of a preset to use instead of the file's phone.
 
     Raises:
-        ValueError: the file does not fit the schema, has no walk, or nothing to walk to; with file, line and field.
-            Or an unknown phone was asked for.
+        ValueError: a seed that is no whole number from 0 on, or the file does not fit the schema, has no walk, or
+            nothing to walk to; with file, line and field. Or an unknown phone was asked for.
         FileNotFoundError: the file or one of its meshes is missing.
 
     Example:
@@ -74,6 +75,7 @@ def load_encounter(path: str | Path, seed: int = 0, phone: str | None = None) ->
         >>> encounter.targets, round(encounter.walk.duration_s, 2)
         (('post',), 4.62)
     """
+    check_seed(seed=seed)
     source = YamlFile.read(path)
     spec = source.as_model(SceneSpec)
     scene = scene_of(spec, source)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from obstaclewatch import Errata, assumed_sound_speed
-from scenes import Pace, Route, RouteWalk, ground_truth, make_approach
+from scenes import Pace, Route, RouteWalk, ground_truth, load_encounter, make_approach
 from scenes.obstacles.solids import box
 from scenes.truth.swept import Body
 from simulator import Material, Obstacle, Phone, Scene, StraightWalk
@@ -23,6 +23,8 @@ def truth(velocity=(0.0, 0.0, 0.0), **changed):
 
 WRONG = {
     "velocity_m_s of 'crate' must be level": lambda: truth((0.0, 0.0, -2.0)),
+    "seed must be a whole number, 0 or more, got None": lambda: load_encounter("absent.yaml", seed=None),
+    "seed must be a whole number, 0 or more, got -1": lambda: load_encounter("absent.yaml", seed=-1),
     "time_s must be finite, got": lambda: truth(time_s=[np.nan]),
     r"time_s must have shape \(\) or \(T,\), T > 0, got \(0,\)": lambda: truth(time_s=[]),
     "time_s must lie within the walk, 0 to 4 s, .*, got -0.1": lambda: truth(time_s=[0.0, -0.1]),

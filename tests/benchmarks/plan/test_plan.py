@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -91,6 +92,25 @@ def test_limit_spreads_cells_over_the_list_and_a_larger_one_adds_some() -> None:
     place = [whole.index(cell) for cell in kept[2]]
     assert place == sorted(place)
     assert np.diff([*place, len(whole)]).max() < 2.0 * len(whole) / 20
+
+
+def test_a_limit_keeps_the_walks_of_a_sweep_at_all_of_its_points() -> None:
+    """Cause: cells were thinned one by one, so that two points of a sweep had different walks."""
+    swept = plan_cells(load_suite("paper", ["sweep={over: {noise.level_spl_db: [20.0, 30.0, 50.0]}}"]), "smoke")
+    kept = thinned(swept, 8)
+    points = [{(c.scene, c.category, c.index) for c in kept if c.variant == point} for point in _points(kept)]
+    assert [len(walks) for walks in points] == [2, 2, 2]
+    assert points[0] == points[1] == points[2]
+    assert [cell.variant for cell in thinned(swept, 2)] == _points(swept)[:2]
+
+
+def _points(cells: list[Cell]) -> list[Any]:
+    """The points of a sweep in the order of the plan."""
+    found: list[Any] = []
+    for cell in cells:
+        if cell.variant not in found:
+            found.append(cell.variant)
+    return found
 
 
 @pytest.mark.parametrize("parts", [2, 3, 4])
