@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any, SupportsFloat
+
+import numpy as np
+from numpy.typing import NDArray
 
 from obstaclewatch import BeepDesign, Detection, Flag, NoBeepError
 from obstaclewatch.recording import Recording
 from obstaclewatch.recordings.alignment import BeepFinder
 
 RULE = "stream must yield one Detection a beep, in order"
+ESTIMATES = {"range_m": 1e3, "bearing_rad": np.pi}
+"""What is scored of a candidate, and the most that it can be."""
+ROUNDED = 1e-6  # pi in single precision
 ALIGNED = 0.05
 """To so much of a period emissions are known: by the direct sound's delay, and by a clock that drifts."""
 
@@ -24,7 +31,8 @@ def detections_of(detector: Any, beep: BeepDesign, recording: Recording) -> tupl
     a stream may go on anywhere later, or end.
 
     Raises:
-        ValueError: the stream yields something else, or too few, too many or in another order; with both numbers.
+        ValueError: the stream yields something else, or too few, too many or in another order; with both numbers. Or a
+            detection states what cannot be.
     """
     try:
         found = _taken(detector.stream(recording), beep, recording)
@@ -44,6 +52,7 @@ def _taken(stream: Any, beep: BeepDesign, recording: Recording) -> list[Detectio
             raise ValueError(f"{RULE}: got {_kind(detection)} as number {len(found)}")
         if not (isinstance(detection.time_s, SupportsFloat) and math.isfinite(detection.time_s)):
             raise ValueError(f"time_s of a Detection must be a finite number, got {detection.time_s!r}")
+        _check_estimates(detection)
         found.append(detection)
         lost += _lost(detection)
         if len(found) > most + min(lost, most + 1):
@@ -51,6 +60,24 @@ def _taken(stream: Any, beep: BeepDesign, recording: Recording) -> list[Detectio
         if found[1:] and _between(found[-2], detection, beep) < 0:
             raise ValueError(f"{RULE}: got one at {detection.time_s:.2f} s after one at {found[-2].time_s:.2f} s")
     return found
+
+
+def _check_estimates(detection: Detection) -> None:
+    """Refuse what would be scored as something else: bearings in degrees, columns of another length, no decision."""
+    count = np.size(detection.range_m)
+    for name, most in ESTIMATES.items():
+        column = np.asarray(getattr(detection, name))
+        if column.dtype.kind not in "fiu" or column.shape != (count,):
+            raise ValueError(f"{name} of a Detection must be {count} real numbers, as range_m, got {_brief(column)}")
+        if np.any((column < 0.0) | (column > most + ROUNDED)):
+            raise ValueError(f"{name} of a Detection must be from 0 to {most:.3g} or NaN, got {_brief(column)}")
+    alert = getattr(detection.decision, "alert", None)
+    if not isinstance(alert, bool | np.bool_):
+        raise ValueError(f"decision of a Detection must have an alert that is True or False, got {alert!r}")
+
+
+def _brief(column: NDArray[Any]) -> str:
+    return reprlib.repr(column.tolist())
 
 
 def _iterable(stream: Any) -> Iterable[Any]:

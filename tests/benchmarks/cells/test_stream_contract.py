@@ -43,6 +43,10 @@ def shifted(found: Iterable[Detection], periods: int) -> list[Detection]:
     return [replace(each, time_s=each.time_s + periods * BEEP.period_s) for each in found]
 
 
+def _stated(range_m: list[Any], bearing_rad: list[Any]) -> Detection:
+    return replace(FOUND[0], range_m=np.array(range_m), bearing_rad=np.array(bearing_rad))
+
+
 @pytest.mark.parametrize(
     ("yielded", "reason"),
     [
@@ -61,10 +65,19 @@ def shifted(found: Iterable[Detection], periods: int) -> list[Detection]:
         ([each.decision for each in FOUND], ": got a value of type Decision as number 0$"),
         ([replace(FOUND[0], time_s=float("nan"))], "time_s of a Detection must be a finite number, got nan"),
         ([replace(FOUND[0], time_s=None)], "time_s of a Detection must be a finite number, got None"),
+        ([_stated([2.0], [30.0])], r"bearing_rad of a Detection must be from 0 to 3.14 or NaN, got \[30.0\]"),
+        ([_stated([2.0], [-0.1])], "bearing_rad of a Detection must be from 0 to 3.14 or NaN, got"),
+        ([_stated([np.inf], [0.1])], "range_m of a Detection must be from 0 to .* or NaN, got"),
+        ([_stated([-2.0], [0.1])], "range_m of a Detection must be from 0 to .* or NaN, got"),
+        ([_stated([2.0], [0.1, 0.2])], "bearing_rad of a Detection must be 1 real numbers, as range_m, got"),
+        ([_stated([2j], [0.1])], "range_m of a Detection must be 1 real numbers, as range_m, got"),
+        ([replace(FOUND[0], decision=None)], "decision of a Detection must have an alert that is True or False"),
     ],
     ids=[
         "nothing", "the first three", "not the last two", "not the first", "every other", "twice", "again", "backwards",
         "endless", "None", "a number", "one None", "decisions", "no time", "None as time",
+        "degrees", "a negative bearing", "an infinite range", "a negative range", "two bearings", "complex",
+        "no decision",
     ],
 )  # fmt: skip
 def test_what_is_not_one_detection_a_beep_is_refused(yielded: Any, reason: str) -> None:
