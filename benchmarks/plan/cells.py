@@ -229,10 +229,10 @@ def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
     Raises:
         ValueError: a limit below 1.
     """
-    if limit is not None and limit < 1:
-        raise ValueError(f"limit must be at least 1, got {limit}")
     if limit is None:
         return cells
+    if limit < 1:
+        raise ValueError(f"limit must be at least 1, got {limit}")
     walks: dict[tuple[str, str, int], list[int]] = {}
     for k, cell in enumerate(cells):
         walks.setdefault((cell.label.removesuffix(variant_text(cell.variant)), cell.phone, cell.seed), []).append(k)

@@ -10,6 +10,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats
 from obstaclewatch.support.compiled import compiled
+from obstaclewatch.support.compiled_vectors import dot
 from simulator.images.image_method import inside_patch
 from simulator.world.corners import STANDS_ON_M
 from simulator.world.frames import out_of_rest, rotated
@@ -51,8 +52,6 @@ def _inside(mirrors, pose, patch, point):
     found = np.zeros(len(patch), np.bool_)
     for r in range(len(patch)):
         p = patch[r]
-        x, y, z = point[r, 0], point[r, 1], point[r, 2]
-        a, b, c = mirrors.normal[pose, p, 0], mirrors.normal[pose, p, 1], mirrors.normal[pose, p, 2]
-        height = x * a + y * b + z * c - mirrors.offset_m[pose, p]
-        found[r] = inside_patch(mirrors, pose, p, x - height * a, y - height * b, z - height * c)
+        foot = point[r] - (dot(point[r], mirrors.normal[pose, p]) - mirrors.offset_m[pose, p]) * mirrors.normal[pose, p]
+        found[r] = inside_patch(mirrors, pose, p, foot[0], foot[1], foot[2])
     return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
-from obstaclewatch.support.compiled_vectors import multiplied
+from obstaclewatch.support.compiled_vectors import distance, multiplied
 
 _TINY = 1e-12
 _CORNER_M = 1e-9
@@ -105,11 +105,19 @@ def _amplitudes(points, normals, curvatures, count):
 @inlined
 def _bends(curvatures, count):
     """Whether any of the surfaces that a path meets is curved: off planes alone its amplitude is 1 / length."""
+    bends = False
     for k in range(count):
-        for i in range(3):
-            for j in range(3):
-                if curvatures[k, i, j] != 0.0:
-                    return True
+        bends |= _is_curved(curvatures[k])
+    return bends
+
+
+@inlined
+def _is_curved(curvature):
+    """Whether any entry of a tensor (3, 3) is not 0."""
+    for i in range(3):
+        for j in range(3):
+            if curvature[i, j] != 0.0:
+                return True
     return False
 
 
@@ -118,11 +126,7 @@ def _length(points):
     """Length of a path."""
     total = 0.0
     for k in range(len(points) - 1):
-        square = 0.0
-        for x in range(3):
-            step = points[k + 1, x] - points[k, x]
-            square += step * step
-        total += np.sqrt(square)
+        total += distance(points[k], points[k + 1])
     return total
 
 
@@ -136,11 +140,7 @@ def _reflect(front, ray, normal, curvature, work):
             mirror[i, j] = (i == j) - 2.0 * normal[i] * normal[j]
     multiplied(mirror, front, half)
     multiplied(half, mirror, front)
-    bends = False
-    for i in range(3):
-        for j in range(3):
-            bends |= curvature[i, j] != 0.0
-    if not bends:
+    if not _is_curved(curvature):
         return
     safe = cosine if abs(cosine) > _TINY else 1.0
     for i in range(3):  # onto the tangent plane along the reflected ray

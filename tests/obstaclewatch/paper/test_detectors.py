@@ -144,19 +144,6 @@ def test_identical_channels_fall_back_to_range_only():
     assert any(found.decision.alert for found in detections)
 
 
-@pytest.mark.parametrize("kind", [PaperDetector, StandingDetector, TrackingDetector])
-def test_another_stream_ends_the_one_before(kind):
-    """Cause: both went on with one state, each with the other's beeps in it."""
-    walk, detector = recording([Point(3.0)], beeps=6, noise=0.02), kind(BEEP, PHONE)
-    first = detector.stream(walk)
-    next(first)
-    second = [next(detector.stream(walk))]
-    with pytest.raises(RuntimeError, match=r"this stream ended when .*Detector\(test, 18-23 kHz\) began another"):
-        next(first)
-    assert second[0].index == 0
-    assert [found.index for found in detector.stream(walk)] == list(range(6))
-
-
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_a_deaf_second_microphone_leaves_the_range_as_identical_channels_do(noise):
     """Cause: with a deaf microphone 1 nothing ever collided, while identical channels were judged by range."""
