@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import reprlib
 import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,11 +22,12 @@ from benchmarks.plan.trust import check_trust
 from benchmarks.runs.executors import choose_executor
 from benchmarks.runs.manifest import manifest
 from benchmarks.runs.results import RunData, load_run, read_manifest
-from benchmarks.runs.runner import run_cells
+from benchmarks.runs.runner import run_cells, shortfall
 from benchmarks.runs.store import point_to, to_json, write_atomically
 from benchmarks.runs.variants import variants
 from benchmarks.scoring.scores import summary
-from obstaclewatch.support.argument_types import check_types
+from obstaclewatch.support.argument_types import check_counts, check_types
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,6 +69,11 @@ def run(
     Raises:
         ValueError: what `obstaclewatch run` refuses with exit code 2; another process works on the same run.
         OSError: results cannot be stored; what is done is kept.
+        RuntimeError: every cell failed; the message gives the first reason.
+
+    Warns:
+        RuntimeWarning: some cells failed, or are missing as their worker died; the message says how many, and the first
+            reason. A cell that failed has one row without a detector, its `status` is "failed".
 
     >>> import tempfile
     >>> from benchmarks import run
@@ -78,7 +85,8 @@ def run(
     from benchmarks.scoring.frames import results_frame
 
     suite = str(suite) if isinstance(suite, Path) else suite
-    check_types(suite=(suite, str))
+    check_types(suite=(suite, str), tier=(tier, str), labels=(labels, str | None), out=(out, str | Path))
+    check_counts(1, jobs=jobs, **({} if limit is None else {"limit": limit}))
     texts = setting_texts({} if settings is None else settings)
     chosen = planned(suite, [*texts, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, labels=labels, limit=limit)
@@ -86,8 +94,13 @@ def run(
     asked = [word for name, value in options.items() if value is not None for word in (name, str(value))]
     asked += [word for text in texts for word in ("--set", text)] + ["--allow-code"] * allow_code
     folder = prepared(Path(out), chosen, tier, cells, ["run", suite, *asked])
-    run_cells(folder, cells, choose_executor(None, jobs))
+    tally = run_cells(folder, cells, choose_executor(None, jobs))
     frame = results_frame(tabulated(folder)[0])
+    if not tally.complete:
+        wrong = f"of {counted(len(cells), 'cell')}: {'; '.join(shortfall(folder, tally, most=1))}"
+        if not tally.ok:
+            raise RuntimeError(f"nothing was measured {wrong}")
+        warnings.warn(f"results are not complete, {wrong}", RuntimeWarning, stacklevel=2)
     frame.attrs["folder"] = str(folder)
     return frame
 

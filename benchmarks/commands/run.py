@@ -12,14 +12,16 @@ from benchmarks.commands import ALLOW_CODE
 from benchmarks.gates.verdict import FAILED, INCOMPLETE
 from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs import EXECUTORS
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     from benchmarks.cells.spec import Cell
     from benchmarks.plan.suite import Suite
-    from benchmarks.runs.runner import Tally
 
 APPROACH_S = 15.0
 """No approach of the recipes lasts longer."""
+MOST_FAILURES = 5
+"""That are named with their reasons."""
 
 
 @click.command()
@@ -65,7 +67,7 @@ def run(
     from benchmarks.bench import chosen_cells, planned, prepared
     from benchmarks.cells.memory import check_workers
     from benchmarks.runs.executors import choose_executor
-    from benchmarks.runs.runner import run_cells
+    from benchmarks.runs.runner import run_cells, shortfall
 
     chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, only, expression, limit)
@@ -77,7 +79,7 @@ def run(
         return
     place = choose_executor(executor, jobs, scheduler)
     folder = prepared(out, chosen, tier, cells)
-    click.echo(f"{len(cells)} cells of suite '{chosen.name}', tier {tier}, into {folder}")
+    click.echo(f"{counted(len(cells), 'cell')} of suite '{chosen.name}', tier {tier}, into {folder}")
     click.echo(memory)
     try:
         tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
@@ -85,7 +87,8 @@ def run(
     except OSError as error:
         click.echo(f"cannot store results: {error}; what is done is kept, the same command goes on", err=True)
         sys.exit(INCOMPLETE)
-    _say_what_failed(folder, tally)
+    for line in [*tally.remarks(), *shortfall(folder, tally, MOST_FAILURES)]:
+        click.echo(line, err=True)
     if wrong := _wrong(folder):
         click.echo("\n".join(wrong), err=True)
         sys.exit(FAILED)
@@ -137,23 +140,6 @@ def _process_bytes(cells: list[Cell]) -> float:
     return FINE_BYTES if fine else PROCESS_BYTES
 
 
-def _say_what_failed(folder: Path, tally: Tally) -> None:
-    """The reasons of a few failures, how many cells failed or are missing, and which were tried again."""
-    from benchmarks.runs.reasons import reason
-    from benchmarks.runs.store import cell_path, read_cell
-
-    for line in tally.remarks():
-        click.echo(line, err=True)
-    for digest in tally.failed[:5]:
-        record = read_cell(cell_path(folder, digest), digest)
-        if record is not None:
-            click.echo(f"failed: {record['label']}: {reason(record['error'])}", err=True)
-    if tally.failed:
-        click.echo(f"{len(tally.failed)} cells failed; their tracebacks are in {folder / 'cells'}", err=True)
-    if tally.missing:
-        click.echo(f"{len(tally.missing)} cells are missing; the same command goes on with them", err=True)
-
-
 def _wrong(folder: Path) -> list[str]:
     """A line for every case of an extreme that came out silently wrong, or was refused though it can be."""
     from benchmarks.runs.results import load_run
@@ -170,7 +156,7 @@ def _why(record: dict[str, Any], case: dict[str, Any]) -> str:
 
 
 def _print_plan(suite: Suite, tier: str, cells: list[Cell]) -> None:
-    click.echo(f"suite '{suite.name}', tier {tier}: {len(cells)} cells")
+    click.echo(f"suite '{suite.name}', tier {tier}: {counted(len(cells), 'cell')}")
     for name in sorted({(cell.kind, cell.scene, cell.category) for cell in cells}):
         count = sum((cell.kind, cell.scene, cell.category) == name for cell in cells)
         click.echo(f"  {' '.join(name)}: {count}")

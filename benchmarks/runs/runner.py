@@ -21,6 +21,7 @@ from benchmarks.runs.progress import progress as shown_progress
 from benchmarks.runs.reasons import reason
 from benchmarks.runs.store import cell_path, cost_path, only_one_process, read_cell, write_cell, write_cost
 from benchmarks.runs.stored import check_file
+from obstaclewatch.support.words import counted
 
 MOST_NAMED = 3
 """Cells that a remark names."""
@@ -108,6 +109,27 @@ def run_cells(
                 if not (done.ok or keep_going):
                     break
     return _tally(state, planned, failures)
+
+
+def shortfall(run: Path, tally: Tally, most: int) -> list[str]:
+    """What keeps a run from being complete, a line each: why cells failed, how many did, how many are missing.
+
+    Args:
+        run: the run's folder.
+        most: so many failures are given with their reasons.
+    """
+    lines = []
+    for digest in tally.failed[:most]:
+        record = read_cell(cell_path(run, digest), digest)
+        if record is not None:
+            lines.append(f"failed: {record['label']}: {reason(record['error'])}")
+    if tally.failed:
+        count = counted(len(tally.failed), "cell failed; its traceback is", "cells failed; their tracebacks are")
+        lines.append(f"{count} in {run / 'cells'}")
+    if tally.missing:
+        count = counted(len(tally.missing), "cell is", "cells are")
+        lines.append(f"{count} missing; the same command goes on there")
+    return lines
 
 
 def _attempts(
