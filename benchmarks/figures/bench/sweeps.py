@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.parameters import in_words, scale_of, value_text
 from benchmarks.figures.data import BarFigure, BarPanel
 from benchmarks.figures.measured import (
@@ -36,8 +38,6 @@ from benchmarks.scoring.scores import (
 from benchmarks.scoring.statistics import Rate, quantile_with_interval
 from obstaclewatch.support.arrays import Floats
 
-WALKS = ("approach", "scene")
-"""Kinds of cells that have alerts to count."""
 Measured = tuple[float, float, float]
 """A value and the ends of its interval."""
 
@@ -60,22 +60,23 @@ def rates_by_holding(run: RunData) -> BarFigure:
 def rates_by_interference(run: RunData) -> PlotFigure:
     """Section 5.3: a second phone nearby."""
     note = "The second phone stands 29° to the left of the walk's start and sends as loudly as ours."
-    return _sweep_figure(run, "interference", "Section 5.3 · TP, TN and range error with a second phone nearby", note)
+    return _sweep_figure(run, "interference", "Section 5.3 · {} with a second phone nearby", note)
 
 
 def sweep_curves(run: RunData) -> PlotFigure:
-    """TP, TN and the median range error of every point of a sweep, in its order."""
-    return _sweep_figure(run, "sweep", "TP, TN and range error at the points of the sweep", "")
+    """TP, TN and the median range error of every point of a sweep, in its order; of standing phones alone, errors."""
+    return _sweep_figure(run, "sweep", "{} at the points of the sweep", "")
 
 
 def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
     points = variants(run) if any(record["cell"].get("variant") for record in run.cells) else {}
-    points = {point: part for point, part in points.items() if any(c["cell"]["kind"] in WALKS for c in part.cells)}
+    kind = "approach" if any(counts_as(record["cell"], "approach") for record in run.cells) else "standing"
+    points = {point: part for point, part in points.items() if any(counts_as(c["cell"], kind) for c in part.cells)}
     axis, detectors = swept_axis(points), judged_detectors(run)
     names = [_in_words(point, part.cells[0]["cell"].get("variant") or {}) for point, part in points.items()]
     panels: list[Panel] = []
     said: dict[str, list[str]] = {detector: [] for detector in detectors}
-    for label, unit, measure in _MEASURES:
+    for label, unit, measure in _MEASURES[kind]:
         found = {d: np.array([measure(part, d) for part in points.values()]).reshape(-1, 3) for d in detectors}
         for detector, values in found.items():
             if np.isfinite(values[:, 0]).any():
@@ -88,10 +89,10 @@ def _sweep_figure(run: RunData, name: str, title: str, note: str) -> PlotFigure:
             panels.append(_numeric_points(label, found, *axis, span))
     return PlotFigure(
         name,
-        title,
+        title.format(_MEASURED[kind]),
         tuple(panels),
         " ".join(f"{name}: {', '.join(words)}." for name, words in said.items() if words) or "No data.",
-        f"Whiskers: 95 % intervals, exact for rates, bootstrap over walks for medians. {note}",
+        f"{_WHISKERS[kind]} {note}",
         height_in=2.7 if axis else max(2.4, 0.32 * len(points) + 0.4),
     )
 
@@ -177,17 +178,32 @@ def _tn(run: RunData, detector: str) -> Measured:
     return percents(_rates(run, detector)[1])
 
 
-def _range(run: RunData, detector: str) -> Measured:
-    table = beep_table(run, detector, "approach")
-    errors = 100.0 * absolute_errors(table, "range_m", "true_range_m")
-    return quantile_with_interval(errors, 0.5, table["label"])[:3]
+def _error(kind: str, quantity: str, scale: float) -> Callable[[RunData, str], Measured]:
+    def median(run: RunData, detector: str) -> Measured:
+        table = beep_table(run, detector, kind)
+        errors = scale * absolute_errors(table, quantity, f"true_{quantity}")
+        return quantile_with_interval(errors, 0.5, table["label"])[:3]
+
+    return median
 
 
-_MEASURES: tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...] = (
-    ("TP, % of collisions", "%", _tp),
-    ("TN, % of other walks", "%", _tn),
-    ("range error, median (cm)", "cm", _range),
-)
+_MEASURES: dict[str, tuple[tuple[str, str, Callable[[RunData, str], Measured]], ...]] = {
+    "approach": (
+        ("TP, % of collisions", "%", _tp),
+        ("TN, % of other walks", "%", _tn),
+        ("range error, median (cm)", "cm", _error("approach", "range_m", 100.0)),
+    ),
+    "standing": (
+        ("range error, median (cm)", "cm", _error("standing", "range_m", 100.0)),
+        ("bearing error, median (°)", "°", _error("standing", "bearing_rad", math.degrees(1.0))),
+    ),
+}
+_WHISKERS = {
+    "approach": "Whiskers: 95 % intervals, exact for rates, bootstrap over walks for medians.",
+    "standing": "Whiskers: 95 % bootstrap intervals over places of the phone; none with fewer than six.",
+}
+_MEASURED = {"approach": "TP, TN and range error", "standing": "Range and bearing error of a standing phone"}
+"""What the figure has of walks, and where there are none of standing measurements."""
 LOG_FROM = 30.0
 """Ratio of the greatest to the least value from which an axis is logarithmic."""
 

@@ -393,3 +393,16 @@ def test_points_that_are_no_numbers_of_one_kind_have_rows(tmp_path, variants):
     panels = FIGURES["sweep"](made_up_run(tmp_path, at_points(variants))).panels
     assert [len(panel.ticks) for panel in panels] == [len(variants)] * 3
     assert "_rad=" not in "".join(panels[0].ticks)
+
+
+def test_a_sweep_of_standing_phones_has_their_errors(tmp_path):
+    """Cause: points without a walk were left out, and the figure was empty."""
+    places = [standing(range_m, index=k) for k in range(3) for range_m in (1.5, 3.0)]
+    cells = [at_variant(place, {"noise.level_spl_db": level}) for level in (20.0, 40.0) for place in places]
+    figure = FIGURES["sweep"](made_up_run(tmp_path, cells))
+    assert not figure.empty
+    for panel, label, error in ((0, "range error, median (cm)", 0.4), (1, "bearing error, median (°)", 5.0)):
+        line = line_of(figure, "PaperDetector", panel)
+        assert figure.panels[panel].y_label == label
+        assert (line.x.tolist(), line.y) == ([20.0, 40.0], pytest.approx([error, error]))
+    assert "TP" not in figure.title + figure.reading
