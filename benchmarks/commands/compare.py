@@ -23,17 +23,24 @@ def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: 
 
     Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
     paired differences, with its 90 % bootstrap interval; a star where that leaves out zero and five walks or more have
-    the quantity. One in ten is starred by chance.
+    the quantity. One in ten is starred by chance. What the runs do not share is left out; the last lines say how much.
     """
-    from benchmarks.gates.comparison import compare_runs, comparison_lines
+    from benchmarks.gates.comparison import compare_runs, comparison_lines, left_out, left_out_line
     from benchmarks.runs.results import load_run
 
     asked = [_pair(text) for text in pairs] or None
-    found = compare_runs(load_run(first_run), load_run(second_run), asked)
+    first, second = load_run(first_run), load_run(second_run)
+    found = compare_runs(first, second, asked)
+    apart = {
+        "first": left_out(first, second, [one.first for one in found]),
+        "second": left_out(second, first, [one.second for one in found]),
+    }
     if as_json:
-        click.echo(json.dumps([_as_data(one) for one in found]))
-    else:
-        click.echo("\n".join(line for one in found for line in comparison_lines(one)))
+        said = {which: asdict(each) for which, each in apart.items()}
+        click.echo(json.dumps([_as_data(one) | {"left_out": said} for one in found]))
+        return
+    lines = [line for one in found for line in comparison_lines(one)]
+    click.echo("\n".join([*lines, *filter(None, (left_out_line(which, each) for which, each in apart.items()))]))
 
 
 def _pair(text: str) -> tuple[str, str]:

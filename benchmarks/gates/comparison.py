@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.runs.results import RunData
-from benchmarks.runs.variants import first_point
+from benchmarks.runs.variants import first_point, variants
 from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
 from benchmarks.scoring.paper_values import SHOWN
+from obstaclewatch.support.words import counted
 
 FEW_PAIRS = 5
 """Below so many walks even all differences of one sign leave 0 out less than 9 times in 10: nothing is starred."""
@@ -34,6 +35,47 @@ class Comparison:
     rates: Mapping[str, Change]
     shifts: Mapping[tuple[str, str, str], Shift]
     outcome_differs: int
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What a comparison leaves out of a run.
+
+    Attributes:
+        cells: walks, standing measurements and probes that the other run has not measured: no such cell, or it failed.
+        failed: cells that failed in this run.
+        detectors: names that the other run has not, and that are not compared with one of another name.
+        points: of its sweep, all but the first.
+    """
+
+    cells: int
+    failed: int
+    detectors: tuple[str, ...]
+    points: int
+
+
+def left_out(run: RunData, other: RunData, compared: Iterable[str] = ()) -> LeftOut:
+    """What `compare_runs` leaves out of a run beside another, of whose detectors these are compared."""
+    own, others = first_point(run)[0], first_point(other)[0]
+    cells = len(_walks(own) - _walks(others))
+    detectors = tuple(sorted(detectors_of(own) - detectors_of(others) - set(compared)))
+    return LeftOut(cells, len(own.cells) - len(own.ok), detectors, len(variants(run)) - 1)
+
+
+def left_out_line(which: str, found: LeftOut) -> str:
+    """What is left out of the "first" or "second" run, in words; empty where the other has everything.
+
+    >>> left_out_line("first", LeftOut(cells=1, failed=0, detectors=(), points=3))
+    'left out of the first run: 1 cell that the other has not measured, all but the first of 4 points'
+    """
+    parts = [
+        f"{counted(found.cells, 'cell')} that the other has not measured" * (found.cells > 0),
+        f"{counted(found.failed, 'cell')} that failed" * (found.failed > 0),
+        f"the detectors {', '.join(found.detectors)}" * bool(found.detectors),
+        f"all but the first of {found.points + 1} points" * (found.points > 0),
+    ]
+    said = ", ".join(part for part in parts if part)
+    return said and f"left out of the {which} run: {said}"
 
 
 def compare_runs(first: RunData, second: RunData, pairs: Sequence[tuple[str, str]] | None = None) -> list[Comparison]:
@@ -107,7 +149,8 @@ def comparison_lines(found: Comparison) -> list[str]:
     """A table in plain text, in cm and degrees."""
     lines = [found.first if found.first == found.second else f"{found.first} -> {found.second}"]
     if found.outcome_differs:
-        lines.append(f"  {found.outcome_differs} walks collide in one run only and are left out")
+        apart = counted(found.outcome_differs, "walk collides", "walks collide")
+        lines.append(f"  {apart} in one run only: left out")
     for rate, change in found.rates.items():
         lines.append(
             f"  {rate:<34}{0.0 - change.loss_points:+8.1f} points   {change.gained} gained, {change.lost} lost "
@@ -119,6 +162,6 @@ def comparison_lines(found: Comparison) -> list[str]:
         sure = "" if low <= 0.0 <= high or shift.n < FEW_PAIRS else "   *"
         lines.append(
             f"  {quantity + ', ' + kind:<34}{value:+8.3g} {shown.strip():<7}  {low:+.3g} to {high:+.3g} "
-            f"over {shift.n} walks{sure}"
+            f"over {counted(shift.n, 'walk')}{sure}"
         )
     return lines

@@ -8,10 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.cli import cli
-from benchmarks.gates.comparison import compare_runs, comparison_lines
+from benchmarks.gates.comparison import compare_runs, comparison_lines, left_out
 from tests.benchmarks.gated_runs import DETECTOR, LATE_M, changed, good_run, one_channel_late, run_of, votes_too_few
 from tests.benchmarks.gates.verdicts import stored
-from tests.benchmarks.synthetic_run import walk
+from tests.benchmarks.synthetic_run import failed, walk
 
 
 def test_a_run_differs_not_from_itself(tmp_path):
@@ -104,3 +104,24 @@ def test_walks_that_collide_in_one_run_only_are_left_out_of_quantities_too(tmp_p
     (found,) = compare_runs(run, second)
     assert found.outcome_differs > 0
     assert found.shifts["approach", "candidates", ""].n == 80 - found.outcome_differs
+
+
+def test_what_the_runs_do_not_share_is_said(tmp_path):
+    """Cause: cells, detectors and points of one run alone were dropped without a word."""
+    walks = [walk(index=k, detectors=("A", "B")) for k in range(6)]
+    others = [walk(index=k, detectors=("A", "C")) for k in range(5)]
+    first = stored(run_of(tmp_path, walks), tmp_path / "first")
+    second = stored(run_of(tmp_path, [*others[:3], failed(others[3]), failed(others[4])]), tmp_path / "second")
+    call = ["compare", str(first), str(second)]
+    told = CliRunner().invoke(cli, call, catch_exceptions=False).output.splitlines()
+    assert told[-2:] == [
+        "left out of the first run: 3 cells that the other has not measured, the detectors B",
+        "left out of the second run: 2 cells that failed, the detectors C",
+    ]
+    (found,) = json.loads(CliRunner().invoke(cli, [*call, "--json", "--detector", "B=C"]).output)
+    assert found["left_out"]["first"] == {"cells": 3, "failed": 0, "detectors": [], "points": 0}
+    alone = CliRunner().invoke(cli, ["compare", str(first), str(first)]).output
+    assert "left out" not in alone
+    hot = {"air.temperature_c": 40.0}
+    swept = [{**one, "cell": {**one["cell"], "variant": v}} for one in walks for v in ({}, hot)]
+    assert left_out(run_of(tmp_path, swept), run_of(tmp_path, walks)).points == 1
