@@ -6,10 +6,11 @@ import importlib
 import sys
 import tempfile
 import traceback
+from typing import Any
 
 import click
 
-from benchmarks.interrupts import Terminated, interruptible
+from benchmarks.interrupts import Terminated, interruptible, mute, tell
 
 COMMANDS = {
     "run": "Run a suite: simulate, detect, score, draw, report. Resumes what is there.",
@@ -61,12 +62,21 @@ USAGE = 2
 CRASH = 70
 """EX_SOFTWARE of sysexits.h: never 1, which says that a gate is red."""
 LONGEST_MESSAGE = 200
-INTERRUPTED, TERMINATED = 130, 143
-"""As shells have it: 128 and the number of the signal, SIGINT or SIGTERM."""
+INTERRUPTED, UNREAD, TERMINATED = 130, 141, 143
+"""As shells have it: 128 and the number of the signal, SIGINT, SIGPIPE or SIGTERM."""
 
 
 class LazyGroup(click.Group):
     """A group whose commands live in modules of their own, imported on demand."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command. That nobody reads its output ends it without a word; click would say 1, a red gate."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            for stream in (sys.stdout, sys.stderr):
+                mute(stream)
+            sys.exit(UNREAD)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """All names, in the order of use."""
@@ -93,7 +103,8 @@ def cli() -> None:
     """Test bench for phone sonar: scenes, echoes, detectors, scores.
 
     Exit codes: 0 good; 1 a gate is red or an extreme silently wrong; 2 usage or input; 3 failed or missing cells;
-    4 nothing measured; 70 a defect of this program; 130 interrupted, 143 terminated, both resumable.
+    4 nothing measured; 70 a defect of this program; 130 interrupted, 143 terminated, both resumable; 141 nobody reads
+    what is printed, as after `| head`: a run goes on all the same.
     """
 
 
@@ -110,7 +121,7 @@ def main() -> None:
         ended, code = (
             ("terminated", TERMINATED) if isinstance(error.__cause__, Terminated) else ("interrupted", INTERRUPTED)
         )
-        click.echo(f"{ended}; the same command goes on where it stopped", err=True)
+        tell(f"{ended}; the same command goes on where it stopped", sys.stderr)
         sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -155,7 +166,7 @@ def _kept_trace(error: Exception) -> str:
 def _complain(message: str, context: click.Context | None = None) -> None:
     """One line on stderr, after the command that is meant where it is known."""
     path = "obstaclewatch" if context is None else context.command_path
-    click.echo(f"{path}: {' '.join(message.split())}", err=True)
+    tell(f"{path}: {' '.join(message.split())}", sys.stderr)
 
 
 if __name__ == "__main__":

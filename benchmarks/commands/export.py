@@ -9,6 +9,8 @@ import click
 
 from benchmarks.commands import ALLOW_CODE
 from benchmarks.gates.verdict import INCOMPLETE
+from benchmarks.interrupts import tell
+from obstaclewatch.support.words import counted
 
 
 @click.command()
@@ -33,11 +35,11 @@ def export(
 
     chosen = planned(suite, settings, seed, allow_code)
     cells = split_walks(chosen, walks)
-    click.echo(f"{len(cells)} walks of suite '{chosen.name}' into {out}")
+    tell(f"{counted(len(cells), 'walk')} of suite '{chosen.name}' into {out}")
     tally = write_data_set(out, chosen, cells, choose_executor(None, jobs), sys.argv[1:])
-    click.echo(f"{out / 'README.md'}: {len(tally.ok)} walks")
+    tell(f"{out / 'README.md'}: {counted(len(tally.ok), 'walk')}")
     for line in tally.remarks():
-        click.echo(line, err=True)
+        tell(line, sys.stderr)
     if not tally.complete:
-        click.echo(f"{len(tally.failed)} walks failed, {len(tally.missing)} are missing", err=True)
+        tell(f"{counted(len(tally.failed), 'walk')} failed, {len(tally.missing)} missing", sys.stderr)
         sys.exit(INCOMPLETE)

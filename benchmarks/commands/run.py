@@ -10,6 +10,7 @@ import click
 
 from benchmarks.commands import ALLOW_CODE
 from benchmarks.gates.verdict import FAILED, INCOMPLETE
+from benchmarks.interrupts import tell
 from benchmarks.report.replays import MOST_WALKS
 from benchmarks.runs import EXECUTORS
 from obstaclewatch.support.words import counted
@@ -79,18 +80,18 @@ def run(
         return
     place = choose_executor(executor, jobs, scheduler)
     folder = prepared(out, chosen, tier, cells)
-    click.echo(f"{counted(len(cells), 'cell')} of suite '{chosen.name}', tier {tier}, into {folder}")
-    click.echo(memory)
+    tell(f"{counted(len(cells), 'cell')} of suite '{chosen.name}', tier {tier}, into {folder}")
+    tell(memory)
     try:
         tally = run_cells(folder, cells, place, retries=retries, keep_going=keep_going)
         finish(folder, walks, jobs)
     except OSError as error:
-        click.echo(f"cannot store results: {error}; what is done is kept, the same command goes on", err=True)
+        tell(f"cannot store results: {error}; what is done is kept, the same command goes on", sys.stderr)
         sys.exit(INCOMPLETE)
     for line in [*tally.remarks(), *shortfall(folder, tally, MOST_FAILURES)]:
-        click.echo(line, err=True)
+        tell(line, sys.stderr)
     if wrong := _wrong(folder):
-        click.echo("\n".join(wrong), err=True)
+        tell("\n".join(wrong), sys.stderr)
         sys.exit(FAILED)
     if not tally.complete:
         sys.exit(INCOMPLETE)
@@ -116,11 +117,11 @@ def finish(folder: Path, walks: int, jobs: int) -> None:
     data, found = tabulated(folder)
     if not data.ok:
         return
-    click.echo("\n".join(verdict_lines(found)))
+    tell("\n".join(verdict_lines(found)))
     packed = replays_begun(folder, chosen_walks(data, walks), jobs)
     figures = figures_of(data)
     write_figures(folder, [drawn for drawn in figures if not drawn.figure.empty])
-    click.echo(f"report: {write_report(data, packed(), figures)}")
+    tell(f"report: {write_report(data, packed(), figures)}")
 
 
 def _longest_s(cells: list[Cell]) -> float:

@@ -10,6 +10,8 @@ from typing import Any, Protocol, Self
 
 from tqdm import tqdm
 
+from benchmarks.interrupts import tell
+
 EVERY_S = 60.0
 """Between two lines at most, as long as something gets done."""
 APART_S = 1.0
@@ -85,4 +87,4 @@ class PlainLines:
 
 
 def _to_stderr(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    tell(line, sys.stderr)

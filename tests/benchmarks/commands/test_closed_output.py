@@ -1,0 +1,39 @@
+"""A reader that goes away, as `| head` does, ends what is printed and not what is stored."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def unread(*words: str, stderr_too: bool = False) -> tuple[int, str]:
+    """Exit code and standard error of a command whose output nobody reads."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "benchmarks.cli", *words],
+            cwd=ROOT, stdout=writer, stderr=writer if stderr_too else subprocess.PIPE, text=True,
+        )  # fmt: skip
+    finally:
+        os.close(writer)
+    return done.returncode, done.stderr or ""
+
+
+@pytest.mark.parametrize("stderr_too", [False, True])
+def test_a_run_goes_on_and_stores_its_results(tmp_path: Path, stderr_too: bool) -> None:
+    """Cause: it ended before the first cell, or with "cannot store results: Broken pipe"."""
+    chosen = ["extremes", "-k", "slivers", "--limit", "2", "--walks", "0", "--set", "figures=[extremes_table]"]
+    assert unread("run", *chosen, "-o", str(tmp_path), stderr_too=stderr_too)[0] == 0
+    assert (tmp_path / "extremes" / "latest" / "report.html").exists()
+
+
+def test_other_commands_end_without_a_word() -> None:
+    """Cause: click's 1, which here says that a gate is red."""
+    assert unread("ls", "suites") == (141, "")
