@@ -86,9 +86,7 @@ def beep(
 @click.option(
     "--speaker-cm", type=Real(), help="from the top microphone down to the speaker, by ruler, instead of --phone"
 )
-@click.option(
-    "--mics-cm", type=Real(), help="between the microphones, by ruler  [from the direct sound, with --speaker-cm]"
-)
+@click.option("--mics-cm", type=Real(), help="between the microphones, by ruler, with --speaker-cm; -o needs both")
 @click.option("--wall", type=RealRange(0.4, 5.0), metavar="M",
               help="speaker to a wall at which the top edge points squarely, by tape")  # fmt: skip
 @click.option("--temperature", type=Real(), default=20.0, show_default=True, help="of the air, degrees Celsius")
@@ -121,6 +119,13 @@ def calibrate(
 
     if mics_cm is not None and speaker_cm is None:
         raise click.UsageError("--mics-cm needs --speaker-cm")
+    if phone is not None and speaker_cm is not None:
+        raise click.UsageError(f"either --phone or --speaker-cm must be given, got {phone} and {speaker_cm:g}")
+    if output is not None and speaker_cm is not None and mics_cm is None:
+        raise click.UsageError(
+            "--output needs --mics-cm beside --speaker-cm: whether the direct sound comes through the air, of which a "
+            "distance could be read, only a ruler says"
+        )
     if output is not None:
         check_output(output, "--output", SUFFIXES, [recording])
         check_replaceable(output)
@@ -129,14 +134,17 @@ def calibrate(
     design = BeepDesign(*beep_shape(band, beep_ms, gap_ms), rate_hz)
     first = sounding_piece(recording, swap, design)
     geometry = Phone.named(phone or ASSUMED).geometry
+    assumed_m = geometry.mic_separation_m
     if speaker_cm is not None:
-        apart_m = geometry.mic_separation_m if mics_cm is None else 1e-2 * mics_cm
-        geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
+        geometry = middle_line(NAME, assumed_m if mics_cm is None else 1e-2 * mics_cm, 1e-2 * speaker_cm)
     health = inspect(first, design, geometry, to_stderr=False)
     if speaker_cm is not None and mics_cm is None and health.calibration is not None:
         apart_m = measured_separation_m(health.calibration, 1e-2 * speaker_cm, speed)
         geometry = middle_line(NAME, apart_m, 1e-2 * speaker_cm)
-        click.echo(f"microphones {100 * apart_m:.1f} cm apart, if the direct sound comes through air: check by ruler")
+        click.echo(
+            f"microphones {100 * apart_m:.1f} cm apart, if the direct sound comes through air: check by ruler; lines "
+            f"above take the {100 * assumed_m:.1f} cm of {ASSUMED}"
+        )
     if speaker_cm is None:
         assumed = "" if phone else ", which is assumed: --phone or --speaker-cm say what yours is"
         click.echo(f"geometry of {geometry.name}{assumed}")

@@ -105,6 +105,24 @@ def test_a_phone_may_be_calibrated_again(tmp_path: Path):
     assert load_phone(tmp_path / "mine.yaml").mic_phase_rad is not None
 
 
+@pytest.mark.parametrize(
+    ("options", "rule"),
+    [
+        (["--speaker-cm", "3", "-o", "mine.yaml"], "--output needs --mics-cm beside --speaker-cm"),
+        (["--speaker-cm", "3", "--phone", "galaxy-s5"], "either --phone or --speaker-cm must be given, got galaxy-s5"),
+    ],
+)
+def test_only_what_was_measured_is_written(tmp_path: Path, monkeypatch, options: list[str], rule: str):
+    """Causes: a distance was written of which the line above said that it is that of the case's sound, 17.7 cm of 15;
+    and of a phone and a ruler together the phone was ignored."""
+    write_recording(before_a_wall(), tmp_path / "wall.wav")
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(cli, ["calibrate", "wall.wav", *options])
+    assert done.exit_code == 2
+    assert rule in done.output
+    assert not Path("mine.yaml").exists()
+
+
 def test_whose_geometry_is_taken_is_said(tmp_path: Path):
     """Cause: without --phone that of galaxy-s5 was taken, and nothing said so."""
     write_recording(before_a_wall(), tmp_path / "wall.wav")
