@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from benchmarks.commands import ALLOW_CODE
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     from benchmarks.gates.config import Gates
@@ -22,6 +23,7 @@ def validate(config: str, allow_code: bool) -> None:
     Scene files are for `scene check`.
     """
     from benchmarks.gates.config import gates_path, list_gates, load_gates
+    from benchmarks.gates.names import foreign_names
     from benchmarks.plan.cells import plan_cells
     from benchmarks.plan.suite import load_suite
     from benchmarks.plan.trust import check_trust
@@ -32,11 +34,13 @@ def validate(config: str, allow_code: bool) -> None:
     if config in list_gates() or sections & {"claims", "regression", "physics"}:
         gates = load_gates(gates_path(config))
         click.echo(f"{gates.title}: {_counted(gates)}")
+        for line in foreign_names(gates):
+            click.echo(f"{line}; if no run has it, the gate measures nothing")
         return
     chosen = load_suite(config)
     check_trust(chosen, config, allow_code)
     for tier in chosen.tiers:
-        click.echo(f"{tier}: {len(plan_cells(chosen, tier))} cells")
+        click.echo(f"{tier}: {counted(len(plan_cells(chosen, tier)), 'cell')}")
 
 
 def _sections(config: str) -> set[str]:
@@ -50,4 +54,5 @@ def _sections(config: str) -> set[str]:
 
 def _counted(gates: Gates) -> str:
     regressions = sum(len(asked.rates) + len(asked.approach) + len(asked.standing) for asked in gates.regression)
-    return f"{len(gates.claims)} claims, {regressions} regression gates, {len(gates.physics)} physics gates"
+    counts = {"claim": len(gates.claims), "regression gate": regressions, "physics gate": len(gates.physics)}
+    return ", ".join(counted(count, name) for name, count in counts.items())

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import first_error
+from benchmarks.gates.names import Detector
 from benchmarks.gates.quantities import check_exceedable, check_quantity, check_tolerance
 from benchmarks.scoring.scores import LEFT_M
 from scenes.files.bounded_yaml import parsed, read_text
@@ -36,7 +37,7 @@ class RateClaim(BaseModel, extra="forbid", frozen=True):
         clear_cut, least_index_db: only walks that hit or miss clearly, or with a detection index of at least so much.
     """
 
-    detector: str = ""
+    detector: Detector = ""
     rate: Literal["TP", "TN"]
     at_least: ClaimedShare
     left_m: Real = 0.0
@@ -73,7 +74,7 @@ class MedianClaim(BaseModel, extra="forbid", frozen=True):
         standing_range_m: only standing measurements at that distance; of kind "standing".
     """
 
-    detector: str = ""
+    detector: Detector = ""
     quantity: str
     at_most: Positive
     kind: Literal["approach", "standing"] = "approach"
@@ -133,8 +134,8 @@ class Regression(BaseModel, extra="forbid", frozen=True):
         approach, standing: quantity -> how far its paired summary may shift for certain before it is a loss.
     """
 
-    detector: str
-    against: str | None = None
+    detector: Detector
+    against: Detector | None = None
     rates: tuple[Literal["TP", "TN"], ...] = ("TP", "TN")
     approach: Tolerances = {}
     standing: Tolerances = {}
@@ -166,7 +167,7 @@ class Gates(BaseModel, extra="forbid", frozen=True):
     """
 
     title: str
-    claimed: str = ""
+    claimed: Detector = ""
     baseline: str | None = None
     split: Literal["dev", "test"] = "test"
     p_below: Share = 0.01

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from click.testing import CliRunner
 
+from benchmarks.cli import cli
 from benchmarks.gates.config import LEAST_SHARE, gates_path, list_gates, load_gates
 from benchmarks.gates.physics import CHECKS, GREATEST
 from benchmarks.scoring.statistics import lower_bound
@@ -40,6 +42,14 @@ def test_shipped_gates_are_valid(name):
         (
             f"{MEDIAN}, quantity: snr, at_most: 1, standing_range_m: 3}}]",
             "standing_range_m must be of kind 'standing', got 3",
+        ),
+        (
+            "title: x\nclaimed: mine:Detector\nclaims: [{rate: TP, at_least: 0.9}]",
+            "claimed: must be without its module, as results call it: 'Detector', got 'mine:Detector'",
+        ),
+        (
+            "title: x\nregression: [{detector: PaperDetector(votes=3)}]",
+            r"regression\[0\].detector: detector 'PaperDetector\(votes=3\)' cannot be made",
         ),
         (f"{MEDIAN}, rate: TX, at_least: 0.9}}]", r"claims\[0\].rate: must be 'TP' or 'TN', got 'TX'"),
         (f"{MEDIAN}, rate: TN, at_least: 0.9, left_m: 0.5}}]", r"must not be given for TN, .* got \{'left_m': 0.5\}"),
@@ -96,3 +106,22 @@ def test_a_single_right_walk_of_five_shows_the_least_that_is_claimed():
 
 def test_every_physics_check_has_a_greatest_value():
     assert CHECKS.keys() == GREATEST.keys()
+
+
+def test_names_that_only_a_run_of_ones_own_can_have_are_said(tmp_path):
+    """Cause: a misspelt detector or scene passed, and its gate measured nothing."""
+    path = tmp_path / "gates.yaml"
+    path.write_text(
+        "title: x\nclaimed: PaperDetector(votes_needed=3)\nregression: [{detector: TrackingDetecter}]\nclaims:\n"
+        "  - {rate: TP, at_least: 0.9, scene: supermarkt}\n"
+        "  - {quantity: range_error, at_most: 0.9, kind: standing, scene: standing, category: wall}\n"
+        "  - {rate: TN, at_least: 0.9, scene: campus, category: statue, phone: galaxy-s5}\n"
+    )
+    done = CliRunner().invoke(cli, ["validate", str(path)])
+    end = "; if no run has it, the gate measures nothing"
+    assert (done.exit_code, done.output.splitlines()) == (0, [
+        "x: 3 claims, 2 regression gates, 0 physics gates",
+        f"detector 'TrackingDetecter' is none of this project, did you mean 'TrackingDetector'?{end}",
+        f"scene 'supermarkt' is none of this project, did you mean 'supermarket'?{end}",
+        f"category 'statue' is none of this project{end}",
+    ])  # fmt: skip
