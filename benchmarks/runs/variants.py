@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.cells.spec import variant_text
+from benchmarks.cells.spec import counts_as, variant_text
 from benchmarks.runs.results import RunData
+from obstaclewatch.support.words import counted
 
 
 def variants(run: RunData) -> dict[str, RunData]:
@@ -22,6 +23,22 @@ def variants(run: RunData) -> dict[str, RunData]:
 def variant_name(variant: Mapping[str, Any]) -> str:
     """A point of a sweep for people: its name, or "start_hz=16000"; the unchanged suite is "as it is"."""
     return variant_text(dict(variant)).removeprefix("[").removesuffix("]") or "as it is"
+
+
+def same_walks(parts: Mapping[str, RunData]) -> str:
+    """Whether every point has measured the same walks, in words: cells may have failed at some, or be missing."""
+    walks = [{_walk(record) for record in part.ok if counts_as(record["cell"], "approach")} for part in parts.values()]
+    some = set().union(*walks)
+    every = some.intersection(*walks)
+    if every == some:
+        return f"The same walks ({len(some)}) at every point."
+    return f"{len(every)} of {counted(len(some), 'walk')} at every point, the others failed or are missing at some."
+
+
+def _walk(record: Mapping[str, Any]) -> tuple[str, int]:
+    """Label without the point, and seed."""
+    cell = record["cell"]
+    return record["label"].removesuffix(variant_text(cell.get("variant") or {})), cell["seed"]
 
 
 def first_point(run: RunData) -> tuple[RunData, str]:

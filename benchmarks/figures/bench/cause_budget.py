@@ -29,6 +29,7 @@ from benchmarks.figures.bench.error_budget import DETECTED_BEEPS
 from benchmarks.figures.measured import judged_detectors, rules_text, significant
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
+from benchmarks.runs.variants import same_walks, variants
 
 UPPER = 0.8
 RATES: tuple[tuple[str, Count], ...] = (
@@ -42,7 +43,7 @@ ERRORS: tuple[tuple[str, Callable[[Point], Floats]], ...] = (
 )
 LATE, HIGH = "alert before contact, however late", f"{100 * UPPER:.0f} % of the errors are below"
 PAIRED = (
-    "The same walks at every point. Dashed: as it is. Whiskers of rates: the paired 95 % interval of the change "
+    "Dashed: as it is. Whiskers of rates: the paired 95 % interval of the change "
     "(exact, by the walks that differ), set on the rate as it is: one that crosses the dashed line is not "
     "significant. Those of the first row are exact, those of medians a bootstrap over walks."
 )
@@ -60,7 +61,7 @@ def cause_budget(run: RunData) -> PlotFigure:
         "TP, TN and errors with one cause of error removed",
         tuple(panels),
         " ".join(_said(name, points) for name, points in measured.items()) or "No data.",
-        f"{PAIRED} {DETECTED} {rules_text(run)}",
+        f"{same_walks(variants(run))} {PAIRED} {DETECTED} {rules_text(run)}",
         height_in=_height(measured),
     )
 
@@ -82,7 +83,7 @@ def cause_strata(run: RunData) -> PlotFigure:
         "TP and TN with one cause of error removed, by kind of obstacle and by scene",
         tuple(panels),
         f"Largest gain, {'; '.join(said)}." if said else "No data.",
-        PAIRED,
+        f"{same_walks(variants(run))} {PAIRED}",
         height_in=max([2.7, *(0.27 * len(panel.ticks) + 0.3 for panel in panels)]),
     )
 

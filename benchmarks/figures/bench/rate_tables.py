@@ -9,7 +9,7 @@ from benchmarks.figures.measured import percents, rules_text, walking_detectors
 from benchmarks.figures.plots import TableFigure
 from benchmarks.plan.unknowns import DRAWN, UNKNOWNS
 from benchmarks.runs.results import RunData
-from benchmarks.runs.variants import variants
+from benchmarks.runs.variants import same_walks, variants
 from benchmarks.scoring.scores import (
     LEFT_M,
     Table,
@@ -46,7 +46,7 @@ def rates_by_point(run: RunData) -> TableFigure:
     """TP and TN at every point of a sweep, or as assumed and with the unknowns drawn."""
     parts = {name: part for name, part in variants(run).items() if walking_detectors(part)}
     rows = [_row(p, d, approach_table(part, d)) for p, part in parts.items() for d in plain_detectors(part)]
-    note = "The same walks at every point; in brackets: exact 95 % interval, %."
+    note = f"{same_walks(parts)} In brackets: exact 95 % interval, %."
     if DRAWN in parts:
         drawn = "; ".join(f"{u.name} {u.low_db:+g} to {u.high_db:+g} dB ({u.source})" for u in UNKNOWNS)
         note += (

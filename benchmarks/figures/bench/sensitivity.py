@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.cells.spec import counts_as
 from benchmarks.figures.bench.parameters import in_words, value_text
 from benchmarks.figures.measured import binned_rates, finite_quantile, judged_detectors, sentences
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure
 from benchmarks.runs.results import RunData
-from benchmarks.runs.variants import holding_name, variant_name, variants
+from benchmarks.runs.variants import holding_name, same_walks, variant_name, variants
 from benchmarks.scoring.scores import (
     absolute_errors,
     approach_table,
@@ -124,8 +123,7 @@ def _tornado(
             panels.append(
                 Panel(label, words, "", tuple(lines), guides, x_range=span, ticks=ticks, flat=True, width_in=2.0)
             )
-    walked = sum(counts_as(cell["cell"], "approach") for cell in base.ok) if base is not None else 0
-    note = f"The same walks ({walked}) with one thing changed; 0 is the suite as it is."
+    note = f"{same_walks(parts)} 0 is the suite as it is; elsewhere one thing is changed."
     missing = " Errors are over the beeps with an estimate: a change that suppresses estimates may look harmless."
     return PlotFigure(
         name,

@@ -25,7 +25,7 @@ from benchmarks.figures.paper.rates import held_against
 from benchmarks.figures.plots import Line, Panel, PlotFigure
 from benchmarks.plan.sweep import NAME
 from benchmarks.runs.results import RunData
-from benchmarks.runs.variants import band_name, holding_name, variants
+from benchmarks.runs.variants import band_name, holding_name, same_walks, variants
 from benchmarks.scoring import paper_values
 from benchmarks.scoring.paper_values import RatePair
 from benchmarks.scoring.scores import (
@@ -44,16 +44,16 @@ Measured = tuple[float, float, float]
 
 def rates_by_band(run: RunData) -> BarFigure:
     """Figure 18: the band of the beep; the paper's values where the bands are the paper's."""
-    note = f"{INTERVALS} The same walks with both beeps. The paper's two figures for one place, 17 and 18, differ by "
-    note += "1.5 points: noise."
+    note = f"{INTERVALS} {same_walks(variants(run))} The paper's two figures for one place, 17 and 18, differ by 1.5 "
+    note += "points: noise."
     known = held_against(run, paper_values.BY_BAND)
     return _rates_figure(run, "fig18", "Fig. 18 · TP and TN by band of the beep", known, note, band_name)
 
 
 def rates_by_holding(run: RunData) -> BarFigure:
     """Section 5.1: the phone held vertically and horizontally."""
-    note = f"{INTERVALS} The same walks. Held horizontally, the bearing is the angle to the phone's long edge, which "
-    note += "now points to the left: so Eq. 2 gives about 90° for an obstacle straight ahead."
+    note = f"{INTERVALS} {same_walks(variants(run))} Held horizontally, the bearing is the angle to the phone's long "
+    note += "edge, which now points to the left: so Eq. 2 gives about 90° for an obstacle straight ahead."
     return _rates_figure(run, "holding", "Section 5.1 · TP and TN by holding of the phone", {}, note, holding_name)
 
 

@@ -16,7 +16,7 @@ from benchmarks.figures.plots import DrawingFigure, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import variants
 from benchmarks.scoring.energy import EnergyModel, charge_range_mah
-from tests.benchmarks.synthetic_run import DETECTORS, default_cells, made_up_run, record, standing, walk
+from tests.benchmarks.synthetic_run import DETECTORS, default_cells, failed, made_up_run, record, standing, walk
 
 
 def probe_record(kind: str, name: str, **parameters) -> dict:
@@ -406,3 +406,14 @@ def test_a_sweep_of_standing_phones_has_their_errors(tmp_path):
         assert figure.panels[panel].y_label == label
         assert (line.x.tolist(), line.y) == ([20.0, 40.0], pytest.approx([error, error]))
     assert "TP" not in figure.title + figure.reading
+
+
+@pytest.mark.parametrize("name", ["points", "fig18", "tornado"])
+def test_whether_points_have_the_same_walks_is_counted(tmp_path, name):
+    """Cause: figures said so whatever the run held; a cell that fails at one point is missing there alone."""
+    points = [{}, {"air.temperature_c": 40.0}]
+    cells = [at_variant(walk(index=k), point) for point in points for k in range(4)]
+    assert "The same walks (4) at every point." in FIGURES[name](made_up_run(tmp_path, cells)).note
+    cells[-1] = failed(cells[-1])
+    note = FIGURES[name](made_up_run(tmp_path, cells)).note
+    assert "3 of 4 walks at every point, the others failed or are missing at some." in note
