@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields
 
 from benchmarks.cells.detectors import check_detector, paper_settings, standing_form
 from benchmarks.cells.equipment import check_equipment
 from benchmarks.cells.interference import other_beep
 from benchmarks.cells.situations.variation import air_of, changed_phone
-from benchmarks.cells.spec import Cell
+from benchmarks.cells.spec import Cell, check_known
 from scenes import list_scenes, make_approach
 from scenes.obstacles import CATEGORIES
 from simulator import Fidelity, Material, Phone
+
+GIVEN = frozenset({"scene_name", "category", "index", "phone_name", "seed", "collision"})
+"""Arguments of `make_approach` that a cell gives by itself."""
 
 
 def check_cell(cell: Cell) -> None:
@@ -20,7 +26,7 @@ def check_cell(cell: Cell) -> None:
     Raises:
         ValueError: something is unknown or out of range; the message names the cell.
     """
-    try:
+    with _named(cell):
         beep = cell.beep.design()
         if cell.interferer is not None:
             other_beep(beep, cell.interferer)
@@ -36,8 +42,6 @@ def check_cell(cell: Cell) -> None:
         if cell.kind == "approach":
             _approach(cell)
         _fidelity(cell)
-    except ValueError as error:
-        raise ValueError(f"cell '{cell.label}': {error}") from error
 
 
 def check_detectors(cell: Cell) -> None:
@@ -46,10 +50,8 @@ def check_detectors(cell: Cell) -> None:
     Raises:
         ValueError: a value out of range of a detector; the message names the cell.
     """
-    try:
+    with _named(cell):
         check_equipment(cell)
-    except ValueError as error:
-        raise ValueError(f"cell '{cell.label}': {error}") from error
 
 
 def check_place(cell: Cell) -> None:
@@ -58,23 +60,26 @@ def check_place(cell: Cell) -> None:
     Raises:
         ValueError: there is none of that name; the message names the cell.
     """
-    if cell.kind == "approach" and cell.scene not in list_scenes():
-        raise ValueError(f"cell '{cell.label}': scene must be one of {list_scenes()}, got '{cell.scene}'")
-    if cell.kind in ("approach", "standing") and cell.category not in CATEGORIES:
-        raise ValueError(f"cell '{cell.label}': category must be one of {sorted(CATEGORIES)}, got '{cell.category}'")
+    with _named(cell):
+        if cell.kind == "approach" and cell.scene not in list_scenes():
+            raise ValueError(f"scene must be one of {list_scenes()}, got '{cell.scene}'")
+        if cell.kind in ("approach", "standing") and cell.category not in CATEGORIES:
+            raise ValueError(f"category must be one of {sorted(CATEGORIES)}, got '{cell.category}'")
+
+
+@contextmanager
+def _named(cell: Cell) -> Iterator[None]:
+    """Whatever is refused within is said with the cell's label."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"cell '{cell.label}': {error}") from error
 
 
 def _approach(cell: Cell) -> None:
-    try:
-        inspect.signature(make_approach).bind(
-            cell.scene, cell.category, cell.index, cell.phone, cell.seed, cell.collision, **cell.approach
-        )
-    except TypeError as error:
-        raise ValueError(f"approach must have the arguments of scenes.make_approach: {error}") from error
+    check_known("approach", cell.approach, set(inspect.signature(make_approach).parameters) - GIVEN)
 
 
 def _fidelity(cell: Cell) -> Fidelity:
-    try:
-        return Fidelity(**cell.fidelity)
-    except TypeError as error:
-        raise ValueError(f"fidelity must have the arguments of simulator.Fidelity: {error}") from error
+    check_known("fidelity", cell.fidelity, [field.name for field in fields(Fidelity)])
+    return Fidelity(**cell.fidelity)

@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typing import Any
 
 import obstaclewatch
-from benchmarks.cells.spec import did_you_mean
+from benchmarks.cells.spec import check_known, did_you_mean
 from obstaclewatch import BeepDesign, Errata, PaperSettings, PhoneGeometry
 from obstaclewatch.paper.settings import READINGS
 
@@ -197,12 +197,10 @@ def paper_settings(values: dict[str, Any]) -> PaperSettings:
     switches = values.get("errata", {})
     if not isinstance(switches, dict):
         raise ValueError(f"errata must be switches by name, such as {{rim_angle: false}}, got {switches!r}")
-    try:
-        errata = Errata(**switches)
-        plain = {key: _tuple(value) for key, value in values.items() if key != "errata"}
-        return PaperSettings(**plain, errata=errata)
-    except TypeError as error:
-        raise ValueError(f"settings must be those of PaperSettings: {error}") from error
+    check_known("settings", values, SETTINGS | {"errata"})
+    check_known("errata", switches, ERRATA)
+    plain = {key: _tuple(value) for key, value in values.items() if key != "errata"}
+    return PaperSettings(**plain, errata=Errata(**switches))
 
 
 def _arguments(text: str, whole: str) -> dict[str, Any]:

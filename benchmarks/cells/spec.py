@@ -248,16 +248,32 @@ def first_error(
     """The first thing that pydantic found wrong with data for a model, in one line: where, the rule, and the value.
 
     Args:
-        members: of a union in a list of the model, by the names that pydantic puts into a place; people did not write
-            these.
+        members: of unions within the model, by the names that pydantic puts into a place; people did not write these.
     """
     from scenes.files.yaml_file import dotted, said  # slow to import, and needed by errors alone
 
     first = error.errors()[0]
-    outer, inner = first["loc"][:2], first["loc"][2:]
-    if members and inner and inner[0] in members:
-        return dotted(outer + inner[1:]) + said(first | {"loc": inner[1:]}, members[str(inner[0])])
-    return dotted(first["loc"]) + said(first, model)
+    place, known = first["loc"], members or {}
+    for k, step in enumerate(place):
+        if step in known:
+            return dotted(place[:k] + place[k + 1 :]) + said(first | {"loc": place[k + 1 :]}, known[str(step)])
+    return dotted(place) + said(first, model)
+
+
+def check_known(what: str, names: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse a name that is not known.
+
+    Raises:
+        ValueError: the message gives the names there are, and the nearest.
+
+    >>> check_known("air", ["temperatur_c"], ["pressure_pa", "temperature_c"])
+    Traceback (most recent call last):
+    ValueError: air must be among ['pressure_pa', 'temperature_c'], got 'temperatur_c', did you mean 'temperature_c'?
+    """
+    known = sorted(known)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{what} must be among {known}, got {name!r}{did_you_mean(str(name), known)}")
 
 
 def counts_as(cell: Mapping[str, Any], kind: str) -> bool:

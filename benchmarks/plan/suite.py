@@ -14,7 +14,8 @@ from pydantic import AfterValidator, BaseModel, Field, ValidationError, field_va
 from benchmarks.cells.detectors import detector_label, parse_detector
 from benchmarks.cells.spec import Conditions, did_you_mean, first_error
 from benchmarks.plan.figure_names import known_figures
-from benchmarks.plan.sweep import Sweep
+from benchmarks.plan.parameters import suite_hint
+from benchmarks.plan.sweep import MEMBERS, Sweep
 from scenes.files.bounded_yaml import parsed, read_text
 from scenes.files.field_types import Positive, Real, Whole, matching
 from simulator.phone.presets import list_phones
@@ -212,7 +213,7 @@ def load_suite(name_or_path: str, settings: Sequence[str] = (), seed: int | None
     try:
         return Suite.model_validate(data)
     except ValidationError as error:
-        raise ValueError(f"suite '{name_or_path}': {first_error(error, Suite)}") from error
+        raise ValueError(f"suite '{name_or_path}': {first_error(error, Suite, MEMBERS)}") from error
 
 
 def _read(name_or_path: str) -> dict[str, Any]:
@@ -243,6 +244,8 @@ def _apply(data: dict[str, Any], setting: str) -> None:
     if not found or not key:
         raise ValueError(f"a setting must read dotted.key=value, got '{setting}'")
     *parents, last = key.split(".")
+    if parents and parents[0] not in Suite.model_fields and (near := suite_hint(key)):
+        raise ValueError(f"setting '{key}' must begin with a field of a suite{near}")
     node: Any = data
     for parent in parents:
         node = node.setdefault(parent, {})

@@ -7,48 +7,20 @@ cell of a suite is planned once at every point, with the same seed: the walks of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import scipy
-from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from benchmarks.cells.spec import Cell, first_error, variant_text
+from benchmarks.plan.parameters import WHOLE, check_name, check_parts, path_of
 from scenes.files.field_types import Number, Whole
 
 Point = dict[str, Any]
 NAME = "name"
-
-_PARTS = {
-    "scene": ("approach",),
-    "walk": ("walk",),
-    "phone": ("phone_change",),
-    "noise": ("phone_change",),
-    "air": ("air",),
-    "beep": ("beep",),
-    "fidelity": ("fidelity",),
-    "recording": ("recording",),
-    "interferer": ("interferer",),
-    "knowledge": ("knowledge",),
-    "detector": ("settings",),
-    "scoring": ("scoring",),
-    "probe": ("probe",),
-}
-_WHOLE = {
-    "scene.name": "scene",
-    "scene.category": "category",
-    "scene.collision": "collision",
-    "scene.range_m": "range_m",
-    "scene.bearing_rad": "bearing_rad",
-    "phone.name": "phone",
-    "detector.name": "detectors",
-}
-_SCENE_CHANGES = ("target_material", "ground_material", "person_level_db", "surroundings", "ground_echo")
-_RENAMED = {"noise.level_spl_db": ("phone_change", "noise_spl_db")} | {
-    f"scene.{name}": ("scene_change", name) for name in _SCENE_CHANGES
-}
 
 
 class Range(BaseModel, extra="forbid", frozen=True):
@@ -85,6 +57,27 @@ class Range(BaseModel, extra="forbid", frozen=True):
         return [self.at(k / (self.count - 1)) for k in range(self.count)]
 
 
+def _which(values: Any) -> str | None:
+    """Which of both is meant: without this, a mistake in a range is reported as one in a list as well."""
+    if isinstance(values, Range | dict):
+        return "Range"
+    return "list" if isinstance(values, list | tuple) else None
+
+
+Values = Annotated[
+    Annotated[Range, Tag("Range")] | Annotated[list[Any], Tag("list")],
+    Discriminator(
+        _which,
+        custom_error_type="no_values",
+        custom_error_message="must be a list of values or a range with low and high",
+    ),
+]
+
+
+MEMBERS: dict[str, type[BaseModel]] = {"Range": Range}
+"""For `first_error`: what pydantic calls the union's members."""
+
+
 class Sweep(BaseModel, extra="forbid", frozen=True):
     """Which points are visited.
 
@@ -97,15 +90,15 @@ class Sweep(BaseModel, extra="forbid", frozen=True):
     """
 
     method: Literal["grid", "one-at-a-time", "list", "random", "latin-hypercube"] = "grid"
-    over: dict[str, Range | list[Any]] = {}
+    over: dict[str, Values] = {}
     points: tuple[Point, ...] = ()
     samples: Annotated[Whole, Field(ge=1)] = 16
     seed: Annotated[Whole, Field(ge=0)] = 0
 
     @field_validator("over")
     @classmethod
-    def _some_values(cls, over: dict[str, Range | list[Any]]) -> dict[str, Range | list[Any]]:
-        _check_names(over)
+    def _some_values(cls, over: dict[str, Values]) -> dict[str, Values]:
+        check_parts(over)
         empty = [name for name, values in over.items() if isinstance(values, list) and not values]
         if empty:
             raise ValueError(f"a swept parameter must have values, got none for {empty}")
@@ -113,7 +106,7 @@ class Sweep(BaseModel, extra="forbid", frozen=True):
 
     @model_validator(mode="after")
     def _fits_method(self) -> Sweep:
-        _check_names(name for point in self.points for name in point if name != NAME)
+        check_parts(name for point in self.points for name in point if name != NAME)
         if self.method == "list":
             if not self.points or self.over:
                 raise ValueError("method 'list' must have points and no over")
@@ -169,8 +162,9 @@ def at_point(cell: Cell, point: Mapping[str, Any]) -> Cell:
     for name, value in point.items():
         if name == NAME:
             continue
-        if name in _WHOLE:
-            data[_WHOLE[name]] = [value] if name == "detector.name" else value
+        check_name(name)
+        if name in WHOLE:
+            data[WHOLE[name]] = [value] if name == "detector.name" else value
         else:
             _put(data, name, value)
     data["variant"] = data["variant"] | dict(point)
@@ -186,17 +180,17 @@ def value_at(cell: Mapping[str, Any], name: str) -> Any:
     >>> value_at({"beep": {"start_hz": 16000.0}, "air": {}}, "beep.start_hz")
     16000.0
     """
-    if name in _WHOLE:
-        found = cell[_WHOLE[name]]
+    if name in WHOLE:
+        found = cell[WHOLE[name]]
         return found[0] if name == "detector.name" and len(found) == 1 else found
     node: Any = cell
-    for part in _path(name):
+    for part in path_of(name):
         node = (node or {}).get(part)
     return node
 
 
 def _put(data: dict[str, Any], name: str, value: Any) -> None:
-    *parents, last = _path(name)
+    *parents, last = path_of(name)
     node = data
     for parent in parents:
         node[parent] = node.get(parent) or {}
@@ -204,15 +198,3 @@ def _put(data: dict[str, Any], name: str, value: Any) -> None:
         if not isinstance(node, dict):
             raise ValueError(f"swept '{name}' must name a value inside mappings, but '{parent}' is {node!r}")
     node[last] = value
-
-
-def _path(name: str) -> tuple[str, ...]:
-    part, *rest = name.split(".")
-    return _RENAMED.get(name) or (*_PARTS[part], *rest)
-
-
-def _check_names(names: Iterable[str]) -> None:
-    for name in names:
-        part, _, rest = name.partition(".")
-        if part not in _PARTS or not rest:
-            raise ValueError(f"a swept parameter must read part.name with part one of {sorted(_PARTS)}, got '{name}'")

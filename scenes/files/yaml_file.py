@@ -17,6 +17,8 @@ from scenes.files.bounded_yaml import parsed, read_text
 Model = TypeVar("Model", bound=BaseModel)
 Place = Sequence[int | str]
 """The path to a field: names of mappings and positions in lists."""
+KEY = "[key]"
+"""Where pydantic says that a key is wrong, and not what stands under it."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,8 @@ def _below(node: yaml.Node | None, step: int | str) -> tuple[int, yaml.Node] | N
 
 def dotted(place: Place) -> str:
     """ "obstacles[2].kind: ", or nothing for the file itself."""
-    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
+    steps = [step for step in place if step != KEY]
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps).lstrip(".")
     return f"{text}: " if text else ""
 
 
@@ -118,7 +121,7 @@ def said(error: Any, model: type[BaseModel]) -> str:
     if kind == "value_error":
         return str(error["ctx"]["error"])
     found = "nothing" if error["input"] is None else repr(error["input"])
-    return f"{_rule(error)}, got {found}"
+    return f"{'a key ' * (error['loc'][-1:] == (KEY,))}{_rule(error)}, got {found}"
 
 
 RULES = {

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
 from benchmarks.cells.situations.situation import Situation, until_contact
-from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange
+from benchmarks.cells.spec import Cell, PhoneChange, SceneChange, WalkChange, check_known
 from scenes import Gait, GaitWalk, RouteWalk
 from simulator import Air, Material, Obstacle, Phone, Scene
 from simulator.phone.transducers import Transducer
@@ -37,10 +37,8 @@ def air_of(cell: Cell) -> Air:
     Raises:
         ValueError: an unknown name or a number out of range.
     """
-    try:
-        return Air(**cell.air)
-    except TypeError as error:
-        raise ValueError(f"air must have the arguments of simulator.Air: {error}") from error
+    check_known("air", cell.air, [each.name for each in fields(Air)])
+    return Air(**cell.air)
 
 
 def changed_scene(setting: Situation, change: SceneChange) -> Scene:

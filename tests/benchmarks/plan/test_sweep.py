@@ -177,3 +177,43 @@ def test_what_cannot_run_is_refused_before_anything_runs(setting: str, message: 
     """
     with pytest.raises(ValueError, match=message):
         plan_cells(load_suite("paper", [setting]), "smoke")
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("sweep={over: {phone_change.noise_spl_db: [1]}}", "one of .*, did you mean 'noise.level_spl_db'"),
+        ("sweep={over: {settings.votes_needed: [1]}}", "one of .*, did you mean 'detector.votes_needed'"),
+        ("sweep={over: {walk.speed: [1]}}", "among .*'walk.speed_m_s'.*, did you mean 'walk.speed_m_s'"),
+        ("sweep={over: {air.temperatur_c: [1]}}", "got 'air.temperatur_c', did you mean 'air.temperature_c'"),
+        ("noise.level_spl_db=3", "setting 'noise.level_spl_db' must .*, did you mean 'phone_change.noise_spl_db'"),
+        ("detector.votes_needed=3", "did you mean 'settings.votes_needed'"),
+        ("settings.votes_neded=3", "settings must be among .*, got 'votes_neded', did you mean 'votes_needed'"),
+        ("settings.errata.rim_angel=true", "errata must be among .*, got 'rim_angel', did you mean 'rim_angle'"),
+        ("fidelity.max_ordr=3", "fidelity must be among .*, got 'max_ordr', did you mean 'max_order'"),
+        ("air.temperatur_c=3", "air must be among .*, got 'temperatur_c', did you mean 'temperature_c'"),
+    ],
+)
+def test_the_nearest_name_is_said(setting: str, message: str) -> None:
+    """Cause: sweeps and settings call one thing by two names, and who took one for the other read Python's words."""
+    with pytest.raises(ValueError, match=message):
+        plan_cells(load_suite("paper", [setting]), "smoke")
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        (
+            "{beep.start_hz: {low: 3.0, high: 1.0}}",
+            r"sweep.over.beep.start_hz: low must lie below high, got 3.0 and 1.0$",
+        ),
+        ("{beep.start_hz: {low: 3.0}}", r"sweep.over.beep.start_hz.high: is missing$"),
+        ("{beep.start_hz: {low: 1, high: 2, cout: 3}}", r"start_hz.cout: is not a field here; did you mean 'count'\?$"),
+        ("{beep.start_hz: 5}", r"start_hz: must be a list of values or a range with low and high, got 5$"),
+        ("{5: [1]}", r"sweep.over\[5\]: a key must be a text, got 5$"),
+    ],
+)
+def test_what_is_wrong_with_a_range_is_said_plainly(over: str, message: str) -> None:
+    """Cause: the names that pydantic gives to validators and keys stood in the place."""
+    with pytest.raises(ValueError, match=f"^suite 'paper': .*{message}"):
+        load_suite("paper", [f"sweep={{over: {over}}}"])
