@@ -17,7 +17,7 @@ from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pie
 
 if TYPE_CHECKING:
     from benchmarks.own_phone import PhoneFile
-    from obstaclewatch import Detection, Recording
+    from obstaclewatch import BeepDesign, Detection, Recording
 
 DETECTORS = ("PaperDetector", "DistanceOnlyDetector", "TrackingDetector")
 LIVE_RATE_HZ = 48_000.0
@@ -72,9 +72,10 @@ def detect(
         pieces = live_pieces(BeepDesign(*shape, LIVE_RATE_HZ), float(live or 0.0))
         first = _joined(pieces, LIVE_LOOK_S)
     beep = BeepDesign(*shape, first.sample_rate_hz)
+    speed = obstaclewatch.assumed_sound_speed(temperature)
+    _check_reach(reach, beep, speed)
     settings = obstaclewatch.PaperSettings(far_m=reach, direct_delay_s=held.direct_delay_s)
     pitch_rad = None if pitch is None else math.radians(pitch)
-    speed = obstaclewatch.assumed_sound_speed(temperature)
     phase_rad = held.mic_phase_rad if mic_phase is None else math.radians(mic_phase)
     known = {} if phase_rad is None or detector != "TrackingDetector" else {"mic_phase_rad": phase_rad}
     detecting = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
@@ -100,6 +101,19 @@ def _check_source(recording: Path | None, live: float | None, plot: Path | None,
         raise click.UsageError("--plot needs a RECORDING: a live recording is not kept")
     if live is not None and swap:
         raise click.UsageError("--swap is for the channels of a RECORDING, and --live has none")
+
+
+def _check_reach(reach_m: float, beep: BeepDesign, sound_speed_m_s: float) -> None:
+    """Refuse a range below the first that detectors search, or beyond what is received before the next beep."""
+    from obstaclewatch import PaperSettings
+    from obstaclewatch.recordings.streaming import reach_s
+
+    if not reach_m > PaperSettings.near_m:
+        raise ValueError(f"--reach must be above {PaperSettings.near_m:g} m, got {reach_m:g} m")
+    try:
+        reach_s(beep, reach_m, sound_speed_m_s)
+    except ValueError as error:
+        raise ValueError(f"--reach is too far: {error}") from error
 
 
 def _joined(pieces: Iterator[Recording], duration_s: float) -> Recording:

@@ -17,7 +17,7 @@ def whole_file(path: Path, lasting: bool = True) -> Iterator[Path]:
         lasting: wait for the disk, so that the file is whole also after a crash of the machine.
 
     Raises:
-        OSError: the folder cannot be written; nothing is left behind.
+        OSError: the folder cannot be written; the error names the file, and nothing is left behind.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -33,5 +33,9 @@ def whole_file(path: Path, lasting: bool = True) -> Iterator[Path]:
             with partial.open("rb") as written:
                 os.fsync(written.fileno())
         os.replace(partial, path)
+    except OSError as error:
+        if error.filename is not None and Path(error.filename) == partial:
+            raise OSError(error.errno, error.strerror, str(path)) from error  # under the name that people gave
+        raise
     finally:
         partial.unlink(missing_ok=True)

@@ -134,6 +134,8 @@ def test_the_band_must_fit_the_files_rate(tmp_path, monkeypatch, capsys):
         (("--pitch", "nan"), "Invalid value for '--pitch': must be a finite number, got nan"),
         (("--beep-ms", "1e9"), "duration_s must be at most 10 s, got 1e+06 s"),
         (("--reach", "20"), "far_m must be received within one beep period, got 20.0 m"),
+        (("--reach", "20"), "--reach is too far: far_m must be received"),
+        (("--reach", "0"), "--reach must be above 0.3 m, got 0 m"),
         (("--temperature", "200"), "temperature_c must lie within -80..70, got 200.0"),
     ],
 )
