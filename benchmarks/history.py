@@ -11,6 +11,7 @@ import pandas as pd
 
 from benchmarks.figures.plots import Line, Panel, PlotFigure
 from benchmarks.runs.stored import DatedManifest, StoredSummary, check_stored, read_json
+from obstaclewatch.support.words import counted
 
 SERIES = ["suite", "tier", "split", "seed", "cells"]
 """Runs that agree in these are compared: `cells` sets those apart that were cut by -k or --limit."""
@@ -56,8 +57,9 @@ def history_figures(frame: pd.DataFrame) -> Iterator[PlotFigure]:
         ticks = tuple(f"{start[:10]}\n{revision}" for start, revision in zip(runs.started, runs.revision, strict=True))
         panels = tuple(_panel(part, place, ticks, *panel) for panel in PANELS)
         name = "-".join(map(str, key))
+        title = f"{counted(len(runs), 'run')} of {key[0]}, tier {key[1]}, {counted(int(runs.cells.iloc[0]), 'cell')}"
         yield PlotFigure(
-            f"history-{name}", f"{len(runs)} runs of {key[0]}, tier {key[1]}, {key[4]} cells", panels, _reading(part),
+            f"history-{name}", title, panels, _reading(part),
             "Whiskers: exact 95 % intervals of rates. A + marks a run of a source with changes that are in no commit.",
         )  # fmt: skip
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.commands import Real, check_output, check_pitch
 from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of, sounding_piece
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     from benchmarks.own_phone import PhoneFile
@@ -143,7 +144,7 @@ def _tell(found: Iterable[Detection], as_json: bool) -> None:
         first = first or (detection.decision if detection.decision.alert else None)
     if not as_json:
         alert = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
-        click.echo(f"{count} beeps, {alert}")
+        click.echo(f"{counted(count, 'beep')}, {alert}")
 
 
 def _phone(text: str) -> PhoneFile:

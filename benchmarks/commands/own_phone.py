@@ -12,6 +12,7 @@ import click
 import numpy as np
 
 from benchmarks.commands import SOUNDS, Real, RealRange, check_output
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     from obstaclewatch import BeepDesign, PhoneGeometry, Recording
@@ -77,7 +78,7 @@ def beep(
     period = np.where(sounds, played_period(design, level), 0.0)
     count = max(1, round(seconds / design.period_s))
     write_recording((Recording(period, rate) for _ in range(count)), output)
-    click.echo(f"{output}: {count} beeps of {band} Hz, {count * design.period_s:.1f} s at {rate:.0f} Hz")
+    click.echo(f"{output}: {counted(count, 'beep')} of {band} Hz, {count * design.period_s:.1f} s at {rate:.0f} Hz")
 
 
 @click.command()
@@ -155,7 +156,7 @@ def calibrate(
             f"direct sound {1e6 * found.direct_delay_s:+.0f} +- {1e6 * found.direct_delay_std_s:.0f} us after emission "
             f"(the wall at {wall:g} m +- {100 * TAPE_M:g} cm)\n"
             f"phase of the bottom channel {math.degrees(found.phase.phase_rad):+.0f} +- "
-            f"{math.degrees(found.phase.std_rad):.0f} degrees, from {found.phase.beeps} beeps"
+            f"{math.degrees(found.phase.std_rad):.0f} degrees, from {counted(found.phase.beeps, 'beep')}"
         )
         known = phone_file(geometry, found.direct_delay_s, found.phase.phase_rad)
     if output is not None:

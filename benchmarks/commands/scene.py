@@ -12,6 +12,7 @@ import click
 import numpy as np
 
 from benchmarks.commands import OF_APPROACH, check_output, refuse_given
+from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
     from scenes import Encounter
@@ -111,7 +112,7 @@ def _as_text(
     if cost is not None:
         lines.append(
             f"rendering: {cost.prepare_s:.2f} s to prepare the scene and {1e3 * cost.per_beep_s:.0f} ms a beep here, "
-            f"{cost.walk_s:.1f} s for {cost.beeps} beeps"
+            f"{cost.walk_s:.1f} s for {counted(cost.beeps, 'beep')}"
         )
     if integrals:
         lines.append(f"rays err by more than 0.5 dB, so that level auto integrates: {', '.join(integrals)}")

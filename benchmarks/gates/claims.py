@@ -23,6 +23,7 @@ from benchmarks.scoring.scores import (
 )
 from benchmarks.scoring.statistics import Rate, lower_bound, needed_of, upper_quantile_bound
 from benchmarks.scoring.strata import clear_cut
+from obstaclewatch.support.words import counted
 
 GROUP = "claim"
 
@@ -64,9 +65,9 @@ def _bound(walks: Table, claim: RateClaim, k: int, n: int) -> tuple[float, str]:
     if claim.at_tnr is not None:
         score, collides = stated_scores(walks, claim.left_m), walks["collides"]
         low, _ = true_positive_bounds(score[collides], score[~collides], claim.at_tnr, claim.confidence)
-        return low, f"with a threshold known from {int((~collides).sum())} other walks"
+        return low, f"with a threshold known from {counted(int((~collides).sum()), 'other walk')}"
     needed = needed_of(n, claim.at_least, claim.confidence)
-    ask = f"{needed} of {n} needed" if needed is not None else f"no count of {n} walks is enough, run more"
+    ask = f"{needed} of {n} needed" if needed is not None else f"no count of {counted(n, 'walk')} is enough, run more"
     return lower_bound(k, n, claim.confidence), ask
 
 
@@ -101,9 +102,11 @@ def _median(run: RunData, claim: MedianClaim, name: str) -> Verdict:
     middle, bound = float(np.median(values)), upper_quantile_bound(values, 0.5, claim.confidence)
     unit = QUANTITIES[claim.quantity].unit
     if np.isnan(bound):
-        return Verdict.unmeasured(GROUP, name, f"{name}: {len(values)} walks are too few to bound a median, run more")
+        return Verdict.unmeasured(
+            GROUP, name, f"{name}: {counted(len(values), 'walk is', 'walks are')} too few to bound a median, run more"
+        )
     text = (
-        f"{name}: median {middle:.4g} {unit} over {len(values)} walks, at most {bound:.4g} {unit} with "
+        f"{name}: median {middle:.4g} {unit} over {counted(len(values), 'walk')}, at most {bound:.4g} {unit} with "
         f"{100 * claim.confidence:g} % confidence; claimed {claim.at_most:g} {unit}"
     )
     return Verdict.of(GROUP, name, bound <= claim.at_most, text, len(values))

@@ -9,6 +9,7 @@ from pathlib import Path
 from benchmarks.gates.verdict import State, Verdict
 from benchmarks.runs.markdown import plain
 from benchmarks.runs.store import to_json, write_atomically
+from obstaclewatch.support.words import counted
 
 MARKS = {State.PASSED: "green", State.FAILED: "RED", State.UNMEASURED: "NOTHING MEASURED"}
 
@@ -25,7 +26,8 @@ def table_lines(verdicts: Sequence[Verdict]) -> list[str]:
 def counts_line(verdicts: Sequence[Verdict]) -> str:
     """How many ended how."""
     count = {state: sum(verdict.state is state for verdict in verdicts) for state in State}
-    return f"{count[State.PASSED]} gates green, {count[State.FAILED]} red, {count[State.UNMEASURED]} measured nothing"
+    green = counted(count[State.PASSED], "gate")
+    return f"{green} green, {count[State.FAILED]} red, {count[State.UNMEASURED]} measured nothing"
 
 
 def write_gate_files(

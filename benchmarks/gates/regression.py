@@ -13,6 +13,7 @@ from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.paired import change_of, shift_of
 from benchmarks.scoring.statistics import mcnemar
+from obstaclewatch.support.words import counted
 
 GROUP = "regression"
 
@@ -52,9 +53,11 @@ def _incomparable(
     now = judged_right(run, detector)
     here, there = {label: collides for label, (collides, _) in now.items()}, baseline_walks(before, against)
     if missing := sorted(there.keys() - here.keys()):
-        return f"{len(missing)} walks of the baseline are not in the run, the first is {missing[0]}"
+        absent = counted(len(missing), "walk of the baseline is", "walks of the baseline are")
+        return f"{absent} not in the run, the first is {missing[0]}"
     if differ := [label for label in there if there[label] != here[label]]:
-        return f"{len(differ)} walks collide here and not in the baseline or the reverse: scenes changed, update it"
+        apart = counted(len(differ), "walk collides", "walks collide")
+        return f"{apart} here and not in the baseline or the reverse: scenes changed, update it"
     return None
 
 
@@ -98,7 +101,7 @@ def _quantity(
     grew, fell = found.low > tolerance, rule.worse == "either" and found.high < -tolerance
     way = "shift" if rule.worse == "either" else "growth"
     text = (
-        f"{name}: {_middle(rule.summary)} difference {found.value:+.3g} {rule.unit} over {found.n} walks, "
+        f"{name}: {_middle(rule.summary)} difference {found.value:+.3g} {rule.unit} over {counted(found.n, 'walk')}, "
         f"{found.low:+.3g} to {found.high:+.3g}; red if a {way} beyond {tolerance:g} {rule.unit} is certain"
     )
     return Verdict.of(GROUP, name, not (grew or fell), " ".join(text.split()), found.n)

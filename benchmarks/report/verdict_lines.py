@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.scoring.scores import NARROW_M, left_in_words
+from obstaclewatch.support.words import counted
 
 QUANTITIES = (
     ("range_m", "range error", "cm", 100.0),
@@ -22,7 +23,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
 
     Of what the run has cells for; of a sweep, the first four alone.
     """
-    lines = [f"{summary['cells']} cells, {summary['failed']} failed"]
+    lines = [f"{counted(summary['cells'], 'cell')}, {summary['failed']} failed"]
     for point, detectors in summary.get("points", {}).items():
         lines.append(f"[{point}]")
         for name, found in detectors.items():
@@ -70,8 +71,8 @@ def _share(rate: dict[str, Any]) -> str:
 
 def _median(entry: dict[str, Any], unit: str, scale: float) -> str:
     if entry["n"] == 0:
-        return f"no estimate in {entry['of']} beeps"
-    text = f"{scale * entry['median']:6.2f} {unit}   n = {entry['n']} of {entry['of']} beeps"
+        return f"no estimate in {counted(entry['of'], 'beep')}"
+    text = f"{scale * entry['median']:6.2f} {unit}   n = {entry['n']} of {counted(entry['of'], 'beep')}"
     if not math.isfinite(entry["low"]):
         return f"{text}, of too few walks for an interval"
     return f"{text}, 95 % interval {scale * entry['low']:.2f}-{scale * entry['high']:.2f}"

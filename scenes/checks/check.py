@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 
 from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.words import counted
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
 from scenes.files.schema import UNITS_M
 from scenes.obstacles.solids import shifted
@@ -111,7 +112,9 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
     if not mesh.is_watertight:
         used = np.bincount(mesh.edges_unique_inverse)
         open_, many = int((used == 1).sum()), int((used > 2).sum())
-        parts = [f"{open_} open edges"] * (open_ > 0) + [f"{many} edges of more than two triangles"] * (many > 0)
+        of_more = "of more than two triangles"
+        parts = [counted(open_, "open edge")] * (open_ > 0)
+        parts += [counted(many, f"edge {of_more}", f"edges {of_more}")] * (many > 0)
         message = f"is not watertight ({', '.join(parts)}): both sides of its faces reflect"
         yield Finding("warning", name, "open", message)
     if not mesh.is_winding_consistent:

@@ -30,6 +30,7 @@ from benchmarks.figures.measured import judged_detectors, rules_text, significan
 from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import same_walks, variants
+from obstaclewatch.support.words import counted
 
 UPPER = 0.8
 RATES: tuple[tuple[str, Count], ...] = (
@@ -106,7 +107,7 @@ def cause_table(run: RunData) -> TableFigure:
         heads,
         tuple(rows),
         (2.4, 1.0, 1.75, 1.2, 1.0, 1.75, 1.3, 1.2, 0.8, 0.9, 1.2, 0.9),
-        f"{len(rows)} rows." if rows else "No data.",
+        f"{counted(len(rows), 'row')}." if rows else "No data.",
         "Changes: on the same walks, with the exact 95 % interval; walks that are right now and were wrong as it is, "
         "those the other way round, exact McNemar; one in twenty is below p = 0.05 by chance. However late: collisions "
         "alerted before contact. Mean of both: of TP and TN, which a detector's threshold trades against each other. "

@@ -14,6 +14,7 @@ from benchmarks.figures.plots import Guide, Line, Panel, PlotFigure, TableFigure
 from benchmarks.runs.results import RunData
 from benchmarks.scoring.statistics import exact_rate
 from obstaclewatch.support.arrays import Floats
+from obstaclewatch.support.words import counted
 
 LEVELS = ("standard", "auto 2 dB", "auto 0.5 dB", "auto 0.1 dB")
 KINDS = ("fidelity", "tessellation", "motion")
@@ -219,7 +220,7 @@ def tolerance_table(run: RunData) -> TableFigure:
         ),
         rows,
         (1.0, 1.05, 1.0, 0.85, 0.8, 2.5, 1.2, 1.15, 2.5, 2.5),
-        f"{len(rows)} rows." if rows else "No data.",
+        f"{counted(len(rows), 'row')}." if rows else "No data.",
         "A pair is a pose in a scene; it is kept if the target's compressed echo at both microphones is within the "
         f"tolerance of the level `reference`, {STANDARD_DB:g} dB at `standard`. Pairs whose echo is below -60 dB re "
         f"1 m do not count. Resolved is every echo of the target above {AUDIBLE_DB:g} dB, a quiet street's noise, with "

@@ -21,6 +21,7 @@ from benchmarks.scoring.scores import (
 )
 from benchmarks.scoring.statistics import Rate
 from benchmarks.scoring.strata import strata
+from obstaclewatch.support.words import counted
 
 COLUMNS = ("detector", *(f"TP, {m:g} m left" if m else "TP before contact" for m in LEFT_M), "TN", "TP at TN 97 %")
 NONE = "–"
@@ -58,7 +59,7 @@ def rates_by_point(run: RunData) -> TableFigure:
 
 def _figure(name: str, title: str, first: str, rows: Sequence[tuple[str, ...]], note: str) -> TableFigure:
     kept = tuple(row for row in rows if set(row[2:]) != {NONE})
-    reading = f"{len(kept)} rows." if kept else "No data."
+    reading = f"{counted(len(kept), 'row')}." if kept else "No data."
     return TableFigure(name, title, (first, *COLUMNS), kept, WIDTHS, reading, note)
 
 

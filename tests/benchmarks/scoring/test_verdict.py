@@ -49,3 +49,9 @@ def test_nothing_is_said_of_what_the_run_has_no_cells_for(tmp_path):
     still = told(made_up_run(tmp_path, [standing(1.5, k) for k in range(3)]))
     assert any("median range error, standing" in line for line in still)
     assert not any("walking" in line or "TP" in line for line in still)
+
+
+def test_a_single_cell_is_one_cell(tmp_path):
+    """Cause: "1 cells, 0 failed"."""
+    run = made_up_run(tmp_path, [walk()])
+    assert verdict_lines(summary(run, variants(run)))[0] == "1 cell, 0 failed"
