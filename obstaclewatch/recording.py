@@ -65,6 +65,10 @@ class PhoneGeometry:
         return float(to_speaker_m @ (self.mics_m[0] - self.mics_m[1])) / (length_m * self.mic_separation_m)
 
 
+LEAST_RATE_HZ, GREATEST_RATE_HZ = 1.0, 1e12
+"""No recorder of sound samples more slowly or faster; far beyond, durations overflow."""
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """A two-channel recording; channel k is microphone k.
@@ -72,11 +76,11 @@ class Recording:
     Attributes:
         samples: (2, N) float32, relative to digital full scale; a view that cannot be written through. Where float32 is
             given it is not copied, as ten minutes are a gigabyte: that array must not change any more.
-        sample_rate_hz: samples per second.
+        sample_rate_hz: samples per second, 1 to 1e12.
 
     Raises:
-        ValueError: not two channels of real numbers, no samples, samples that are not finite, or a rate that is not
-            positive.
+        ValueError: not two channels of real numbers, no samples, samples that are not finite, or a rate that no
+            recorder has.
 
     >>> Recording([[0.0, 0.1], [0.0, 0.2]], sample_rate_hz=192_000.0)
     Recording(2 x 2 samples at 192000 Hz, 0.00 s)
@@ -95,8 +99,9 @@ class Recording:
         if not np.isfinite([samples.min(), samples.max()]).all():
             raise ValueError(f"samples must be finite, got {int((~np.isfinite(samples)).sum())} NaN or infinite values")
         hold_numbers(self, "sample_rate_hz")
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise ValueError(f"sample_rate_hz must be positive, got {self.sample_rate_hz}")
+        if not LEAST_RATE_HZ <= self.sample_rate_hz <= GREATEST_RATE_HZ:
+            rule = f"{LEAST_RATE_HZ:g} to {GREATEST_RATE_HZ:g} Hz"
+            raise ValueError(f"sample_rate_hz must be {rule}, got {self.sample_rate_hz}")
         samples.setflags(write=False)
         object.__setattr__(self, "samples", samples)
 

@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from obstaclewatch.support.argument_types import as_floats, check_types, hold_numbers
+from obstaclewatch.support.argument_types import as_floats, as_number, as_several, check_types, hold_numbers
 from obstaclewatch.support.arrays import Floats
 from scenes.walks.gait_walk import Gait, Holding, check_holding, grip
 from simulator.scene.pose import Pose
@@ -151,6 +151,14 @@ class Stop(NamedTuple):
     for_s: float
 
 
+def _stop(given: Any) -> Stop:
+    """A stop from a pair of numbers."""
+    pair = as_several("a stop", given)
+    if len(pair) != 2:
+        raise ValueError(f"a stop must be at_s and for_s, got {given!r}")
+    return Stop(as_number("at_s of a stop", pair[0]), as_number("for_s of a stop", pair[1]))
+
+
 @dataclass(frozen=True)
 class Pace:
     """How fast one walks: at one speed, or with stops.
@@ -161,7 +169,8 @@ class Pace:
         ramp_s: half the time it takes to stop or to start; None takes two steps in all.
 
     Raises:
-        ValueError: a speed or ramp that is not positive, stops that overlap or are shorter than it takes to stop.
+        ValueError: a speed or ramp that is not positive, stops that are no pairs of numbers, overlap or are shorter
+            than it takes to stop.
 
     Example:
         >>> import numpy as np
@@ -183,7 +192,7 @@ class Pace:
             hold_numbers(self, "ramp_s")
         if not 0.0 < self.window_s < np.inf:
             raise ValueError(f"ramp_s must be positive, got {self.ramp_s}")
-        object.__setattr__(self, "stops", tuple(Stop(*map(float, stop)) for stop in self.stops))
+        object.__setattr__(self, "stops", tuple(map(_stop, as_several("stops", self.stops))))
         edges = np.array(self.stops).reshape(-1, 2).cumsum(axis=1).ravel()
         shortest = 2.0 * self.window_s
         if not np.isfinite(edges).all() or (np.diff(edges) < shortest * (1.0 - 1e-9)).any():
@@ -233,7 +242,7 @@ class RouteWalk:
         route: in plan.
         pace: distance walked over time.
         duration_s: length of the walk; `time_to_walk` gives that of the route, and it goes straight on after it.
-        height_m: mean height of the phone.
+        height_m: mean height of the phone over z = 0; negative where the ground lies below.
         pitch_rad, roll_rad, holding: see `scenes.walks.gait_walk.grip`.
         gait: motion around the mean path; None is the published one at the pace's speed, `Gait()` none at all.
 

@@ -25,6 +25,7 @@ TRIPLE_POINT_K = 273.16  # T01 of ISO 9613-1, annex B
 
 TEMPERATURE_RANGE_C = (-73.0, 60.0)  # the standard's 200 K, and 10 K above its 323.15 K
 MAX_PRESSURE_PA = 200_000.0
+FIXED_SPEED_M_S = (1.0, 10_000.0)  # nothing that sound passes is as slow; solids come to the other end
 FREQUENCY_TO_PRESSURE_HZ_PA = (4e-4, 10.0)
 
 
@@ -40,7 +41,7 @@ class Air:
         temperature_c: -73 to 60.
         relative_humidity: fraction, 0 to 1.
         pressure_pa: above 0, below 200 kPa, and above the vapour pressure.
-        fixed_sound_speed_m_s: replaces the speed that follows from the other three; None derives it.
+        fixed_sound_speed_m_s: replaces the speed that follows from the other three, 1 to 10,000; None derives it.
         absorbs: False sets the absorption to exactly zero.
 
     Raises:
@@ -77,8 +78,11 @@ class Air:
                 f"against {self.vapour_fraction * self.pressure_pa:.0f}"
             )
         speed = self.fixed_sound_speed_m_s
+        low, high = FIXED_SPEED_M_S
         if speed is not None and not (np.isfinite(speed) and speed > 0.0):
             raise ValueError(f"fixed_sound_speed_m_s must be positive, got {speed}")
+        if speed is not None and not low <= speed <= high:
+            raise ValueError(f"fixed_sound_speed_m_s must be {low:g} to {high:g}, got {speed}")
 
     @classmethod
     def lossless(cls, sound_speed_m_s: float = 343.0) -> Air:

@@ -43,6 +43,8 @@ WRONG = {
         BEEP, PHONE, sound_speed_m_s=np.nan
     ),
     "recording must be of type Recording, got 2": lambda: calibrate(2, BEEP, PHONE),
+    r"sample_rate_hz must be 1 to 1e\+12 Hz, got 1e-300": lambda: Recording(ONE.samples, 1e-300),
+    r"sample_rate_hz must be 1 to 1e\+12 Hz, got 1e\+300": lambda: Recording(ONE.samples, 1e300),
     "beep must be of type BeepDesign, got 3": lambda: calibrate(ONE, 3, PHONE),
     "duration_s must be a number, got '1'": lambda: live_pieces(BEEP, "1"),
     r"recording must be of type Recording or Iterable, got array\(1.\)": lambda: write_recording(

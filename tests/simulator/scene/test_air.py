@@ -122,6 +122,8 @@ def test_shape_is_kept():
         ({"pressure_pa": 0.0}, "pressure_pa must be above 0.*got 0.0"),
         ({"temperature_c": 60.0, "relative_humidity": 1.0, "pressure_pa": 15_000.0}, "vapour pressure, got 15000.0"),
         ({"fixed_sound_speed_m_s": -1.0}, "fixed_sound_speed_m_s must be positive, got -1.0"),
+        ({"fixed_sound_speed_m_s": 1e300}, r"fixed_sound_speed_m_s must be 1 to 10000, got 1e\+300"),
+        ({"fixed_sound_speed_m_s": 1e-300}, "fixed_sound_speed_m_s must be 1 to 10000, got 1e-300"),
     ],
 )
 def test_bad_air_is_refused(arguments, message):
