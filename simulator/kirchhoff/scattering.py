@@ -18,7 +18,7 @@ from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.kirchhoff.cells import Cells, CellSums, with_stand_ins
 from simulator.kirchhoff.illuminating_images import Ends, Sights
 from simulator.kirchhoff.integral import cell_sums
-from simulator.kirchhoff.light.lighting import Light, lit_facets, seeing, share_light
+from simulator.kirchhoff.light.lighting import Light, hidden_by_others, lit_facets, seeing, share_light
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.kirchhoff.standing_creases import standing_on_mirrors
@@ -43,6 +43,10 @@ CHORD_M = 4e-4  # what edges stand off: with twice that, echoes of people err by
 ALIKE, COARSE_ALIKE = 0.02, 0.1  # of its box's distance: with 0.02, those 3 cm apart see it alike from 1.5 m on
 PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's post on its plate errs by 2-5 dB
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
+COARSE_LIGHT = Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE)
+BEHIND_OTHERS = Light(COARSE_SPOT_M, AGREED, ALIKE, BORDER_FACET_M)
+"""At `standard`: of a body before which nothing stands, and of one behind another, whose shadow lies elsewhere for each
+transducer, and ends on facets of any size. Of 20 cars behind people 90 % are within 0.6 dB so, and were within 1.8."""
 LIT_AT_ONCE = 2**26  # flags, of all facets for images that see any: bounds memory, however long the walk is
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
@@ -56,6 +60,8 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     check_cut(search.tracing.world.obstacles[pairs.obstacle].name, reading, sizes_m[0])
     facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
     spots = spots_of(facets, light.spot_m)
+    if light == COARSE_LIGHT and hidden_by_others(search.tracing, facets, spots):
+        light = BEHIND_OTHERS
     sights, first, second = _sights(pairs)
     seen = seeing(search.tracing, facets, spots, sights, light)
     wanted = wanted[np.flatnonzero(seen[first] & seen[second])]
@@ -170,4 +176,4 @@ def _fineness(fidelity: Fidelity, reading: MeshReading) -> tuple[Light, float, f
         return Light(SPOT_M, AGREED, ALIKE, BORDER_FACET_M), size_m, CHORD_M
     if plates:
         return Light(SPOT_M, AGREED, ALIKE, BORDER_FACET_M), min(size_m, COARSE_PLATE_FACET_M), np.inf
-    return Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE), size_m, np.inf
+    return COARSE_LIGHT, size_m, np.inf

@@ -24,7 +24,8 @@ from simulator.kirchhoff.light.quarters import quartered
 from simulator.kirchhoff.light.spots import Spots
 from simulator.kirchhoff.light.views import Between, Views
 from simulator.surfaces.facets import FACETS_A_SQUARE, Facets
-from simulator.world.frames import into_rest
+from simulator.world.frames import into_rest, out_of_rest
+from simulator.world.line_of_sight import free_between
 from simulator.world.world import Tracing
 
 DARK, LIT, BORDER, AWAY = range(4)  # what a spot says of its facets; the last two have them asked one by one
@@ -56,11 +57,31 @@ def seeing(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light
     Most images of second order and beyond see nothing of the body.
     """
     views, between, number = _views(tracing, facets, sights, light)
-    every = max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))
-    sample, seen = Skin.of(facets, spots.facet[::every]), np.zeros(len(views), dtype=bool)
+    sample, seen = Skin.of(facets, _asked_first(facets, spots)), np.zeros(len(views), dtype=bool)
     for view, item in _each_with_each(between.in_turn[0], len(sample.normal)):
         seen[view[_reached(tracing, sample, views, view, item)]] = True
     return (seen[between.before] | seen[between.after])[number]
+
+
+def hidden_by_others(tracing: Tracing, facets: Facets, spots: Spots) -> bool:
+    """Whether anything stands between the phone and the body's box at any pose.
+
+    On the way to the spots that are asked first, each as far as the box: what the body hides of itself does not count.
+    """
+    facet = _asked_first(facets, spots)
+    pose, item = (each.ravel() for each in np.indices((len(tracing.pose), len(facet))))
+    frame, start = tracing.placed[pose, facets.obstacle], tracing.middle_m[pose]
+    begin, place = into_rest(start, frame), facets.middle_m[facet[item]]
+    step = np.where(place == begin, np.finfo(float).tiny, place - begin)
+    sides = (facets.middle_m.min(axis=0) - begin) / step, (facets.middle_m.max(axis=0) - begin) / step
+    entry = np.clip(np.minimum(*sides).max(axis=1), 0.0, 1.0)
+    there = out_of_rest(begin + entry[:, None] * step, frame)
+    return not free_between(tracing, start, there, pose, tracing.world.blockers).all()
+
+
+def _asked_first(facets: Facets, spots: Spots) -> Ints:
+    """Facets that speak for spots some `SAMPLE_M` apart."""
+    return spots.facet[:: max(1, int(len(spots.facet) * SAMPLE_M**2 / facets.area_m2.sum()))]
 
 
 def lit_facets(
