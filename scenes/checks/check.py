@@ -84,7 +84,8 @@ def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
     joined = welded(mesh)
     yield from _triangle_findings(name, joined)
     if obstacle.category not in NOT_IN_THE_WAY:
-        yield from _shell_findings(name, joined)
+        shell, closed = cleaned(mesh)  # bodies that touch along an edge are closed each by itself
+        yield from _shell_findings(name, shell if closed else joined)
     yield from _uneven_findings(obstacle)
     yield from _merged_findings(obstacle)
 

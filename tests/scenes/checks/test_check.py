@@ -215,3 +215,11 @@ def test_the_command_prints_a_table_and_json_and_its_exit_code_tells(tmp_path: P
     assert bad.exit_code == 2
     assert "error: phone: below ground: comes down to z = " in bad.output
     assert bad.output.endswith("errors: 1, warnings: 1\n")
+
+
+def test_bodies_that_touch_along_an_edge_are_closed() -> None:
+    """Cause: joined at their corners, such as the pillars of a shop's wall, they were called open, and both sides of
+    their faces to reflect; the simulator reads each by itself."""
+    beside = shifted(CUBE, np.array([0.5, 0.5, 0.0]))
+    assert found(thing(trimesh.util.concatenate([CUBE, beside]))) == []
+    assert check_scene(load_scene("supermarket")) == []
