@@ -21,6 +21,7 @@ from obstaclewatch.recording import PhoneGeometry
 from obstaclewatch.recordings.streaming import StreamingDetector, checked_arguments
 from obstaclewatch.signal.carrier_phase import checked_mic_phase
 from obstaclewatch.signal.direct_sound import expected_direct_delay_s
+from obstaclewatch.signal.pulse import pulse_shape
 from obstaclewatch.signal.two_mics import path_difference_at
 from obstaclewatch.support.argument_types import as_number
 from obstaclewatch.support.arrays import Floats
@@ -42,6 +43,8 @@ from obstaclewatch.walker.walking_speed import USUAL, walk_ratio, walking_speed
 
 CONFIRMED_SCORE = 8.0
 """Log likelihood ratio at which a track is shown and judged."""
+CREST_LEVEL = 0.5
+"""Of its peak, to which the compressed beep must fall soon, as `PaperSettings.crest_level` asks."""
 FARTHEST_M = 1.6
 """Distance left from which on collisions were learned, and alerts are given."""
 OF_TWO_MICS = ("range2_m", "bearing_rad", "bearing_std_rad")
@@ -124,6 +127,7 @@ class TrackingDetector(StreamingDetector):
             raise ValueError(f"false_alert_cost must be positive and finite, got {false_alert_cost}")
         self._walk_ratio = walk_ratio(walk_ratio_m_min)
         self.settings = TrackingSettings.of(settings)
+        pulse_shape(beep, CREST_LEVEL, sound_speed_m_s)  # refuses a band so narrow that no crest is one echo's
         super().__init__(beep, phone, expected_direct_delay_s(phone, sound_speed_m_s, self.settings.direct_delay_s))
         self._finder = PeakFinder(beep, phone, self.settings, sound_speed_m_s, pitch_rad)
         likelihood = LineLikelihood(self._finder.cells, self._finder.cell_m, beep.period_s)

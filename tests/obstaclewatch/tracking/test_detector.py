@@ -9,7 +9,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from obstaclewatch import Flag, PaperSettings, Recording, StandingDetector, TrackingDetector, TrackingSettings
+from obstaclewatch import (
+    BeepDesign,
+    Flag,
+    PaperSettings,
+    Recording,
+    StandingDetector,
+    TrackingDetector,
+    TrackingSettings,
+)
 from obstaclewatch.tracking.moving_peaks import PeakFinder
 from tests.obstaclewatch.synthetic import (
     BEEP,
@@ -334,3 +342,9 @@ def test_constants_of_the_paper_that_it_has_no_use_for_are_refused():
         TrackingDetector(BEEP, PHONE, PaperSettings(votes_needed=1))
     ours = TrackingDetector(BEEP, PHONE, TrackingSettings(danger_m=2.0)).settings
     assert ours == TrackingDetector(BEEP, PHONE, PaperSettings(danger_m=2.0)).settings
+
+
+def test_a_band_too_narrow_for_its_crests_is_refused():
+    """Cause: with 18-19 kHz it ran without a candidate, where the other detectors refuse."""
+    with pytest.raises(ValueError, match=r"the compressed beep must fall to 0.5 of its peak within 0.002 s"):
+        TrackingDetector(BeepDesign(stop_hz=19_000.0), PHONE)
