@@ -287,3 +287,12 @@ def variant_text(variant: dict[str, Any]) -> str:
         return f"[{variant['name']}]"
     parts = [f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in variant.items()]
     return f"[{', '.join(parts)}]" if parts else ""
+
+
+def label_of_walk(label: str, variant: Mapping[str, Any]) -> str:
+    """A cell's label without its point of a sweep: what the cells of one walk share.
+
+    >>> label_of_walk("wall 3[air.temperature_c=40]", {"air.temperature_c": 40})
+    'wall 3'
+    """
+    return label.removesuffix(variant_text(dict(variant)))

@@ -16,7 +16,7 @@ from benchmarks.cells.detectors import parse_detector, source_digest
 from benchmarks.cells.equipment import equipment_key
 from benchmarks.cells.memory import check_memory
 from benchmarks.cells.situations.own_scene import scene_digest
-from benchmarks.cells.spec import Cell, Conditions, variant_text
+from benchmarks.cells.spec import Cell, Conditions, label_of_walk
 from benchmarks.plan.suite import Group, OwnScene, Probe, Standing, Suite
 from benchmarks.plan.sweep import at_point
 from benchmarks.plan.unknowns import with_unknowns
@@ -235,7 +235,7 @@ def thinned(cells: list[Cell], limit: int | None) -> list[Cell]:
         raise ValueError(f"limit must be at least 1, got {limit}")
     walks: dict[tuple[str, str, int], list[int]] = {}
     for k, cell in enumerate(cells):
-        walks.setdefault((cell.label.removesuffix(variant_text(cell.variant)), cell.phone, cell.seed), []).append(k)
+        walks.setdefault((label_of_walk(cell.label, cell.variant), cell.phone, cell.seed), []).append(k)
     points, kept = list(walks.values()), list[int]()
     for walk in np.argsort(np.argsort(GOLDEN * np.arange(len(points)) % 1.0)):
         if kept and len(kept) + len(points[walk]) > limit:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.cells.spec import counts_as, variant_text
+from benchmarks.cells.spec import counts_as, label_of_walk, variant_text
 from benchmarks.runs.results import RunData
 from obstaclewatch.support.words import counted
 
@@ -38,7 +38,7 @@ def same_walks(parts: Mapping[str, RunData]) -> str:
 def _walk(record: Mapping[str, Any]) -> tuple[str, int]:
     """Label without the point, and seed."""
     cell = record["cell"]
-    return record["label"].removesuffix(variant_text(cell.get("variant") or {})), cell["seed"]
+    return label_of_walk(record["label"], cell.get("variant") or {}), cell["seed"]
 
 
 def first_point(run: RunData) -> tuple[RunData, str]:
