@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.cells.detectors import build_detector, paper_settings, parse_detector, standing_form
 from benchmarks.cells.situations.situation import Situation
-from benchmarks.cells.situations.variation import air_of
+from benchmarks.cells.situations.variation import air_of, changed_walk
 from benchmarks.cells.spec import BeepSetting, Cell, WalkChange
 from obstaclewatch import BeepDesign
 from obstaclewatch.signal.direct_sound import measured_direct_delay_s
@@ -57,15 +57,15 @@ def equipment_key(cell: Cell) -> str:
 def check_equipment(cell: Cell) -> None:
     """Build each detector of a cell once, so that its own rules judge its values before anything is rendered.
 
-    What only a rendered or a drawn walk tells is left out: the direct sound is that of the air path, and where the cell
-    does not say how the phone is pitched, it is level.
+    What only a rendered or a drawn walk tells is left out: the direct sound is that of the air path, and where neither
+    the cell nor a scene file says how the phone is pitched, it is level.
 
     Raises:
         ValueError: a value that a detector refuses, or a detector of a user's own that cannot be built at all.
     """
-    phone, air = _phone_and_air(cell)
+    phone, air, pitch_rad = _phone_air_and_pitch(cell)
     beep, settings, knowledge = cell.beep.design(), paper_settings(cell.settings), cell.knowledge
-    pitch = _asked_pitch_rad(cell.walk) + knowledge.pitch_error_rad if knowledge.pitch else None
+    pitch = pitch_rad + knowledge.pitch_error_rad if knowledge.pitch else None
     sound_speed_m_s = _sound_speed_m_s(cell, air)
     given = {} if sound_speed_m_s is None else {"sound_speed_m_s": sound_speed_m_s}
     for name in cell.detectors:
@@ -87,11 +87,12 @@ def _built_as(cell: Cell, name: str) -> str:
     return standing_form(name) if cell.kind == "standing" else name
 
 
-def _phone_and_air(cell: Cell) -> tuple[Phone, Air]:
+def _phone_air_and_pitch(cell: Cell) -> tuple[Phone, Air, float]:
     if cell.kind != "scene":
-        return Phone.named(cell.phone), air_of(cell)
+        return Phone.named(cell.phone), air_of(cell), _asked_pitch_rad(cell.walk)
     met = load_encounter(str(cell.approach["file"]), cell.seed, cell.approach["phone"])
-    return met.phone, air_of(cell) if cell.air else met.scene.air
+    walk = changed_walk(met.walk, cell.walk, cell.beep.period_s)
+    return met.phone, air_of(cell) if cell.air else met.scene.air, mean_pitch_rad(walk)
 
 
 def _sound_speed_m_s(cell: Cell, air: Air) -> float | None:

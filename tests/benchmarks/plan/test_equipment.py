@@ -95,3 +95,15 @@ def test_the_air_of_a_scene_file_counts(tmp_path: Path) -> None:
     assert plan_cells(load_suite("paper", alone), "smoke")
     with pytest.raises(ValueError, match="air at 60 C give"):
         plan_cells(load_suite("paper", [*alone, "knowledge.temperature_error_c=15"]), "smoke")
+
+
+def test_the_pitch_of_a_scene_file_counts(tmp_path: Path) -> None:
+    """Cause: a phone of 60 degrees was taken for level, so that 40 more were refused in its cell alone."""
+    scene = tmp_path / "yard.yaml"
+    scene.write_text(
+        "name: yard\nobstacles: [{kind: bollard, name: post, at_m: [4, 0]}]\n"
+        "walk: {waypoints_m: [[0, 0], [6, 0]], pitch_deg: 60}\n"
+    )
+    asked = ["groups=[]", "standing=null", f"scenes=[{{file: {scene}, count: 1}}]", "knowledge.pitch_error_rad=0.7"]
+    with pytest.raises(ValueError, match=r"pitch_rad must lie within -pi/2..pi/2, got 1\.7"):
+        plan_cells(load_suite("paper", asked), "smoke")
