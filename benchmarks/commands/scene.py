@@ -99,7 +99,7 @@ def _as_text(
     name: str, findings: list[Finding], needs: list[Need], cost: Cost | None, integrals: list[str] | None
 ) -> str:
     width = max((len(need.name) for need in needs), default=0)
-    lines = [f"{'obstacle':{width}}  category    triangles  closed  planes  curved  edges  size / m"]
+    lines = [f"{'obstacle':{width}}  category    triangles  closed  planes  curved  edges  size (m)"]
     for need in needs:
         size = " x ".join(f"{extent:.3g}" for extent in need.size_m)
         closed = "yes" if need.closed else "no"

@@ -59,7 +59,7 @@ def preview_scene(
         _draw_walk(axes, walk)
         axes.legend(loc="upper left", fontsize=9)
     left, right, bottom, top = _window(scene, walk) if window_m is None else window_m
-    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x / m", ylabel="y / m", title=scene.name)
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x (m)", ylabel="y (m)", title=scene.name)
     axes.grid(color="white", linewidth=0.8)
     axes.set_axisbelow(True)
     with whole_file(Path(path)) as partial:

@@ -72,7 +72,7 @@ def _draw_bar(ax: Axes, bar: Bar, left: float, shade: str, count_size: float) ->
         ax.bar(middle, bar.value, BAR_WIDTH, color=shade, linewidth=0)
         if np.isfinite([bar.low, bar.high]).all():
             ax.errorbar(middle, bar.value, yerr=_spread(bar), color=INK, elinewidth=1.0, capsize=2.5)
-        reach = bar.high if np.isfinite(bar.high) else bar.value
+        reach = np.fmax(bar.value, bar.high)  # of a resampled quantile both ends may lie below it
         ax.annotate(f"{bar.value:.1f}".removesuffix(".0"), (middle, reach), (0, 2), textcoords="offset points",
                     ha="center", va="bottom", fontsize=8, fontweight="bold")  # fmt: skip
         ax.annotate(bar.count, (middle, 0.0), (0, -3), xycoords=ax.get_xaxis_transform(), textcoords="offset points",

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from benchmarks import figures
 from benchmarks.figures import FIGURES, draw_figures, picture
-from benchmarks.figures.data import MOST_POINTS, BarFigure, distribution_steps
+from benchmarks.figures.data import MOST_POINTS, Bar, BarFigure, BarPanel, distribution_steps
 from benchmarks.figures.draw.curves import axis_end
 from benchmarks.figures.draw.page import WIDEST, leads_row, panel_axes
 from benchmarks.figures.measured import against_paper, significant
@@ -279,3 +279,11 @@ def test_a_processor_time_is_that_of_walks_wherever_it_is_shown(tmp_path):
     assert dict(cost_lines(run))["processor time of detection, PaperDetector"] == "1.0 ms a beep, median over walks"
     assert {row[4] for row in FIGURES["table1"](run).cells} == {"1.0 ms"}
     assert "PaperDetector: 1.0 ms a beep" in FIGURES["fig27"](run).reading
+
+
+def test_a_value_above_its_interval_stands_on_its_bar():
+    """Cause: a resampled quantile's interval may lie wholly below the value, which was then written on the whisker."""
+    bar = Bar("0–10°", "P80", value=20.0, low=10.0, high=16.3, count="40", n=40)
+    canvas = picture(BarFigure("one", "One", "error (°)", "°", (BarPanel("PaperDetector", (bar,)),), "", ""))
+    (label,) = [text for text in canvas.axes[0].texts if text.get_text() == "20"]
+    assert label.xy[1] == 20.0
