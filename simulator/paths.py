@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from obstaclewatch.support.argument_types import as_finite, check_types
 from obstaclewatch.support.arrays import Complexes, Floats, Ints, Strings
+from obstaclewatch.support.words import counted
 from simulator.phone.phone import Phone
 from simulator.waves import band
 from simulator.world.rejection_log import Choice
@@ -191,12 +192,13 @@ class Paths:
 
     def explain(self) -> str:
         """What was modelled, what was rejected and why, and what was left out, in plain lines."""
-        lines = [f"{len(self)} paths at {self._poses_named()} and 2 microphones"]
+        count = counted(len(self), "path")
+        lines = [f"{count} at {self._poses_named()} and 2 microphones; order counts reflections, levels are re 1 m"]
         for kind in np.unique(self.kind):
             rows = self.kind == kind
             level = self._level_db[rows].max()
             lines.append(f"  {kind}: {int(rows.sum())}, order up to {self.order[rows].max()}, strongest {level:.1f} dB")
-        lines += [f"  rejected, {name}: {count}" for name, count in self.rejected.items() if count]
+        lines += [f"  rejected, {name}: {number}" for name, number in self.rejected.items() if number]
         lines += [f"  {choice}" for choice in self.choices]
         lines += [f"  left out: {line}" for line in self.left_out]
         return "\n".join(lines)

@@ -28,20 +28,20 @@ def _curved_beside_own_planes(world: World) -> bool:
 
 
 _CONCERNS: dict[str, Callable[[World], bool]] = {
-    "rims of smooth surfaces on bodies too large for Kirchhoff's integral (70 m2)": _curved,
-    "creases in corners of mirrors of less than 60 degrees": lambda world: bool(facing(world.ahead).any()),
-    "two diffractions in one path, but for convex thin panels (8 edges, 5.5 m of rim) and near the border of a mirror "
-    "or of the shadow of a second edge": lambda world: len(world.wedges) > 1,
+    "echoes of the rims of curved surfaces larger than 70 m2, too large for Kirchhoff's integral": _curved,
+    "inner edges of corners of less than 60 degrees between planes": lambda world: bool(facing(world.ahead).any()),
+    "two diffractions in one path, but along convex thin panels (8 edges, 5.5 m of rim) and near the border of a "
+    "mirror or of the shadow of a second edge": lambda world: len(world.wedges) > 1,
     "a diffraction and a curve in one path": lambda world: len(world.wedges) > 0 and _curved(world),
-    "mirrors of an obstacle before and after its own curved surfaces, as of a ground and what stands on it in a mesh: "
-    "`Obstacle.split()` parts them": _curved_beside_own_planes,
-    "outer edges that two obstacles make together, as mitred walls do":
+    "echoes over a plane and a curved surface of one obstacle, as of ground and bin in one mesh: `Obstacle.split()` "
+    "makes two obstacles of these, which have them": _curved_beside_own_planes,
+    "diffraction at outer edges that two obstacles make together, as mitred walls do":
         lambda world: len(np.unique(world.patches.obstacle)) > 1,
-    "how faint strips of less than half a wavelength (9 mm) are": lambda world: len(world.patches) > 0,
-    "diffraction round rounded bodies of anything but rays off planes and over one edge: these bodies hide all else":
+    "how faint strips narrower than half a wavelength (9 mm) echo: here too loud": lambda world: len(world.patches) > 0,
+    "sound that bends round a curved body, but for rays off planes or over one edge: it hides all others":
         _curved,
     "two curved reflections one of which is off an uneven body": lambda world: len(world.surfaces) > 1,
-    "two curved reflections off one body or with a mirror between them, and three in one path": _curved,
+    "two curved reflections off one body, or with a plane's between them, and three in one path": _curved,
 }  # fmt: skip
 
 NOT_MODELLED = tuple(_CONCERNS)

@@ -65,7 +65,8 @@ class Choice:
     left_db: float
 
     def __str__(self) -> str:
-        taken = f"{self.obstacle}: integral over {self.integrals} of {self.pairs} pairs of images"
+        of = f"{self.integrals} of {self.pairs} pairs of speaker and microphone, their images counted"
+        taken = f"{self.obstacle}: Kirchhoff's integral in place of rays for {of}"
         rays = f"would err by {self.rays_db:.2f} dB" if np.isfinite(self.rays_db) else "say nothing of its echo"
         return f"{taken}; rays alone {rays}, an error of {self.left_db:.2f} dB is left"
 

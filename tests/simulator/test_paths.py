@@ -94,3 +94,11 @@ def test_the_phone_s_own_case_is_named():
     found = trace_paths(Scene([]), Phone.named("galaxy-s5"), Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0)))
     assert set(found.kind) == {"direct"}
     assert sorted(found.obstacles_met()) == [(), (), ("case",), ("case",)]
+
+
+def test_a_stranger_reads_what_numbers_are(paths):
+    """Cause: neither order nor levels were said what they are, and pairs of images needed the page on physics."""
+    head, *_ = paths.explain().splitlines()
+    assert head.endswith("order counts reflections, levels are re 1 m")
+    assert head.startswith(f"{len(paths)} paths at ")
+    assert "in place of rays for 2 of 8 pairs of speaker and microphone" in str(Choice("bin", 8, 2, 3.0, 0.25))
