@@ -29,16 +29,16 @@ SCENES = {
 }  # fmt: skip
 
 
-def _echo(name: str, off_m: float, level: str) -> np.ndarray:
-    """(F,) from so far off the plane, at the speaker's height or in line with it."""
+def _echoes(name: str, off_m: np.ndarray, level: str) -> np.ndarray:
+    """(N, F) from so far off the plane, (N,), at the speaker's height or in line with it."""
     meshes, axis = SCENES[name]
     mics = [[0.03, 0.0, 0.0], [0.03, 0.0, 0.11]] if axis == 1 else [[0.0, 0.0, 0.0], [0.0, 0.11, 0.0]]
-    place = np.array([-AWAY_M, 0.13, -0.17])
-    place[axis] = off_m
+    place = np.tile([-AWAY_M, 0.13, -0.17], (len(off_m), 1))
+    place[:, axis] = off_m
     scene = Scene([Obstacle(mesh, Material.rigid(), str(n)) for n, mesh in enumerate(meshes)], Air.lossless(343.0))
     phone = Phone.ideal([0.0, 0.0, 0.0 if axis == 1 else 1e-3], mics)
-    paths = trace_paths(scene, phone, Pose(place, held_rotation(0.0)), Fidelity(level=level))
-    return paths[(paths.mic == 0) & (paths.order > 0)].transfer_function(FREQUENCY_HZ)[0]
+    paths = trace_paths(scene, phone, Pose(place, held_rotation(np.zeros(len(off_m)))), Fidelity(level=level))
+    return paths[(paths.mic == 0) & (paths.order > 0)].transfer_function(FREQUENCY_HZ)[:, 0]
 
 
 @pytest.mark.parametrize("level", ["standard", "auto"])
@@ -48,8 +48,9 @@ def test_in_a_plane_is_as_beside_it(name, level):
 
     From 3 to 200 um beside the plane the shares of waves over two edges were rounded: -20 dB.
     """
-    beside = [_echo(name, side * BESIDE_M, level) for side in (-1.0, 1.0)]
-    for off_m in (0.0, 1e-12, -1e-9, 1e-9, -1e-6, 1e-6, -5e-6, 5e-6, -1e-5, 1e-5, -3e-5, 3e-5):
-        echo = _echo(name, off_m, level)
-        off = min(float(np.sqrt(np.mean(np.abs(echo - each) ** 2))) for each in beside)
+    nearer_m = (0.0, 1e-12, -1e-9, 1e-9, -1e-6, 1e-6, -5e-6, 5e-6, -1e-5, 1e-5, -3e-5, 3e-5)
+    echoes = _echoes(name, np.array([-BESIDE_M, BESIDE_M, *nearer_m]), level)
+    assert len(echoes) == 2 + len(nearer_m)
+    for off_m, echo in zip(nearer_m, echoes[2:], strict=True):
+        off = min(float(np.sqrt(np.mean(np.abs(echo - each) ** 2))) for each in echoes[:2])
         assert 2.0 * AWAY_M * off < 10.0 ** (-40.0 / 20.0), off_m
