@@ -1,8 +1,11 @@
-"""Echoes of a wall behind round posts, against exact series; sharp posts hide them as before."""
+"""Echoes of a wall behind round posts, against exact series; sharp posts hide them as before.
+
+The series' values are stored by tests/references/make_post_values.
+"""
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -13,12 +16,8 @@ from simulator import Air, Fidelity, Material, Obstacle, Phone, Pose, Scene, hel
 from simulator.field.outlines import OUTLINE_REACH_RAD, behind_outlines
 from simulator.field.unfolded_segments import Segments
 from simulator.world.rounded_parts import Screens
-from tests.references import rigid_cylinder, two_cylinders
-
-SPEED_M_S = 343.0
-FREQUENCY_HZ = np.linspace(18_000.0, 23_000.0, 5)
-WAVENUMBER_1_M = 2.0 * np.pi * FREQUENCY_HZ / SPEED_M_S
-HEIGHT_M = 1.3
+from tests.references import make_post_values as made
+from tests.references.make_post_values import FREQUENCY_HZ, HEIGHT_M, SPEED_M_S, WAVENUMBER_1_M
 
 
 def wall_echo(wall_m, speaker_m, mic_m, post, side=False):
@@ -49,42 +48,43 @@ def off(one, other):
     return float(np.sqrt(np.mean(np.abs(one - other) ** 2)))
 
 
-@pytest.mark.parametrize("radius_m", [0.03, 0.1])
-def test_a_wall_past_a_post_echoes_as_the_exact_series_says(radius_m):
+@pytest.fixture(scope="module")
+def stored():
+    with np.load(made.STORED) as values:
+        return dict(values)
+
+
+def test_stored_values_are_those_of_the_series(stored):
+    np.testing.assert_allclose(made.past_wall_post(made.RADII_M[0], made.ASIDE_M[2]), stored["wall"][0, 2], rtol=1e-9)
+    edge = made.past_edge_post(made.RADII_M[0], made.SHARES[1], made.ASIDE_M[3])
+    np.testing.assert_allclose(edge, stored["edge"][0, 1, 3], rtol=1e-9)
+    np.testing.assert_allclose(
+        made.past_pair(*made.PAIRS_M[0], made.PAIRED_ASIDE_M[1]), stored["pair"][0, 1], rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("radius_m", made.RADII_M)
+def test_a_wall_past_a_post_echoes_as_the_exact_series_says(stored, radius_m):
     """Speaker and microphone are 2.4 m apart: the post stands in the way out alone. Within it and beside it the field
     is right to a tenth of the free one on average, where a ray that is there or hidden errs by up to half of it and
     more."""
-    wall_m, half_m, ahead_m = 1.0, 1.2, 0.5
-    speaker, mic = np.array([0.0, -half_m]), np.array([0.0, half_m])
-    mirrored, length = np.array([2.0 * wall_m, 0.0]), np.hypot(2.0 * wall_m, 2.0 * half_m)
     errors, binary = [], []
-    for aside_m in (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.35):
-        place = np.array([ahead_m, -half_m + half_m * ahead_m / wall_m - aside_m / np.cos(np.arctan(half_m / wall_m))])
-        exact = 1.0 + 0j
-        for image, point in ((mirrored + speaker, mic), (mirrored + mic, speaker)):
-            ends = [np.append(end - place, HEIGHT_M) for end in (image, point)]
-            scattered = rigid_cylinder.scattered(radius_m, *ends, FREQUENCY_HZ, SPEED_M_S)
-            exact = exact + length * scattered * np.exp(1j * WAVENUMBER_1_M * length)
-        errors.append(off(wall_echo(wall_m, speaker, mic, post_at(place, radius_m), side=True), exact))
+    for aside_m, exact in zip(made.ASIDE_M, stored["wall"][made.RADII_M.index(radius_m)], strict=True):
+        post = post_at(made.before_wall(aside_m), radius_m)
+        errors.append(off(wall_echo(made.WALL_M, made.SPEAKER_M, made.MIC_M, post, side=True), exact))
         binary.append(off(float(aside_m > radius_m), exact))
     assert np.mean(errors) < 0.12
     assert max(errors) < 0.2
     assert max(binary) > 0.5
 
 
-@pytest.mark.parametrize(("radius_m", "gap_m"), [(0.03, 0.4), (0.1, 0.4), (0.1, 0.8), (0.25, 0.8)])
-def test_a_post_and_its_image_are_one_screen(radius_m, gap_m):
+@pytest.mark.parametrize(("radius_m", "gap_m"), made.PAIRS_M)
+def test_a_post_and_its_image_are_one_screen(stored, radius_m, gap_m):
     """The phone's echo passes the post on its way out and back; the exact field is that behind two cylinders."""
-    wall_m, mic = 2.0, np.array([0.0, 0.15])
     errors = []
-    for aside_m in (0.0, 0.03, 0.06, 0.1, 0.15):
-        place = np.array([wall_m - 0.5 * gap_m, aside_m])
-        pair = [place, [2.0 * wall_m - place[0], aside_m]]
-        exact = [
-            two_cylinders.behind(pair, [radius_m] * 2, [2.0 * wall_m, 0.0], mic, wavenumber)
-            for wavenumber in WAVENUMBER_1_M
-        ]
-        errors.append(off(wall_echo(wall_m, np.zeros(2), mic, post_at(place, radius_m)), np.array(exact)))
+    for aside_m, exact in zip(made.PAIRED_ASIDE_M, stored["pair"][made.PAIRS_M.index((radius_m, gap_m))], strict=True):
+        post = post_at(made.paired(gap_m, aside_m), radius_m)
+        errors.append(off(wall_echo(made.PAIRED_WALL_M, np.zeros(2), made.PAIRED_MIC_M, post), exact))
     assert np.mean(errors) < 0.1
     assert max(errors) < 0.17
 
@@ -132,30 +132,25 @@ def test_a_ball_beside_a_wall_does_not_switch_the_echo_of_the_corner():
 
 def edge_echo(*posts):
     """(F,) gain over the upright edge of a wall that ends at (1, 0.3); speaker and microphone are 2.4 m apart."""
-    wall = trimesh.creation.box(bounds=[[1.0, -8.0, -3.0], [1.2, 0.3, 6.0]])
+    edge_x_m, edge_y_m = made.EDGE_M
+    wall = trimesh.creation.box(bounds=[[edge_x_m, -8.0, -3.0], [1.2, edge_y_m, 6.0]])
     bodies = [Obstacle(mesh, Material.rigid(), f"{k}") for k, mesh in enumerate([wall, *posts])]
-    speaker, mic = np.array([0.0, -1.2, HEIGHT_M]), np.array([0.0, 1.2, HEIGHT_M])
+    speaker, mic = (np.append(end, HEIGHT_M) for end in (made.SPEAKER_M, made.MIC_M))
     paths = trace_paths(
         Scene(bodies, Air.lossless(SPEED_M_S)), Phone.ideal(speaker, [mic, mic + [0.0, 0.05, 0.0]]),
         Pose([0.0, 0.0, 0.0], held_rotation(np.pi / 2)), Fidelity(level="auto", max_order=1),
     )  # fmt: skip
     met = (paths.mic == 0) & (paths.kind == "edge") & (paths.obstacle == "0")
-    return paths[met & (np.abs(paths.points_m[:, 1, :2] - [1.0, 0.3]).max(axis=1) < 1e-9)].gain_at(FREQUENCY_HZ)[0]
+    return paths[met & (np.abs(paths.points_m[:, 1, :2] - made.EDGE_M).max(axis=1) < 1e-9)].gain_at(FREQUENCY_HZ)[0]
 
 
-@pytest.mark.parametrize(("radius_m", "share"), [(0.03, 0.3), (0.03, 0.6), (0.1, 0.3), (0.1, 0.6)])
-def test_an_edge_past_a_post_is_neither_there_nor_hidden(radius_m, share):
+@pytest.mark.parametrize(("radius_m", "share"), list(product(made.RADII_M, made.SHARES)))
+def test_an_edge_past_a_post_is_neither_there_nor_hidden(stored, radius_m, share):
     """The post stands on the way out alone: what the edge receives is the field past a cylinder."""
-    speaker, edge = np.array([0.0, -1.2]), np.array([1.0, 0.3])
-    length = np.linalg.norm(edge - speaker)
-    across = np.array([edge[1] - speaker[1], speaker[0] - edge[0]]) / length
     free, errors, binary = edge_echo(), [], []
-    for aside_m in (0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.35):
-        place = speaker + share * (edge - speaker) + aside_m * across
-        ends = [np.append(end - place, HEIGHT_M) for end in (speaker, edge)]
-        scattered = rigid_cylinder.scattered(radius_m, *ends, FREQUENCY_HZ, SPEED_M_S)
-        exact = 1.0 + length * scattered * np.exp(1j * WAVENUMBER_1_M * length)
-        errors.append(off(edge_echo(post_at(place, radius_m)) / free, exact))
+    exact_fields = stored["edge"][made.RADII_M.index(radius_m), made.SHARES.index(share)]
+    for aside_m, exact in zip(made.ASIDE_M, exact_fields, strict=True):
+        errors.append(off(edge_echo(post_at(made.before_edge(share, aside_m), radius_m)) / free, exact))
         binary.append(off(float(aside_m > radius_m), exact))
     assert np.mean(errors) < 0.75 * np.mean(binary)
     assert np.mean(errors) < 0.22
