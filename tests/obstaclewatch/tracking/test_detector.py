@@ -209,9 +209,17 @@ def _silent(samples, beep):
 
 
 @cache
-def _detected(damage, beep):
-    """What is detected at each beep of a walk of which one is damaged."""
+def _undamaged():
+    """(2, N) samples of a walk; whoever changes them takes a copy."""
     samples = record([GROUND, Point(5.0, gain=0.1)], speed_m_s=1.3, **WALK)
+    samples.setflags(write=False)
+    return samples
+
+
+@cache
+def _detected(damage, beep):
+    """What is detected at each beep of that walk with one damaged."""
+    samples = _undamaged().copy()
     damage(samples, beep)
     detector = TrackingDetector(BEEP, PHONE)
     return [detector.process(block) for block in np.split(samples, WALK["beeps"], axis=1)]
