@@ -12,18 +12,23 @@ from simulator.world.interactions import Interaction, Numbering
 
 
 @pytest.fixture
-def read_only_columns(monkeypatch):
-    """Every array of candidates refuses to be written."""
-    made = Candidates.__init__
+def unwritten_columns(monkeypatch):
+    """Every array of candidates must be in the end as it was when they were made.
 
-    def sealed(self, *args, **named):
+    Arrays that refuse to be written would be another kind, for which a third of the simulator is compiled once more.
+    """
+    made, kept = Candidates.__init__, []
+
+    def kept_in_mind(self, *args, **named):
         made(self, *args, **named)
-        for name in Candidates.__dataclass_fields__:
-            column = getattr(self, name).view()
-            column.flags.writeable = False
-            object.__setattr__(self, name, column)
+        columns = [(name, getattr(self, name)) for name in Candidates.__dataclass_fields__]
+        kept.extend((name, column, column.copy()) for name, column in columns)
 
-    monkeypatch.setattr(Candidates, "__init__", sealed)
+    monkeypatch.setattr(Candidates, "__init__", kept_in_mind)
+    yield
+    assert kept
+    for name, column, as_made in kept:
+        np.testing.assert_array_equal(column, as_made, name)
 
 
 def _street() -> Scene:
@@ -39,7 +44,7 @@ def _street() -> Scene:
     return Scene([ground, panel, *balls], Air.lossless())
 
 
-@pytest.mark.usefixtures("read_only_columns")
+@pytest.mark.usefixtures("unwritten_columns")
 @pytest.mark.parametrize(
     ("settings", "kinds"),
     [
