@@ -102,7 +102,7 @@ def lit_facets(
     wanted[spots.of_facet[facets.creases.beside]] = True
     facets, spots, lit = facets[wanted[spots.of_facet]], spots.of(wanted), lit.compress(wanted, axis=1)
     if len(spots.facet) == len(facets):
-        return facets, lit[:, spots.of_facet], number
+        return facets, lit.take(spots.of_facet, axis=1), number
     state = _said(tracing, facets, spots, views, lit)
     large = facets.area_m2 > light.border_m**2 / FACETS_A_SQUARE
     facets = quartered(facets, large & (state == BORDER).any(axis=0)[spots.of_facet])

@@ -163,6 +163,19 @@ def test_spots_of_one_facet_each_are_in_an_order_of_their_own():
     assert 0.3 * len(facets) < len(seen(rows)) < 0.5 * len(facets)
 
 
+@pytest.mark.parametrize("spot_m", [1e-3, 0.2])
+def test_light_lies_in_memory_view_by_view(spot_m):
+    """Cause: where each spot is one facet it lay facet by facet, another kind to compiled loops: adding up facets and
+    finding those that stand for cells was compiled once more, for 5 s."""
+    body = trimesh.creation.icosphere(subdivisions=2, radius=0.3).apply_translation([2.0, 0.0, 1.2])
+    tracing = _still(Scene([Obstacle(body, Material.rigid(), "body")], Air.lossless(343.0)))
+    facets, sides, none = facets_of(*tracing.world.skins[0], 0, 0.1), np.arange(3), np.zeros(3, dtype=np.int64)
+    straight = Sights(none, sides, none, np.full((3, 0), -1), tracing.transducers_m[0])
+    some, lit, _ = lit_facets(tracing, facets, spots_of(facets, spot_m), straight, Light(spot_m, 0.0, 0.0))
+    assert lit.shape == (3, len(some))
+    assert lit.flags.c_contiguous
+
+
 def test_borders_of_shadows_run_through_quarters_of_coarse_facets():
     """Facets of 4.5 cm, lit whole or not at all, moved one in ten echoes of cars by more than 0.5 dB, up to 6.8."""
     one, other, band = np.array([0]), np.array([1]), 2.0 * np.pi * np.linspace(18e3, 23e3, 6) / 343.0
