@@ -140,7 +140,8 @@ def images_lighting_edges(
         allowed: (most, P) as in `image_levels`.
         towards: (P, O) patches that may be met, where there are several, on the way to the edges of each obstacle.
     """
-    goal = Goal(point_m, limit_m, limit_m, PENUMBRA_M)  # what is nearer than the limit may have an edge
+    # what is nearer than the limit may have an edge
+    goal = Goal(np.ascontiguousarray(point_m), limit_m, limit_m, PENUMBRA_M)
     edges, parts = _Edges(start_m, end_m, wedges.patch, wedges.mirror, wedges.obstacle), []
     for level in image_levels(mirrors, allowed, point_m, goal):
         row, wedge = _lit_edges(mirrors, level, edges, towards, limit_m)  # type: ignore[call-arg]

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+import trimesh
 
+from simulator import Material, Obstacle, Phone, Pose, Scene, held_rotation, trace_paths
+from simulator.images import image_tree
 from simulator.images.image_tree import aside, bound
 
 AXES = np.array([[0.3, 0.0, 0.0], [0.0, 0.8, 0.6]])  # half the sides of the rectangle, and across it
@@ -55,3 +58,19 @@ def test_what_is_beside_the_rectangle_can_be_let_in():
 def test_a_rectangle_seen_edge_on_bounds_nothing():
     image = CENTER + 5.0 * AXES[0]
     assert not aside(image, seen_from(image), (CENTER + 9.0 * AXES[1])[None], 0.0)
+
+
+def test_images_are_made_for_one_kind_of_arrays(monkeypatch):
+    """Cause: microphones of one side are every second row of all, and `_onwards` was compiled once more for them."""
+    onwards, kinds = image_tree._onwards, []
+
+    def watched(mirrors, allowed, level, goal):
+        kinds.append(goal.center_m.flags.c_contiguous)
+        return onwards(mirrors, allowed, level, goal)
+
+    monkeypatch.setattr(image_tree, "_onwards", watched)
+    box = Obstacle(trimesh.creation.box(bounds=[[1.5, -0.5, 0.0], [2.0, 0.5, 1.0]]), Material.rigid(), "box")
+    places = np.array([[0.0, 0.0, 1.3], [0.1, 0.0, 1.3]])
+    trace_paths(Scene([box]), Phone.named("ideal"), Pose(places, held_rotation(np.zeros(2))))
+    assert len(kinds) > 1
+    assert all(kinds)
