@@ -38,4 +38,4 @@ def _into_corners(world: World) -> Flags:
     edged = np.zeros(len(world.patches), dtype=bool)
     if len(edged):
         edged[world.wedges.patch[world.wedges.free_angle_rad > np.pi]] = True
-    return edged & world.ahead.any(axis=(0, 2))
+    return edged & world.sees_others

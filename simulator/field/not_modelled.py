@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simulator.world.mirrors import facing
 from simulator.world.world import World
 
 
@@ -29,7 +28,7 @@ def _curved_beside_own_planes(world: World) -> bool:
 
 _CONCERNS: dict[str, Callable[[World], bool]] = {
     "echoes of the rims of curved surfaces larger than 70 m2, too large for Kirchhoff's integral": _curved,
-    "inner edges of corners of less than 60 degrees between planes": lambda world: bool(facing(world.ahead).any()),
+    "inner edges of corners of less than 60 degrees between planes": lambda world: world.any_facing,
     "two diffractions in one path, but along convex thin panels (8 edges, 5.5 m of rim) and near the border of a "
     "mirror or of the shadow of a second edge": lambda world: len(world.wedges) > 1,
     "a diffraction and a curve in one path": lambda world: len(world.wedges) > 0 and _curved(world),

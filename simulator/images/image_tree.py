@@ -19,7 +19,7 @@ from obstaclewatch.support.compiled_vectors import distance, dot
 from obstaclewatch.support.rows import Rows
 from simulator.images.given_planes import fill_image
 from simulator.surfaces.wedges import Wedges
-from simulator.world.mirrors import FLUSH_M, Mirrors
+from simulator.world.mirrors import FLUSH_M, Mirrors, lies_ahead
 
 ROUNDING_M = 1e-5  # crossings this far outside a mirror's rectangle are tried: those on its border count
 PENUMBRA_M = 0.4  # and those of paths to edges, which reach into shadows: 8 cm of detour where both ends are 2 m away
@@ -221,14 +221,16 @@ def _onwards(mirrors, allowed, level, goal):
             if not allowed[p]:
                 continue
             height = dot(before, mirrors.normal[n, p]) - mirrors.offset_m[n, p]
-            if depth > 0 and not (mirrors.ahead[side, last, p] and mirrors.ahead[int(height < 0.0), p, last]):
-                continue
             if (height == 0.0 and depth > 0) or (depth == 0 and mirrors.one_sided[p] and height < 0.0):
                 continue
             center, radius = mirrors.center_m[n, p], mirrors.radius_m[p]
             gap = max(distance(before, center) - radius, 0.0)
             onwards = max(distance(goal.center_m[n], center) - radius - goal.radius_m, 0.0)
             if gap + onwards > goal.limit_m or aside(before, beam[r, :depth], mirrors.corner_m[n, p], 0.0):
+                continue
+            if depth > 0 and not (
+                lies_ahead(mirrors.rest, side, last, p) and lies_ahead(mirrors.rest, int(height < 0.0), p, last)
+            ):
                 continue
             if found == len(rows):
                 rows, patches = grown(rows), grown(patches)

@@ -11,21 +11,23 @@ where phone and corner are in one plane. So a face that ends just before another
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.repeated import repeated
+from obstaclewatch.support.compiled import compiled
 from obstaclewatch.support.vectors import dot, norm, unit
 from simulator.meshes.planar_regions import COPLANAR_RAD
+from simulator.surfaces.near_balls import ASLANT, touching
 from simulator.surfaces.reflectors import PlanarPatches
 
 WIDEST_M = 2e-3  # an open crack of this width takes 0.3 dB off the echo of a wall at 1.5 m
 LEAST_M = 1e-9  # what mirrors take for their border anyway
+MOST_M = 6.0 * WIDEST_M  # from the ball about a patch: more than what is asked about a corner lies beside it
 ALIKE = 0.9  # least cosine between the two borders of a crack
-ASLANT = np.array([[0.8, 0.0, -0.6], [-0.36, 0.8, -0.48]])  # a view in which no upright or level edge is a point
 
 
 def cracks(patches: PlanarPatches, moves: Flags) -> tuple[Ints, Floats]:
@@ -72,23 +74,32 @@ def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
         moves: (O,) obstacles that move: they reach for themselves alone.
     """
     normal, point = patches.normal, patches.edge_m.reshape(-1, 3)
-    owner = np.repeat(np.arange(len(patches)), 2 * np.diff(patches.edge_start))
-    height = point @ normal.T - patches.offset_m
-    at, other = np.nonzero(np.abs(height) < WIDEST_M)
-    face, off = owner[at], height[at, other]
-    before = dot(patches.center_m[face], normal[other]) - patches.offset_m[other]
-    body, beside = patches.obstacle[face], patches.obstacle[other]
-    stays = (body == beside) | ~(moves[body] | moves[beside])
-    short = (off * before > off**2) & (np.abs(dot(normal[face], normal[other])) < ALIKE) & stays
-    at, face, other, off = (column[short] for column in (at, face, other, off))
-    inwards = unit(patches.center_m[face] - point[at])
-    foot = point[at] - off[:, None] * normal[other] + WIDEST_M * inwards
-    meets = np.logical_or(*(_inside(patches, other, foot + side * WIDEST_M * normal[face]) for side in (-1.0, 1.0)))
-    at, face, other, off = (column[meets] for column in (at, face, other, off))
+    face_of = np.repeat(np.arange(len(patches)), 2 * np.diff(patches.edge_start))
+    ends_before = partial(_ends_before, patches, moves, point, face_of)
+    at, other = touching((point, np.full(len(point), MOST_M)), (patches.center_m, patches.radius_m), ends_before)
+    face, off = face_of[at], dot(point[at], normal[other]) - patches.offset_m[other]
     towards = normal[other] - np.vecdot(normal[other], normal[face])[:, None] * normal[face]
     reached = point.copy()
     np.subtract.at(reached, at, (off / np.vecdot(towards, towards))[:, None] * towards)
     return replace(patches, edge_m=reached.reshape(-1, 2, 3))
+
+
+def _ends_before(patches: PlanarPatches, moves: Flags, point_m: Floats, face_of: Ints, at: Ints, other: Ints) -> Flags:
+    """(K,) whether corners (K,), of all (N, 3) and of faces (N,), end just before other patches (K,) at an angle."""
+    normal = patches.normal
+    found = np.abs(dot(point_m[at], normal[other]) - patches.offset_m[other]) < WIDEST_M
+    some = np.flatnonzero(found)
+    at, other, face = at[some], other[some], face_of[at[some]]
+    off = dot(point_m[at], normal[other]) - patches.offset_m[other]
+    before = dot(patches.center_m[face], normal[other]) - patches.offset_m[other]
+    body, beside = patches.obstacle[face], patches.obstacle[other]
+    stays = (body == beside) | ~(moves[body] | moves[beside])
+    short = stays & (off * before > off**2) & (np.abs(dot(normal[face], normal[other])) < ALIKE)
+    inwards = unit(patches.center_m[face] - point_m[at])
+    foot = point_m[at] - off[:, None] * normal[other] + WIDEST_M * inwards
+    sides = (foot + side * WIDEST_M * normal[face] for side in (-1.0, 1.0))
+    found[some] = short & np.logical_or(*(_inside(patches, other, side) for side in sides))
+    return np.asarray(found)
 
 
 def _near(patches: PlanarPatches, owner: Ints, moves: Flags) -> tuple[Ints, Ints]:
@@ -147,13 +158,19 @@ def _narrow(here: Floats, there: Floats, rows: Ints) -> tuple[Floats, Floats, In
 
 def _inside(patches: PlanarPatches, patch: Ints, point_m: Floats) -> Flags:
     """(K,) whether points (K, 3) of the planes of patches (K,) lie in these, by the parity of crossings."""
-    k, side = repeated(np.diff(patches.edge_start)[patch])
-    edge_m = patches.edge_m[patches.edge_start[patch][k] + side]
-    in_plane = np.argsort(np.abs(patches.normal[patch]), axis=1)[:, None, :2]
-    border = np.take_along_axis(edge_m - point_m[k, None], in_plane[k], axis=2)
-    (u0, v0), (u1, v1) = border[:, 0].T, border[:, 1].T
-    rises = (v0 > 0.0) != (v1 > 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = u0 - v0 / (v1 - v0) * (u1 - u0)
-    found: Flags = np.bincount(k[rises & (crossing > 0.0)], minlength=len(patch)) % 2 == 1
-    return found
+    in_plane = np.argsort(np.abs(patches.normal[patch]), axis=1)[:, :2]
+    return np.asarray(_crossed_oddly(patches.edge_m, patches.edge_start, patch, in_plane, point_m))  # type: ignore[call-arg]
+
+
+@compiled
+def _crossed_oddly(edge_m, edge_start, patch, in_plane, point_m):
+    """(K,) whether rays from points along the first of two axes (K, 2) cross an odd number of a patch's segments."""
+    odd = np.zeros(len(patch), np.bool_)
+    for k in range(len(patch)):
+        i, j = in_plane[k]
+        for e in range(edge_start[patch[k]], edge_start[patch[k] + 1]):
+            u0, v0 = edge_m[e, 0, i] - point_m[k, i], edge_m[e, 0, j] - point_m[k, j]
+            u1, v1 = edge_m[e, 1, i] - point_m[k, i], edge_m[e, 1, j] - point_m[k, j]
+            if (v0 > 0.0) != (v1 > 0.0) and u0 - v0 / (v1 - v0) * (u1 - u0) > 0.0:
+                odd[k] = not odd[k]
+    return odd

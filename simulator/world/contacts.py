@@ -15,10 +15,12 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
-from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.vectors import dot, norm
+from simulator.surfaces.near_balls import touching
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
 from simulator.world.corners import STANDS_ON_M, STEEP, leaning_ends
+from simulator.world.mirrors import Planes
 from simulator.world.visibility import Blocker
 
 CELL_M, MAX_CELLS = 0.1, 64  # what touches an edge between two places this far apart may be missed if it is a sheet
@@ -33,7 +35,7 @@ Blocked = Callable[[Ints, Floats, Floats], Flags]
 
 def exposed(
     wedges: Wedges, blockers: tuple[Blocker, ...], velocity_m_s: Floats, carried: Flags, patches: PlanarPatches,
-    follows: Flags,
+    at_rest: Planes,
 ) -> Wedges:  # fmt: skip
     """The free stretches of wedges, and whether their ends are corners.
 
@@ -43,7 +45,7 @@ def exposed(
         velocity_m_s: (O, 3) of obstacles.
         carried: (O,) obstacles that go with the walker: they touch nothing but themselves.
         patches: mirrors that stand there.
-        follows: (P, P) which may follow which (`mirrors.facing`).
+        at_rest: the same, to be asked which may follow which.
     """
     if len(wedges) == 0:
         return wedges
@@ -53,7 +55,7 @@ def exposed(
     low, high = _ending_on_mirrors(whole, np.stack([low, high], axis=1), cut, patches).T
     stretch = replace(whole, start_m=_place(whole, low), end_m=_place(whole, high))
     runs_on = cut | np.stack([_runs_on(stretch, end, blocked) for end in (0, 1)], axis=1)
-    leans_on = leaning_ends(stretch, runs_on, patches, follows, carried)
+    leans_on = leaning_ends(stretch, runs_on, patches, at_rest, carried)
     return replace(stretch, radiates=~runs_on | (leans_on >= 0), leans_on=leans_on)
 
 
@@ -124,16 +126,21 @@ def _any_blocked(wedges: Wedges, start: list[Floats], end: list[Floats], blocked
 def _ending_on_mirrors(wedges: Wedges, share: Floats, cut: Flags, patches: PlanarPatches) -> Floats:
     """(W, 2) shares of the length; those that are cut off (W, 2) within `ROUNDED_M` of a mirror end on it."""
     moved, (row, end) = share.copy(), np.nonzero(cut)
-    gap = patches.offset_m - _place(wedges[row], share[row, end]) @ patches.normal.T
-    cosine = wedges.along[row] @ patches.normal.T
-    at, patch = np.nonzero((np.abs(cosine) > STEEP) & (np.abs(gap) <= ROUNDED_M * np.abs(cosine)))
-    step = gap[at, patch] / cosine[at, patch]
+    point, along = _place(wedges[row], share[row, end]), wedges.along[row]
+
+    def gap_and_cosine(at: Ints, patch: Ints) -> tuple[Floats, Floats]:
+        normal = patches.normal[patch]
+        return patches.offset_m[patch] - dot(point[at], normal), dot(along[at], normal)
+
+    def close(at: Ints, patch: Ints) -> Flags:
+        gap, cosine = gap_and_cosine(at, patch)
+        return (np.abs(cosine) > STEEP) & (np.abs(gap) <= ROUNDED_M * np.abs(cosine))
+
+    at, patch = touching((point, np.full(len(point), ROUNDED_M)), (patches.center_m, patches.radius_m), close)
+    step = np.divide(*gap_and_cosine(at, patch))
     nearest_last = np.argsort(-np.abs(step), kind="stable")
-    at, patch, step = at[nearest_last], patch[nearest_last], step[nearest_last]
-    row, end = row[at], end[at]
-    inside = norm(_place(wedges[row], share[row, end]) - patches.center_m[patch]) <= patches.radius_m[patch] + ROUNDED_M
-    row, end = row[inside], end[inside]
-    moved[row, end] = share[row, end] + step[inside] / wedges.length_m[row]
+    row, end = row[at[nearest_last]], end[at[nearest_last]]
+    moved[row, end] = share[row, end] + step[nearest_last] / wedges.length_m[row]
     return moved
 
 

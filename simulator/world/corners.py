@@ -14,8 +14,10 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot, norm
+from simulator.surfaces.near_balls import touching
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
+from simulator.world.mirrors import Planes, facing
 
 SQUARE_SINE = 2e-7  # of the lean under which a corner is square: its two images, 4 times that apart at 1 m, are one
 NARROWEST_RAD = np.pi / 3.0  # between face and mirror; in narrower corners sound is reflected more than three times
@@ -25,7 +27,7 @@ STEEP = 0.1  # cosine to a patch's normal from which an edge runs into it and no
 SHORTEST_M = 0.01  # a crease of half a wavelength
 
 
-def corner_wedges(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carried: Flags) -> list[Wedges]:
+def corner_wedges(patches: PlanarPatches, at_rest: Planes, velocity_m_s: Floats, carried: Flags) -> list[Wedges]:
     """Creases between faces and the mirrors that they stand on, of their own body or another, as all stand at time 0.
 
     A crease moves with its face, so the mirror goes with it or rests, and the face stays on it. What goes with the
@@ -33,54 +35,66 @@ def corner_wedges(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, 
 
     Args:
         patches: of all obstacles.
-        follows: (P, P) which may follow which (`mirrors.facing`): others make no corner.
+        at_rest: the same, to be asked which may follow which: others make no corner.
         velocity_m_s: (O, 3) of the obstacles.
         carried: (O,) obstacles that go with the walker.
     """
-    face, mirror = _meeting(patches, follows, velocity_m_s, carried)
+    face, mirror = _meeting(patches, at_rest, velocity_m_s, carried)
     return [each for i, j in zip(face, mirror, strict=True) for each in _creases(patches, int(i), int(j))]
 
 
-def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, follows: Flags, carried: Flags) -> Ints:
+def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, at_rest: Planes, carried: Flags) -> Ints:
     """(W, 2) patch into which an edge runs at its start and its end other than squarely, or -1.
 
     Args:
         wedges: where they stand at time 0.
         runs_on: (W, 2) whether any surface stands across the edge there.
-        patches, follows, carried: as for `corner_wedges`.
+        patches, at_rest, carried: as for `corner_wedges`.
     """
     found = np.full(runs_on.shape, -1)
     if len(patches) == 0:
         return found
     row, end = np.nonzero(runs_on)
     point = np.where((end == 0)[:, None], wedges.start_m[row], wedges.end_m[row])
-    touches = np.abs(point @ patches.normal.T - patches.offset_m) < STANDS_ON_M
-    touches &= np.abs(wedges.along[row] @ patches.normal.T) > STEEP
-    touches &= np.logical_or.reduce(follows[wedges.patch[row]], axis=1) & ~carried[patches.obstacle]
-    at, patch = np.nonzero(touches & ~carried[wedges.obstacle[row], None])
-    inside = norm(point[at] - patches.center_m[patch]) <= patches.radius_m[patch]
-    slant = norm(np.cross(wedges.along[row[at]], patches.normal[patch]))
-    at, patch = at[inside & (slant > SQUARE_SINE)], patch[inside & (slant > SQUARE_SINE)]
+
+    def leans(at: Ints, patch: Ints) -> Flags:
+        normal, along = patches.normal[patch], wedges.along[row[at]]
+        touches = np.abs(dot(point[at], normal) - patches.offset_m[patch]) < STANDS_ON_M
+        touches &= (np.abs(dot(along, normal)) > STEEP) & (norm(np.cross(along, normal)) > SQUARE_SINE)
+        touches &= ~(carried[patches.obstacle[patch]] | carried[wedges.obstacle[row[at]]])
+        some = np.flatnonzero(touches)
+        faces = wedges.patch[row[at[some]]]
+        touches[some] = np.logical_or(*(facing(at_rest, face, patch[some]) for face in faces.T))  # type: ignore[call-arg]
+        return touches
+
+    at, patch = touching((point, np.zeros(len(point))), (patches.center_m, patches.radius_m), leans)
     found[row[at], end[at]] = patch
     return found
 
 
-def _meeting(patches: PlanarPatches, follows: Flags, velocity_m_s: Floats, carried: Flags) -> tuple[Ints, Ints]:
+def _meeting(patches: PlanarPatches, at_rest: Planes, velocity_m_s: Floats, carried: Flags) -> tuple[Ints, Ints]:
     """Pairs of a face and the mirror on which it may stand at an angle; of two that rest the wider is the mirror."""
     owner, radius, normal = patches.obstacle, patches.radius_m, patches.normal
-    cosine: Floats = np.abs(normal @ normal.T)
-    height: Floats = np.abs(patches.center_m @ normal.T - patches.offset_m)
-    meets: Flags = follows & (height <= radius[:, None] + STANDS_ON_M)
-    meets &= meets.T & (cosine > SQUARE_SINE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
-    face, mirror = np.nonzero(meets)
     moves = carried | velocity_m_s.any(axis=1)
-    wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))
-    stays = dot(velocity_m_s[owner[face]], normal[mirror]) == 0.0
-    apart = norm(patches.center_m[face] - patches.center_m[mirror])
-    together = owner[mirror] == owner[face]
-    keep = np.where(together, wider, ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays)
-    keep &= ~carried[owner[face]] & (apart <= radius[face] + radius[mirror] + STANDS_ON_M)
-    return face[keep], mirror[keep]
+
+    def stands_on(face: Ints, mirror: Ints) -> Flags:
+        wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))
+        stays = dot(velocity_m_s[owner[face]], normal[mirror]) == 0.0
+        together = owner[mirror] == owner[face]
+        kept = np.where(together, wider, ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays)
+        return kept & ~carried[owner[face]]
+
+    def meets(face: Ints, mirror: Ints) -> Flags:
+        cosine = np.abs(dot(normal[face], normal[mirror]))
+        kept = stands_on(face, mirror) & (cosine > SQUARE_SINE) & (cosine < np.sqrt(1.0 - PARALLEL**2))
+        for one, other in ((face, mirror), (mirror, face)):
+            height = dot(patches.center_m[one], normal[other]) - patches.offset_m[other]
+            kept &= np.abs(height) <= radius[one] + STANDS_ON_M
+        some = np.flatnonzero(kept)
+        kept[some] = facing(at_rest, face[some], mirror[some])  # type: ignore[call-arg]
+        return np.asarray(kept)
+
+    return touching((patches.center_m, radius + STANDS_ON_M), (patches.center_m, radius), meets)
 
 
 def _creases(patches: PlanarPatches, face: int, mirror: int) -> list[Wedges]:

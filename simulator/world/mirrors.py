@@ -7,11 +7,40 @@ from typing import NamedTuple
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.compiled import compiled, inlined
+from obstaclewatch.support.compiled_vectors import dot
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.world.frames import out_of_rest, rotated
 
 ON_BORDER_M = 1e-9  # crossings this close to a border are on it: rounding of coordinates up to some 100 m
 FLUSH_M = 1e-5  # what rises no higher over a plane lies in it: files of float32 round by up to 1e-6 m at 10 m
+
+
+class Planes(NamedTuple):
+    """P patches of O obstacles where they stand at time 0: which lies ahead of which is asked pair by pair.
+
+    All pairs of the 10^5 patches of a scan would fill 20 GB.
+
+    Attributes:
+        normal, offset_m, one_sided, obstacle, edge_m, edge_start: as in `PlanarPatches`.
+        moves: (O,) obstacles that move relative to the others; their patches may face any of another obstacle.
+    """
+
+    normal: Floats
+    offset_m: Floats
+    one_sided: Flags
+    obstacle: Ints
+    edge_m: Floats
+    edge_start: Ints
+    moves: Flags
+
+    @classmethod
+    def of(cls, patches: PlanarPatches, moves: Flags) -> Planes:
+        """The planes of patches."""
+        return cls(
+            patches.normal, patches.offset_m, patches.one_sided, patches.obstacle, patches.edge_m, patches.edge_start,
+            moves,
+        )  # fmt: skip
 
 
 class Mirrors(NamedTuple):
@@ -21,7 +50,7 @@ class Mirrors(NamedTuple):
         normal, offset_m, center_m: (N, P, 3), (N, P) and (N, P, 3) planes and centres in the world.
         corner_m: (N, P, 4, 3) rectangles round the patches, in the world.
         radius_m, one_sided, obstacle: (P,) as in `PlanarPatches`.
-        ahead: (2, P, P) from `those_ahead`.
+        rest: what lies ahead of what is asked of them at rest.
         frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
         rest_normal: (P, 3) in the rest frame of the obstacle.
         edge_m, edge_start: outlines in the rest frame, as in `PlanarPatches`.
@@ -35,7 +64,7 @@ class Mirrors(NamedTuple):
     radius_m: Floats
     one_sided: Flags
     obstacle: Ints
-    ahead: Flags
+    rest: Planes
     frames: Floats
     rest_normal: Floats
     edge_m: Floats
@@ -43,7 +72,7 @@ class Mirrors(NamedTuple):
     endless: Flags
 
 
-def placed_mirrors(patches: PlanarPatches, ahead: Flags, frames: Floats) -> Mirrors:
+def placed_mirrors(patches: PlanarPatches, rest: Planes, frames: Floats) -> Mirrors:
     """All patches where their obstacles stand, frames (N, O, 4)."""
     frame = frames[:, patches.obstacle]
     shape = (len(frames), len(patches), 3)
@@ -56,7 +85,7 @@ def placed_mirrors(patches: PlanarPatches, ahead: Flags, frames: Floats) -> Mirr
     whole = np.ascontiguousarray
     return Mirrors(
         whole(normal), whole(offset), whole(center), whole(corner), patches.radius_m, patches.one_sided,
-        patches.obstacle, ahead, frames, patches.normal, patches.edge_m, patches.edge_start,
+        patches.obstacle, rest, frames, patches.normal, patches.edge_m, patches.edge_start,
         np.zeros(len(patches), dtype=bool),
     )  # fmt: skip
 
@@ -73,26 +102,56 @@ def gaps_to_others(mirrors: Mirrors, pose: int, obstacle: int, point_m: Floats) 
     return np.where(near, gap, np.inf), normal
 
 
-def those_ahead(patches: PlanarPatches, moves: Flags) -> Flags:
-    """(2, P, P) whether patch j has some corner ahead of the front of patch i, and of its back; a body has no back.
-
-    Args:
-        moves: (O,) which obstacles move relative to the others; their patches may face any of another obstacle.
-    """
-    count = len(patches)
-    if count == 0:
-        return np.zeros((2, 0, 0), dtype=bool)
-    height = patches.edge_m.reshape(-1, 3) @ patches.normal.T - patches.offset_m  # segments run either way: both ends
-    span = 2 * patches.edge_start[:-1]
-    highest = np.maximum.reduceat(height, span, axis=0).T
-    lowest = np.minimum.reduceat(height, span, axis=0).T
-    ahead = np.stack([highest > FLUSH_M, (lowest < -FLUSH_M) & ~patches.one_sided[:, None]])
-    free = moves[patches.obstacle][:, None] | moves[patches.obstacle][None, :]
-    other = patches.obstacle[:, None] != patches.obstacle[None, :]
-    return ahead | (free & other)
+@compiled
+def lies_ahead(planes, side, one, other):
+    """Whether a patch has some corner ahead of the front (0) of another one, or of its back (1); a body has no back."""
+    obstacle = planes.obstacle[one], planes.obstacle[other]
+    if obstacle[0] != obstacle[1] and (planes.moves[obstacle[0]] or planes.moves[obstacle[1]]):
+        return True
+    if side == 1 and planes.one_sided[one]:
+        return False
+    up = 1.0 - 2.0 * side
+    for e in range(planes.edge_start[other], planes.edge_start[other + 1]):  # segments run either way: both ends
+        for end in range(2):
+            if up * (dot(planes.edge_m[e, end], planes.normal[one]) - planes.offset_m[one]) > FLUSH_M:
+                return True
+    return False
 
 
-def facing(ahead: Flags) -> Flags:
-    """(P, P) whether one patch may follow another on some side: `those_ahead` of either hold the other."""
-    either: Flags = np.logical_or.reduce(ahead)
-    return either & either.T
+@inlined
+def _face(planes, i, j):
+    """Whether two patches may follow one another: either lies ahead of a side of the other."""
+    there = lies_ahead(planes, 0, i, j) or lies_ahead(planes, 1, i, j)
+    return there and (lies_ahead(planes, 0, j, i) or lies_ahead(planes, 1, j, i))
+
+
+@compiled
+def facing(planes, one, other):
+    """(R,) whether patches (R,) and (R,) may follow one another."""
+    found = np.empty(len(one), np.bool_)
+    for r in range(len(one)):
+        found[r] = _face(planes, one[r], other[r])
+    return found
+
+
+@compiled
+def any_facing(planes):
+    """Whether any two patches may follow one another."""
+    for i in range(len(planes.offset_m)):
+        for j in range(i + 1):
+            if _face(planes, i, j):
+                return True
+    return False
+
+
+@compiled
+def any_ahead(planes):
+    """(P,) whether any patch lies ahead of some side of each."""
+    count = len(planes.offset_m)
+    found = np.zeros(count, np.bool_)
+    for i in range(count):
+        for j in range(count):
+            if lies_ahead(planes, 0, i, j) or lies_ahead(planes, 1, i, j):
+                found[i] = True
+                break
+    return found

@@ -36,7 +36,7 @@ from simulator.world.clearance import check_poses
 from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
 from simulator.world.frames import Carrier, Frames
-from simulator.world.mirrors import facing, those_ahead
+from simulator.world.mirrors import Planes
 from simulator.world.rounded_parts import corners_of, loose, rounded_facets, rounded_parts
 from simulator.world.visibility import Blocker, blocker
 from simulator.world.world import Tracing, World
@@ -197,7 +197,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     faces = _patches(parts)
     crack, strip = cracks(faces, moves)
     patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
-    ahead = those_ahead(patches, moves)
+    at_rest = Planes.of(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     meshes = [(np.asarray(part.reading.mesh.vertices), np.asarray(part.reading.mesh.faces)) for part in parts]
     blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
@@ -205,9 +205,8 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
         drift = velocities(obstacles)
-        follows = facing(ahead)
-        corners = corner_wedges(patches, follows, drift, carried)
-        wedges = exposed(merge_wedges([every, *corners]), blockers, drift, carried, patches, follows)
+        corners = corner_wedges(patches, at_rest, drift, carried)
+        wedges = exposed(merge_wedges([every, *corners]), blockers, drift, carried, patches, at_rest)
     readings = [part.reading for part in parts]
     own = rounded_facets(readings if "curved" in mechanisms else [], wedges)
     rounded, sharp = rounded_parts(readings, own), blockers
@@ -215,7 +214,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
         left = [loose(corners_of(r, ~o)) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
         sharp = _blockers(left, moves, faces.obstacle[crack], strip)
     return World(
-        obstacles, carried, origin_m, patches, ahead,
+        obstacles, carried, origin_m, patches, at_rest,
         tuple(surfaces if "curved" in mechanisms else []), wedges,
         tuple((part.reading, part.surface) for part in parts), blockers, rounded, sharp,
     )  # fmt: skip

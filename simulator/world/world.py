@@ -18,7 +18,7 @@ from simulator.surfaces.surface_borders import Border, borders_of
 from simulator.surfaces.wedges import Wedges
 from simulator.world.frames import Frames, wedges_out_of_rest
 from simulator.world.interactions import Numbering
-from simulator.world.mirrors import Mirrors, placed_mirrors
+from simulator.world.mirrors import Mirrors, Planes, any_ahead, any_facing, placed_mirrors
 from simulator.world.rounded_parts import RoundedParts, Screens, corners_of
 from simulator.world.shared_planes import planes_at_ends, planes_of, plates_of
 from simulator.world.visibility import OFFSET, Blocker
@@ -33,7 +33,7 @@ class World:
         carried: (O,) which of them go with the walker.
         origin_m: (3,) subtracted from all coordinates: far from the origin of a map, float64 keeps its micrometres.
         patches: planar patches of all obstacles.
-        ahead: (2, P, P) which patches lie ahead of the front and of the back of each (`mirrors.those_ahead`).
+        at_rest: the patches, to be asked which lies ahead of which.
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
         skins: what the facets of each obstacle are, and its smooth surface, for sums over it.
@@ -46,7 +46,7 @@ class World:
     carried: Flags
     origin_m: Floats
     patches: PlanarPatches
-    ahead: Flags
+    at_rest: Planes
     surfaces: tuple[SmoothSurface, ...]
     wedges: Wedges
     skins: tuple[tuple[MeshReading, SmoothSurface | None], ...]
@@ -58,6 +58,16 @@ class World:
     def clear_m(self) -> float:
         """How far clear of surfaces lines of sight begin and end, for Embree's float32."""
         return OFFSET * max((shadow.extent_m for shadow in self.blockers), default=1.0)
+
+    @cached_property
+    def sees_others(self) -> Flags:
+        """(P,) patches that have another one ahead on some side."""
+        return np.asarray(any_ahead(self.at_rest))  # type: ignore[call-arg]
+
+    @cached_property
+    def any_facing(self) -> bool:
+        """Whether some patch may follow another one."""
+        return bool(any_facing(self.at_rest))  # type: ignore[call-arg]
 
     @cached_property
     def borders(self) -> tuple[tuple[Border, ...], ...]:
@@ -190,7 +200,7 @@ class Tracing:
     @cached_property
     def mirrors(self) -> Mirrors:
         """The patches where they stand at each pose."""
-        return placed_mirrors(self.world.patches, self.world.ahead, self.placed)
+        return placed_mirrors(self.world.patches, self.world.at_rest, self.placed)
 
     @cached_property
     def wedges(self) -> Wedges:
