@@ -35,11 +35,11 @@ def _echoes(plate, source, receivers, frequency_hz, **fidelity):
     mics = np.concatenate([mics, mics[-1:] + [0.0, 0.0, 0.11]])[: len(mics) + len(mics) % 2]
     fidelity = {"level": "reference", "edge_floor_db": -np.inf, **fidelity}
     scene, pose = Scene([plate], Air.lossless(SPEED_M_S)), Pose([0.0, 0.0, 0.0], Rotation.identity())
-    heard = [
+    traced = [
         trace_paths(scene, Phone.ideal(source, two), pose, Fidelity(**fidelity))
         for two in np.split(mics, len(mics) // 2)
     ]
-    echoes = np.concatenate([paths[paths.order > 0].transfer_function(frequency_hz) for paths in heard])
+    echoes = np.concatenate([paths[paths.order > 0].transfer_function(frequency_hz) for paths in traced])
     return echoes[: len(receivers)]
 
 
