@@ -6,6 +6,7 @@ both sides.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -45,8 +46,8 @@ PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's p
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
 COARSE_LIGHT = Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE)
 BEHIND_OTHERS = Light(COARSE_SPOT_M, AGREED, ALIKE, BORDER_FACET_M)
-"""At `standard`: of a body before which nothing stands, and of one behind another, whose shadow lies elsewhere for each
-transducer, and ends on facets of any size. Of 20 cars behind people 90 % are within 0.6 dB so, and were within 1.8."""
+"""At `standard`: at poses where nothing stands before a body, and where another one does: its shadow lies elsewhere for
+each transducer, and ends on facets of any size. Of 20 cars behind people 90 % are within 0.6 dB so, and were within 1.8."""
 LIT_AT_ONCE = 2**26  # flags, of all facets for images that see any: bounds memory, however long the walk is
 COSINES = 257  # of incidence, between which the reflection is interpolated
 
@@ -59,15 +60,29 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     light, *sizes_m = _fineness(search.fidelity, reading)
     check_cut(search.tracing.world.obstacles[pairs.obstacle].name, reading, sizes_m[0])
     facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
-    spots = spots_of(facets, light.spot_m)
-    if light == COARSE_LIGHT and hidden_by_others(search.tracing, facets, spots):
-        light = BEHIND_OTHERS
-    sights, first, second = _sights(pairs)
+    spots, hidden = spots_of(facets, light.spot_m), np.zeros(len(search.tracing.pose), dtype=bool)
+    if light == COARSE_LIGHT:
+        hidden = hidden_by_others(search.tracing, facets, spots)
+    lights = (light, ~hidden), (BEHIND_OTHERS, hidden)
+    return [
+        part
+        for each, poses in lights
+        if poses.any()
+        for part in _in_parts(search, facets, spots, each, wanted[np.flatnonzero(poses[pairs.pose])])
+    ]
+
+
+def _in_parts(
+    search: Search, facets: Facets, spots: Spots, light: Light, wanted: Taken
+) -> Iterator[tuple[Candidates, Complexes]]:
+    """The same in one light, in parts that fit in memory."""
+    sights, first, second = _sights(wanted.pairs)
     seen = seeing(search.tracing, facets, spots, sights, light)
     wanted = wanted[np.flatnonzero(seen[first] & seen[second])]
     flags = np.bincount(sights.pose[seen], minlength=len(search.tracing.pose)).cumsum() * len(facets)
     part = (flags // LIT_AT_ONCE)[wanted.pairs.pose]
-    return [_in_part(search, facets, spots, light, wanted[np.flatnonzero(part == each)]) for each in np.unique(part)]
+    for each in np.unique(part):
+        yield _in_part(search, facets, spots, light, wanted[np.flatnonzero(part == each)])
 
 
 def _in_part(search: Search, facets: Facets, spots: Spots, light: Light, wanted: Taken) -> tuple[Candidates, Complexes]:

@@ -63,8 +63,8 @@ def seeing(tracing: Tracing, facets: Facets, spots: Spots, sights: Sights, light
     return (seen[between.before] | seen[between.after])[number]
 
 
-def hidden_by_others(tracing: Tracing, facets: Facets, spots: Spots) -> bool:
-    """Whether anything stands between the phone and the body's box at any pose.
+def hidden_by_others(tracing: Tracing, facets: Facets, spots: Spots) -> Flags:
+    """(N,) poses at which anything stands between the phone and the body's box.
 
     On the way to the spots that are asked first, each as far as the box: what the body hides of itself does not count.
     """
@@ -76,7 +76,8 @@ def hidden_by_others(tracing: Tracing, facets: Facets, spots: Spots) -> bool:
     sides = (facets.middle_m.min(axis=0) - begin) / step, (facets.middle_m.max(axis=0) - begin) / step
     entry = np.clip(np.minimum(*sides).max(axis=1), 0.0, 1.0)
     there = out_of_rest(begin + entry[:, None] * step, frame)
-    return not free_between(tracing, start, there, pose, tracing.world.blockers).all()
+    free = free_between(tracing, start, there, pose, tracing.world.blockers)
+    return np.asarray(~free.reshape(-1, len(facet)).all(axis=1))
 
 
 def _asked_first(facets: Facets, spots: Spots) -> Ints:

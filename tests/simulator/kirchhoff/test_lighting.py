@@ -237,3 +237,20 @@ def test_cars_behind_people_echo_alike_at_every_level(seed):
         return np.array(peak_levels_db(compressed(paths, of_target(paths, "car"))))
 
     assert np.abs(levels_db("standard") - levels_db("reference")).max() < 0.6
+
+
+def test_a_body_is_asked_for_finely_at_hidden_poses_alone():
+    """Cause: one pose at which a person stands before a car had all others of the walk asked for as finely."""
+    rng = np.random.default_rng(6)
+    car, person = (random_obstacle(category, rng, category) for category in ("car", "pedestrian"))
+    scene = Scene([placed(car, [4.5, 0.0], 1.0), placed(person, [1.3, 0.1], 0.0)])
+    places, phone = np.array([[0.0, 0.0, 1.3], [0.0, 4.0, 1.3]]), Phone.named("galaxy-s5")
+
+    def echoes(place_m):
+        pose = Pose(place_m, held_rotation(np.zeros(len(place_m)), 0.5))
+        paths = trace_paths(scene, phone, pose, Fidelity(level="standard"))
+        return paths[of_target(paths, "car")].transfer_function(np.linspace(18e3, 23e3, 51))
+
+    together = echoes(places)
+    apart = np.stack([echoes(place[None]) for place in places])
+    np.testing.assert_allclose(together.reshape(apart.shape), apart, atol=1e-9 * np.abs(apart).max())
