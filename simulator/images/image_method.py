@@ -237,14 +237,14 @@ def inside_patch(mirrors, n, p, x, y, z):
     x, y, z, yaw = x - frames[n, o, 0], y - frames[n, o, 1], z - frames[n, o, 2], frames[n, o, 3]
     if yaw != 0.0:
         x, y = rotated_back(x, y, np.cos(yaw), np.sin(yaw))
-    a, b, c = abs(mirrors.rest_normal[p, 0]), abs(mirrors.rest_normal[p, 1]), abs(mirrors.rest_normal[p, 2])
+    a, b, c = abs(mirrors.rest.normal[p, 0]), abs(mirrors.rest.normal[p, 1]), abs(mirrors.rest.normal[p, 2])
     i, j, u, v = 1, 2, y, z
     if c > max(a, b):
         i, j, u, v = 0, 1, x, y
     elif b > a:
         i, j, u, v = 2, 0, z, x
-    edges, odd = mirrors.edge_m, False
-    for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
+    edges, odd = mirrors.rest.edge_m, False
+    for e in range(mirrors.rest.edge_start[p], mirrors.rest.edge_start[p + 1]):
         ui, vi, uj, vj = edges[e, 0, i], edges[e, 0, j], edges[e, 1, i], edges[e, 1, j]
         if max(vi, vj) < v - ON_BORDER_M or min(vi, vj) > v + ON_BORDER_M or max(ui, uj) < u - ON_BORDER_M:
             continue  # not on the edge, and the edge not to the right
@@ -269,8 +269,8 @@ def nearest_border_m(mirrors, point, pose, sequence):
                 continue
             frame = mirrors.frames[pose[r], mirrors.obstacle[p]]
             fill_rest(point[pose[r]], frame, at)
-            for e in range(mirrors.edge_start[p], mirrors.edge_start[p + 1]):
-                least[r] = min(least[r], _from_segment(at, mirrors.edge_m[e]))
+            for e in range(mirrors.rest.edge_start[p], mirrors.rest.edge_start[p + 1]):
+                least[r] = min(least[r], _from_segment(at, mirrors.rest.edge_m[e]))
     return least
 
 

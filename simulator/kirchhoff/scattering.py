@@ -46,8 +46,8 @@ PLATE_FACET_M = 0.012  # coarser, and in coarser light, the shadow of a sign's p
 COARSE_PLATE_FACET_M = 0.04  # from COARSE_DB on, with quarters along that shadow's border
 COARSE_LIGHT = Light(COARSE_SPOT_M, AGREED, COARSE_ALIKE)
 BEHIND_OTHERS = Light(COARSE_SPOT_M, AGREED, ALIKE, BORDER_FACET_M)
-"""At `standard`: where nothing stands before a body, and at poses where another one does: its shadow lies elsewhere for
-each transducer, and ends on facets of any size. Of 20 cars behind people 90 % are within 0.6 dB so, else within 1.8."""
+"""At `standard`: at poses where nothing stands before a body, and where another one does. Its shadow ends elsewhere for
+each transducer, on facets of any size: 90 % of 20 cars behind people are within 0.6 dB, and were within 1.8."""
 LIT_AT_ONCE = 2**26  # flags, of all facets for images that see any: bounds memory, however long the walk is
 COSINES = 257  # of incidence, between which the reflection is interpolated
 

@@ -87,10 +87,10 @@ def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
 def _ends_before(patches: PlanarPatches, moves: Flags, point_m: Floats, face_of: Ints, at: Ints, other: Ints) -> Flags:
     """(K,) whether corners (K,), of all (N, 3) and of faces (N,), end just before other patches (K,) at an angle."""
     normal = patches.normal
-    found = np.abs(dot(point_m[at], normal[other]) - patches.offset_m[other]) < WIDEST_M
-    some = np.flatnonzero(found)
-    at, other, face = at[some], other[some], face_of[at[some]]
     off = dot(point_m[at], normal[other]) - patches.offset_m[other]
+    found = np.abs(off) < WIDEST_M
+    some = np.flatnonzero(found)
+    at, other, face, off = at[some], other[some], face_of[at[some]], off[some]
     before = dot(patches.center_m[face], normal[other]) - patches.offset_m[other]
     body, beside = patches.obstacle[face], patches.obstacle[other]
     stays = (body == beside) | ~(moves[body] | moves[beside])

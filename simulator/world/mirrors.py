@@ -50,10 +50,8 @@ class Mirrors(NamedTuple):
         normal, offset_m, center_m: (N, P, 3), (N, P) and (N, P, 3) planes and centres in the world.
         corner_m: (N, P, 4, 3) rectangles round the patches, in the world.
         radius_m, one_sided, obstacle: (P,) as in `PlanarPatches`.
-        rest: what lies ahead of what is asked of them at rest.
+        rest: their planes and outlines in the rest frames of their obstacles, which say what lies ahead of what.
         frames: (N, O, 4) where the obstacles stand (x, y, z, yaw).
-        rest_normal: (P, 3) in the rest frame of the obstacle.
-        edge_m, edge_start: outlines in the rest frame, as in `PlanarPatches`.
         endless: (P,) patches that sound is reflected off beside their outlines as well.
     """
 
@@ -66,9 +64,6 @@ class Mirrors(NamedTuple):
     obstacle: Ints
     rest: Planes
     frames: Floats
-    rest_normal: Floats
-    edge_m: Floats
-    edge_start: Ints
     endless: Flags
 
 
@@ -85,8 +80,7 @@ def placed_mirrors(patches: PlanarPatches, rest: Planes, frames: Floats) -> Mirr
     whole = np.ascontiguousarray
     return Mirrors(
         whole(normal), whole(offset), whole(center), whole(corner), patches.radius_m, patches.one_sided,
-        patches.obstacle, rest, frames, patches.normal, patches.edge_m, patches.edge_start,
-        np.zeros(len(patches), dtype=bool),
+        patches.obstacle, rest, frames, np.zeros(len(patches), dtype=bool),
     )  # fmt: skip
 
 
