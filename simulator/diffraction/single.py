@@ -23,7 +23,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
-from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_view import APEX, END, START, EdgeView
 from simulator.diffraction.faces_in_mirrors import bends_on, onto_faces
 from simulator.diffraction.finite_edge import edge_terms, strength_bounds
@@ -36,7 +36,7 @@ from simulator.images.unfolding import Turns, straightened, unfolded
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
-from simulator.world.mirrors import FLUSH_M
+from simulator.world.mirrors import FLUSH_M, ON_BORDER_M
 from simulator.world.rejection_log import Reason, Rejected
 from simulator.world.search_context import Search
 from simulator.world.visibility import COINCIDENT_M
@@ -182,6 +182,7 @@ def _contributions(search: Search, pairs: EdgePairs) -> tuple[EdgePairs, Ints, F
     view, radiates = pairs.view(wedges), wedges.radiates.take(pairs.wedge, axis=0)
     parts = APEX, START, END
     exists = [_has(radiates, view, part) & _has_partner(wedges, pairs, part, search.max_order) for part in parts]
+    exists[APEX] |= _apex_on_mirror(search.tracing, pairs, view)
     rows, part, bound = strength_bounds(view, np.array(exists), search.wavenumber_1_m, search.limit_m)
     return pairs[rows], part, bound
 
@@ -189,6 +190,23 @@ def _contributions(search: Search, pairs: EdgePairs) -> tuple[EdgePairs, Ints, F
 def _has(radiates: Flags, view: EdgeView, part: int) -> Flags:
     """(R,) whether an apex lies on its edge, or an end is one that radiates, (R, 2)."""
     return view.has(part) if part == APEX else radiates[:, part - START]
+
+
+def _apex_on_mirror(tracing: Tracing, pairs: EdgePairs, view: EdgeView) -> Flags:
+    """(R,) whether an apex lies right where its edge runs into the mirror next to it in the path.
+
+    With the mirror on the other side of the edge it lies there as well. Rounding would say of either by itself whether
+    it is on the edge; so both are, and `field.twins` keeps one.
+    """
+    there, height = np.zeros(len(pairs), dtype=bool), view.apex_height_m
+    past = np.stack([height, height - view.length_m], axis=1)
+    row, end = np.nonzero((np.abs(past) <= ON_BORDER_M) & ~tracing.world.wedges.radiates.take(pairs.wedge, axis=0))
+    some, at = pairs[row], row_of(tracing, pairs.wedge[row], pairs.pose[row])
+    point = np.where((end == 0)[:, None], tracing.wedges.start_m[at], tracing.wedges.end_m[at])
+    for mirror in (some.before.last[some.left], some.after.last[some.right]):
+        normal, offset = (each[some.pose, mirror] for each in (tracing.mirrors.normal, tracing.mirrors.offset_m))
+        there[row[(mirror >= 0) & (np.abs(dot(point, normal) - offset) < FLUSH_M)]] = True
+    return there
 
 
 def _has_partner(wedges: Wedges, pairs: EdgePairs, part: int, max_order: int) -> Flags:
