@@ -12,9 +12,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats
 from obstaclewatch.support.vectors import norm
-from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.edge_view import APEX, seen
 from simulator.diffraction.finite_edge import strength_bounds
-from simulator.diffraction.wedge_coordinates import seen
 from simulator.surfaces.wedges import Wedges
 
 INSET_M = 0.02  # corners are taken a wavelength inside their edges: on the line of an edge nothing is seen of it

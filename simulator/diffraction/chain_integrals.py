@@ -31,11 +31,10 @@ from simulator.diffraction.chain_paths import (
 from simulator.diffraction.chain_windows import Windowed, paths_of, windowed_chains
 from simulator.diffraction.edge_integrals import Face, face_of, half_way, over_three, over_two
 from simulator.diffraction.edge_nodes import nodes_of
-from simulator.diffraction.edge_view import APEX, END, START
+from simulator.diffraction.edge_view import APEX, END, START, at_poses, seen
 from simulator.diffraction.longer_chains import LONGEST, NEGLIGIBLE, Kept, Order, longer_chains
 from simulator.diffraction.single import diffracted_once, outside
 from simulator.diffraction.thin_panels import linked_edges
-from simulator.diffraction.wedge_coordinates import at_poses, seen
 from simulator.waves import band
 from simulator.world.audible import Audible
 from simulator.world.candidates import Candidates

@@ -9,9 +9,8 @@ import numpy as np
 from obstaclewatch.support.arrays import Complexes, Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import norm
-from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.edge_view import APEX, at_poses, seen
 from simulator.diffraction.single import clear_of_faces
-from simulator.diffraction.wedge_coordinates import at_poses, seen
 from simulator.world.candidates import Candidates, candidates
 from simulator.world.interactions import Interaction
 from simulator.world.line_of_sight import free_between

@@ -11,9 +11,8 @@ from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.chain_paths import ChainPaths
 from simulator.diffraction.edge_nodes import WINDOWS
-from simulator.diffraction.edge_view import APEX, END, START
+from simulator.diffraction.edge_view import APEX, END, START, at_poses
 from simulator.diffraction.thin_panels import linked_edges
-from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.surfaces.wedges import Wedges
 from simulator.world.world import Tracing
 

@@ -34,7 +34,7 @@ from obstaclewatch.support.arrays import Complexes, Flags, Floats, SingleComplex
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.vectors import dot, norm
 from simulator.diffraction.edge_nodes import WINDOWS, EdgeNodes
-from simulator.diffraction.wedge_coordinates import ON_FACE_RAD
+from simulator.diffraction.edge_view import ON_FACE_RAD
 
 STEP, TERMS = 0.25, 9  # of s: 4e-3 of the kernel's greatest value
 _S = STEP * np.arange(TERMS)

@@ -14,9 +14,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot
-from simulator.diffraction.edge_view import EdgeView
+from simulator.diffraction.edge_view import EdgeView, at_poses
 from simulator.diffraction.patch_borders import BORDER_REACH_RAD
-from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.images.image_method import REACHED, crossed
 from simulator.images.image_tree import EdgeImages
 from simulator.surfaces.wedges import Wedges

@@ -97,15 +97,31 @@ def weights(own_rad: Floats, detour_rad: Floats) -> Complexes:
     alike, and with p and q swapped 1 less the same.
     """
     p, q = np.broadcast_arrays(np.maximum(own_rad, LEAST_RAD), np.maximum(detour_rad, LEAST_RAD))
-    root, down = np.sqrt(p)[..., None], np.exp(-0.25j * np.pi)
-    span = np.log1p(FARTHEST / root)  # nodes by the logarithm, as the integrand runs over all decades from the root on
-    grown = np.exp(0.5 * span * (1.0 + _NODE))
-    place = root * (grown - 1.0)
-    x = np.sqrt(q / p)[..., None] + down * (grown - 1.0)
-    steep = np.exp(-(place**2) - 2.0 * np.conj(down) * np.sqrt(q)[..., None] * place)
-    inside = ((steep * grown / (1.0 + x * x)) @ _WEIGHT) * 0.5 * span[..., 0] * down
+    inside = _inside(p.flatten(), q.flatten()).reshape(p.shape)  # type: ignore[call-arg]
     share: Complexes = 2.0 / np.pi * inside / (_fresnel(p) * _fresnel(q))
     return share
+
+
+@compiled
+def _inside(p, q):
+    """(R,) integral of `weights` along the way of steepest descent, whose phase is that of the factor before it.
+
+    Its nodes follow the logarithm, as the integrand runs over all decades from the root of p on.
+    """
+    total, down = np.zeros(len(p), np.complex128), np.exp(-0.25j * np.pi)
+    for r in range(len(p)):
+        root, ratio, steepness = np.sqrt(p[r]), np.sqrt(q[r] / p[r]), np.sqrt(2.0 * q[r])
+        span = np.log1p(FARTHEST / root)
+        for k in range(len(_NODE)):
+            grown = np.exp(0.5 * span * (1.0 + _NODE[k]))
+            place = root * (grown - 1.0)
+            angle, x = steepness * place, ratio + down * (grown - 1.0)
+            if place**2 + angle > FARTHEST**2:
+                break
+            steep = np.exp(-(place**2) - angle) * (np.cos(angle) - 1j * np.sin(angle))
+            total[r] += _WEIGHT[k] * steep * grown / (1.0 + x * x)
+        total[r] *= 0.5 * span * down
+    return total
 
 
 def _fresnel(phase_rad: Floats) -> Complexes:

@@ -6,8 +6,8 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.edge_view import at_poses
 from simulator.diffraction.single import off_faces, point_slot
-from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.surfaces.wedges import Wedges
 from simulator.world.candidates import Candidates
 from simulator.world.line_of_sight import free_between

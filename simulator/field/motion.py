@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import dot, norm
 from simulator.curved import stationary as curved
-from simulator.diffraction.edge_view import APEX
+from simulator.diffraction.edge_view import APEX, seen
 from simulator.diffraction.single import edge_points, point_slot
-from simulator.diffraction.wedge_coordinates import seen
 from simulator.field.unfolded_motion import MICS, SPEAKER, Track, is_unfolded, retarded, track_of
 from simulator.images.given_planes import crossings_in_turn, images_in_turn, mirrors_about
 from simulator.scene.pose import Walk, poses_of

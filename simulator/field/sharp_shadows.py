@@ -28,11 +28,12 @@ from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
+from simulator.diffraction.edge_view import at_poses
 from simulator.diffraction.faces_in_mirrors import SQUARE_COSINE
 from simulator.diffraction.patch_borders import BORDER_REACH_RAD, over_edge, own_detours_m, shadow_share
 from simulator.diffraction.single import clear_of_faces, point_slot, views_of, within
-from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.free_segments import displaced_segments, free_segments
+from simulator.surfaces.near_balls import Groups
 from simulator.world.candidates import Candidates
 from simulator.world.frames import fill_rest
 from simulator.world.interactions import Interaction
@@ -197,31 +198,21 @@ def _near_segments(search: Search, found: Candidates) -> _Near:
     met = _planes_met(search.tracing, found, at, path, k)
     borders = met.copy()
     borders[~world.wedges.flat[found.edge[path]], 2:] = -1
-    convex = np.flatnonzero(world.wedges.free_angle_rad > np.pi)  # others hide nothing
-    wedges, planes, plates = world.wedges[convex], world.planes[world.wedges.patch], np.append(world.plates, -1)
-    edges = _Edges(
-        wedges.start_m,
-        wedges.end_m,
-        wedges.obstacle,
-        plates[planes[convex]],
-        world.planes_at_ends[convex],
-        world.edge_balls,
-    )
-    among = np.full(len(world.wedges), -1)
-    among[convex] = np.arange(len(convex))
+    wedges, planes, plates = world.wedges, world.planes[world.wedges.patch], np.append(world.plates, -1)
+    convex = wedges.free_angle_rad > np.pi  # others hide nothing
+    edges = _Edges(wedges.start_m, wedges.end_m, convex, plates[planes], world.planes_at_ends, world.edge_groups)
     straight = _Straight(
         found.points_m[path, k] - before[:, None] * ahead,
         found.points_m[path, k + 1] + beyond[:, None] * ahead,
         before,
         before + length[path, k],
         found.pose[path],
-        among[found.edge[path]],
+        found.edge[path],
         plates[borders],
         met,
     )
     most = BORDER_REACH_RAD / search.wavenumber_1_m
     detour, edge, height = _nearest(straight, search.tracing.placed, edges, most)  # type: ignore[call-arg]
-    edge = np.append(convex, -1)[edge]
     shared = (met[:, 2:, None] == planes[edge, None]).any(axis=2) & (met[:, 2:] >= 0) & (edge >= 0)[:, None]
     own = world.wedges.patch[found.edge[path], np.argmax(shared, axis=1)]
     near = _Near.nothing(length.shape)
@@ -258,22 +249,22 @@ def _planes_met(tracing: Tracing, found: Candidates, at: Ints, path: Ints, segme
 
 
 class _Edges(NamedTuple):
-    """W edges that hide something, obstacle by obstacle.
+    """W edges that may hide something.
 
     Attributes:
         start, end: (W, 3) at rest.
-        obstacle: (W,) whose.
+        hides: (W,) whether they do.
         plate: (W, 2) thin plates or planes of their faces.
         at_ends: (W, 2, M) planes in which their starts and ends lie, -1 padded.
-        ball: (O, 4) middles and radii of balls about the edges of each obstacle, at rest.
+        groups: neighbours among them, of one obstacle each, at rest.
     """
 
     start: Floats
     end: Floats
-    obstacle: Ints
+    hides: Flags
     plate: Ints
     at_ends: Ints
-    ball: Floats
+    groups: Groups
 
 
 class _Straight(NamedTuple):
@@ -309,29 +300,32 @@ def _nearest(straight, placed, edges, most):
         most: detours that are no longer count.
     """
     here, there, first, last, pose, own, apart, met = straight
-    start, end, obstacle, plate, at_ends, ball = edges
+    start, end, hides, plate, at_ends, groups = edges
     least, edge, height = np.full(len(pose), np.inf), np.full(len(pose), -1), np.zeros(len(pose))
     a, b = np.empty(3), np.empty(3)
     for s in range(len(pose)):
-        best, body, within, way = most, -1, False, distance(here[s], there[s])
-        for w in range(len(obstacle)):
-            if obstacle[w] != body:
-                body = obstacle[w]
+        best, body, way = most, -1, distance(here[s], there[s])
+        for g in range(len(groups.owner)):
+            if groups.owner[g] != body:
+                body = groups.owner[g]
                 fill_rest(here[s], placed[pose[s], body], a)
                 fill_rest(there[s], placed[pose[s], body], b)
-                to, fro = distance(a, ball[body, :3]), distance(b, ball[body, :3])
-                within = to + fro - way < most + 2.0 * ball[body, 3]
-            if not within or _touched(apart[s], plate[w]):
+            if distance(a, groups.ball[g, :3]) + distance(b, groups.ball[g, :3]) - way > best + 2.0 * groups.ball[g, 3]:
                 continue
-            h, to, fro = over_edge(a, b, start[w], end[w])
-            detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
-            aside = min(np.sqrt(max(to * to - along * along, 0.0)), CLOSE_M)
-            low = max(first[s] - aside, 0.0)  # what the way passes right at a mirror is passed on either side of it
-            close = CLOSE_M if w != own[s] else FLUSH_M
-            if detour >= best or not low <= along <= min(last[s] + aside, way) or min(to, fro) < close:
-                continue
-            if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
-                best, least[s], edge[s], height[s] = detour, max(detour, 0.0), w, h
+            for w in groups.member[groups.first[g] : groups.first[g + 1]]:
+                if not hides[w] or _touched(apart[s], plate[w]):
+                    continue
+                h, to, fro = over_edge(a, b, start[w], end[w])
+                detour, along = to + fro - way, 0.5 * (way + (to - fro) * (to + fro) / way)
+                if detour > best or (detour == best and not w < edge[s]):  # of two in one place the first
+                    continue
+                aside = min(np.sqrt(max(to * to - along * along, 0.0)), CLOSE_M)
+                low = max(first[s] - aside, 0.0)  # what the way passes right at a mirror is passed on either side of it
+                close = CLOSE_M if w != own[s] else FLUSH_M
+                if not low <= along <= min(last[s] + aside, way) or min(to, fro) < close:
+                    continue
+                if not _ends_there(met[s], at_ends[w], h, start[w], end[w]):
+                    best, least[s], edge[s], height[s] = detour, max(detour, 0.0), w, h
     return least, edge, height
 
 

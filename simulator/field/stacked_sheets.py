@@ -13,7 +13,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance, dot
 from obstaclewatch.support.vectors import dot as dot_rows
-from simulator.diffraction.wedge_coordinates import at_poses
+from simulator.diffraction.edge_view import at_poses
 from simulator.images.image_method import inside_patch
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction

@@ -7,9 +7,8 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import dot, norm
-from simulator.diffraction.edge_view import APEX, START
+from simulator.diffraction.edge_view import APEX, START, at_poses
 from simulator.diffraction.single import left_by_mirrors, point_slot, views_of
-from simulator.diffraction.wedge_coordinates import at_poses
 from simulator.field.stacked_sheets import PARALLEL_COS
 from simulator.images.image_method import REACHED, crossed
 from simulator.world.candidates import Candidates

@@ -1,4 +1,4 @@
-"""Which of many balls come near which others: the pairs that are worth asking, a block of them at a time.
+"""Which of many balls come near which others: pairs worth asking, a block at a time, and groups of neighbours.
 
 A scan has 10^5 patches, and all pairs of their corners and planes fill no memory.
 """
@@ -6,9 +6,11 @@ A scan has 10^5 patches, and all pairs of their corners and planes fill no memor
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
@@ -16,6 +18,7 @@ from obstaclewatch.support.vectors import norm
 ASLANT = np.array([[0.8, 0.0, -0.6], [-0.36, 0.8, -0.48]])  # a view in which no upright or level edge is a point
 Balls = tuple[Floats, Floats]
 AT_ONCE = 2**22  # pairs of a block
+GROUP = 16  # balls: a few hundred of them have some ten groups
 
 
 def touching(one: Balls, other: Balls, holds: Callable[[Ints, Ints], Flags]) -> tuple[Ints, Ints]:
@@ -45,6 +48,45 @@ def touching(one: Balls, other: Balls, holds: Callable[[Ints, Ints], Flags]) -> 
     first, second = np.concatenate(found, axis=1)
     turn = np.lexsort((second, first))
     return first[turn], second[turn]
+
+
+class Groups(NamedTuple):
+    """Balls in groups of neighbours, each within a ball of its own; a tuple of arrays, as compiled functions take it.
+
+    Attributes:
+        member: rows of the balls, group by group.
+        first: (G + 1,) where the members of each group begin.
+        owner: (G,) whose the members are.
+        ball: (G, 4) middles and radii.
+    """
+
+    member: Ints
+    first: Ints
+    owner: Ints
+    ball: Floats
+
+
+def grouped(center_m: Floats, radius_m: Floats, owner: Ints) -> Groups:
+    """Balls (N, 3) and (N,) in groups of `GROUP` at most, all of one owner (N,) each.
+
+    >>> groups = grouped(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), np.array([1.0, 1.0]), np.array([0, 0]))
+    >>> groups.member.tolist(), groups.ball.tolist()
+    ([0, 1], [[1.0, 0.0, 0.0, 2.0]])
+    """
+    runs: list[Ints] = []
+    owners: list[int] = []
+    for each in np.unique(owner):
+        own = np.flatnonzero(owner == each)
+        near = own[cKDTree(center_m[own], leafsize=GROUP).indices]  # leaf by leaf
+        runs += np.split(near, range(GROUP, len(near), GROUP))
+        owners += [each] * (len(runs) - len(owners))
+    balls = np.zeros((len(runs), 4))
+    for ball, run in zip(balls, runs, strict=True):
+        reach = radius_m[run, None]
+        middle = 0.5 * ((center_m[run] - reach).min(axis=0) + (center_m[run] + reach).max(axis=0))
+        ball[:] = *middle, (norm(center_m[run] - middle) + radius_m[run]).max()
+    member = np.concatenate([np.zeros(0, dtype=np.int64), *runs])
+    return Groups(member, np.cumsum([0, *map(len, runs)]), np.array(owners, dtype=np.int64), balls)
 
 
 def _squares(center_m: Floats, radius_m: Floats) -> np.ndarray:

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
-from obstaclewatch.support.vectors import norm
 from simulator.scene.pose import Pose
 from simulator.scene.scene import Obstacle
+from simulator.surfaces.near_balls import Groups, grouped
 from simulator.surfaces.opposite_edges import runs_to_opposite_m
 from simulator.surfaces.patch_ends import PatchEnds, patch_ends
 from simulator.surfaces.reflectors import MeshReading, PlanarPatches, SmoothSurface
@@ -125,15 +125,10 @@ class World:
         return runs_to_opposite_m(self.wedges)
 
     @cached_property
-    def edge_balls(self) -> Floats:
-        """(O, 4) middle and radius of a ball about the sharp edges of each obstacle, at rest; 0 without any."""
-        balls = np.zeros((len(self.obstacles), 4))
-        for obstacle in np.unique(self.wedges.obstacle):
-            own = self.wedges[np.flatnonzero(self.wedges.obstacle == obstacle)]
-            ends = np.concatenate([own.start_m, own.end_m])
-            middle = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
-            balls[obstacle] = *middle, norm(ends - middle).max()
-        return balls
+    def edge_groups(self) -> Groups:
+        """The sharp edges in groups of neighbours, at rest."""
+        middle = 0.5 * (self.wedges.start_m + self.wedges.end_m)
+        return grouped(middle, 0.5 * self.wedges.length_m, self.wedges.obstacle)
 
     @cached_property
     def numbering(self) -> Numbering:

@@ -3,8 +3,10 @@
 import tracemalloc
 
 import numpy as np
+import pytest
 import trimesh
 
+import simulator.diffraction.single
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, PreparedScene, Scene, held_rotation, trace_paths
 
 PHONE, POSE = Phone.named("ideal"), Pose([0.0, 0.0, 1.3], held_rotation(heading_rad=0.0))
@@ -33,3 +35,35 @@ def test_preparation() -> None:
     fidelity = Fidelity(max_order=1, mechanisms=("specular",))
     _peak_mb(_loose(30), fidelity)  # compiles
     assert _peak_mb(_loose(3000), fidelity) < 60.0
+
+
+def _shelf(rows: int) -> PreparedScene:
+    """A shelf of as many rows of as many boxes, on the ground."""
+    boxes = [
+        trimesh.creation.box(bounds=[[2.0 + 0.1 * (k % 3), y, z], [2.3, y + 0.3, z + 0.2]])
+        for k, (y, z) in enumerate((0.35 * i - 1.0, 0.02 + 0.22 * j) for i in range(rows) for j in range(rows))
+    ]
+    ground = trimesh.Trimesh([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]])
+    goods = Obstacle(trimesh.util.concatenate(boxes), Material.named("concrete"), "goods")
+    return PreparedScene(Scene([Obstacle(ground, Material.named("concrete"), "ground"), goods]))
+
+
+def test_edges_of_many_boxes() -> None:
+    """All pairs of images over all edges were unfolded at once: 850 MB of 64 boxes."""
+    fidelity = Fidelity(mechanisms=("specular", "edges"))
+    _peak_mb(_shelf(1), fidelity)  # compiles
+    assert _peak_mb(_shelf(8), fidelity) < 400.0
+
+
+def test_edges_a_block_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks bound memory; the paths are those that were found at once."""
+    scene, fidelity = _shelf(2), Fidelity(mechanisms=("specular", "edges"))
+    at_once = trace_paths(scene, PHONE, POSE, fidelity)
+    monkeypatch.setattr(simulator.diffraction.single, "AT_ONCE", 1000)
+    in_blocks = trace_paths(scene, PHONE, POSE, fidelity)
+    hz = np.linspace(18e3, 23e3, 21)
+    together = np.abs(at_once.transfer_function(hz))
+    assert len(in_blocks) == len(at_once)
+    np.testing.assert_allclose(
+        in_blocks.transfer_function(hz), at_once.transfer_function(hz), atol=1e-12 * together.max()
+    )

@@ -1,0 +1,201 @@
+"""Pairs of images over a sharp edge: one of the speaker, the edge, and one of a microphone.
+
+Millions of pairs are listed and thousands are kept. A pair is two row numbers until it is wanted, and where an image
+stands about its edge is worked out once, however many pairs it is part of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.rows import Rows
+from obstaclewatch.support.vectors import norm
+from simulator.diffraction.edge_view import EdgeView, cylindrical, row_of, this_side
+from simulator.diffraction.faces_in_mirrors import bends_on
+from simulator.images.image_pairs import Pairs, matches
+from simulator.images.image_tree import EdgeImages, images_lighting_edges
+from simulator.surfaces.wedges import Wedges
+from simulator.world.search_context import Search
+
+IN_PLANE_RAD = 1e-9  # from a mirror: what lies in its plane is its own image
+
+
+@dataclass(frozen=True)
+class EdgeSights(Rows):
+    """I images and the edges that they see.
+
+    Attributes:
+        images: by pose, then wedge.
+        radius_m, angle_rad, height_m: (I,) distance from the edge's line, angle from face 0, height above its start.
+        least_m: (I,) what the way from an image to its edge is not shorter than.
+    """
+
+    images: EdgeImages
+    radius_m: Floats
+    angle_rad: Floats
+    height_m: Floats
+    least_m: Floats
+
+    def place(self, rows: Ints) -> tuple[Floats, Floats, Floats]:
+        """Distances, angles and heights of some rows."""
+        return self.radius_m[rows], self.angle_rad[rows], self.height_m[rows]
+
+    @cached_property
+    def last(self) -> Ints:
+        """(I,) mirror met next to the edge, -1 for none."""
+        images = self.images
+        if images.sequence.shape[1] == 0:
+            return np.full(len(images), -1)
+        last = images.sequence[np.arange(len(images)), images.order - 1]
+        return np.where(images.order > 0, last, -1)
+
+
+@dataclass(frozen=True)
+class EdgePairs:
+    """R pairs of images over an edge.
+
+    Attributes:
+        before, after: images of the speaker and of both microphones that see an edge.
+        left, right: (R,) rows of these.
+        mic: (R,) microphone at which each pair ends.
+    """
+
+    before: EdgeSights
+    after: EdgeSights
+    left: Ints
+    right: Ints
+    mic: Ints
+
+    def __len__(self) -> int:
+        return len(self.left)
+
+    def __getitem__(self, rows: Ints) -> EdgePairs:
+        return EdgePairs(self.before, self.after, self.left[rows], self.right[rows], self.mic[rows])
+
+    @classmethod
+    def joined(cls, parts: Sequence[EdgePairs]) -> EdgePairs:
+        """All of several pairs of the same images."""
+        left, right, mic = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic")
+        )
+        return cls(parts[0].before, parts[0].after, left, right, mic)
+
+    @property
+    def wedge(self) -> Ints:
+        """(R,) edge."""
+        return self.before.images.wedge[self.left]
+
+    @property
+    def pose(self) -> Ints:
+        """(R,)."""
+        return self.before.images.pose[self.left]
+
+    @property
+    def order(self) -> Ints:
+        """(R,) number of mirrors."""
+        return self.before.images.order[self.left] + self.after.images.order[self.right]
+
+    def images(self) -> Pairs:
+        """The images themselves."""
+        return Pairs(self.mic, self.before.images[self.left], self.after.images[self.right])
+
+    def view(self, wedges: Wedges) -> EdgeView:
+        """How the images of each pair see their edge, of all wedges in the scene."""
+        source, receiver, wedge = self.before.place(self.left), self.after.place(self.right), self.wedge
+        return EdgeView(*source, *receiver, wedges.length_m[wedge], wedges.open_angle_rad[wedge])
+
+    def beside(self, mirror: Ints) -> Flags:
+        """(R,) whether either image is one in a given mirror of each pair, next to the edge; never for -1."""
+        met = (self.before.last[self.left] == mirror) | (self.after.last[self.right] == mirror)
+        return (mirror >= 0) & met
+
+
+def edge_pairs(search: Search) -> EdgePairs:
+    """Images of the speaker with those of a microphone at the same pose and edge, within order and range.
+
+    What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
+    """
+    wedges, mirrors = search.tracing.world.wedges, search.max_order - 1
+    lit = _sights(search, search.tracing.source_m)
+    parts = []
+    for mic in range(2):
+        received = _sights(search, search.tracing.mics_m[:, mic])
+        mirror = wedges.mirror[received.images.wedge]
+        received = received[np.flatnonzero((mirror < 0) | (received.last != mirror))]
+        key, other = (each.images.pose * len(wedges) + each.images.wedge for each in (lit, received))
+        left, right = matches(key, lit.images.order, other, received.images.order, mirrors)
+        parts.append(_kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic))))
+    after = EdgeSights.joined([part.after for part in parts])
+    left, right, mics = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic"))
+    return EdgePairs(lit, after, left, right + mics * len(parts[0].after), mics)
+
+
+def _sights(search: Search, point_m: Floats) -> EdgeSights:
+    """Images of (N, 3) points, one a pose, and the edges that they see from outside."""
+    tracing = search.tracing
+    wedges, rest = tracing.wedges, tracing.world.wedges
+    start, end = (each.reshape(len(tracing.pose), len(rest), 3) for each in (wedges.start_m, wedges.end_m))
+    allowed = np.ones((search.max_order - 1, len(search.large_mirrors)), dtype=bool)
+    allowed[1:] &= search.large_mirrors
+    images = images_lighting_edges(
+        tracing.mirrors, rest, start, end, allowed, search.large_towards, point_m, search.limit_m
+    )
+    row = row_of(tracing, images.wedge, images.pose)
+    radius, angle, height = cylindrical(wedges, row, images.point_m)
+    middle = (0.5 * (wedges.start_m + wedges.end_m)).take(row, axis=0)
+    least = norm(images.point_m - middle) - 0.5 * rest.length_m[images.wedge]
+    turn = rest.open_angle_rad[images.wedge]
+    reached = (angle >= 0.0) & (angle <= turn)
+    behind = np.flatnonzero(~reached)
+    reached[behind] = bends_on(search, images[behind], radius[behind], angle[behind])
+    sights = EdgeSights(images, radius, angle, height, least)
+    return sights[reached & _before_mirror(sights, rest)]
+
+
+def _before_mirror(sights: EdgeSights, wedges: Wedges) -> Flags:
+    """(I,) whether images about corners come from before the mirror there: its image in it lies beyond, and only that.
+
+    Behind a sheet that is folded a corner opens on the one side, and what is on the other has no part in it.
+    """
+    wedge = sights.images.wedge
+    past = sights.angle_rad - wedges.free_angle_rad[wedge]
+    mirrored = sights.last == wedges.mirror[wedge]
+    return (wedges.mirror[wedge] < 0) | (np.where(mirrored, -past, past) <= IN_PLANE_RAD)
+
+
+def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
+    """Those within the range that may be met, on this side of their edge, and whose mirrors are large or one at most.
+
+    Either may lie inside the edge: what runs along a face of it bends on there (`faces_in_mirrors`).
+    """
+    wedges = search.tracing.world.wedges
+    least = pairs.before.least_m[pairs.left] + pairs.after.least_m[pairs.right]
+    pairs = pairs[np.flatnonzero(least <= search.limit_m)]
+    pairs = pairs[_by_large_patches(search, pairs)]
+    view = pairs.view(wedges)
+    return pairs[np.flatnonzero(this_side(view, wedges.sheet_m[pairs.wedge]))]
+
+
+def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
+    """Rows all of whose mirrors and a face of whose edge are large, or that have one mirror at most.
+
+    So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
+    of them alone is far too loud.
+    """
+    wedges = search.tracing.world.wedges
+    large = np.append(search.large_mirrors, True)  # -1: curved, or no mirror
+    towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)
+    several = pairs.order > 1
+    rows = np.flatnonzero(several)
+    some = pairs[rows]
+    kept = large[wedges.patch[some.wedge]].any(axis=1)
+    for sights, row in ((some.before, some.left), (some.after, some.right)):
+        met = towards[sights.images.sequence, wedges.obstacle[sights.images.wedge, None]]
+        kept &= np.logical_and.reduce(met, axis=1)[row]
+    several[rows] = ~kept
+    return np.flatnonzero(~several)
