@@ -6,7 +6,7 @@ stands about its edge is worked out once, however many pairs it is part of.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +23,8 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.search_context import Search
 
 IN_PLANE_RAD = 1e-9  # from a mirror: what lies in its plane is its own image
+NEVER = 2**15  # mirrors: more than any path has
+AT_ONCE = 2**18  # pairs
 
 
 @dataclass(frozen=True)
@@ -31,11 +33,13 @@ class EdgeSights(Rows):
 
     Attributes:
         images: by pose, then wedge.
+        end: (I,) the microphone whose images they are; 0 for the speaker's.
         radius_m, angle_rad, height_m: (I,) distance from the edge's line, angle from face 0, height above its start.
         least_m: (I,) what the way from an image to its edge is not shorter than.
     """
 
     images: EdgeImages
+    end: Ints
     radius_m: Floats
     angle_rad: Floats
     height_m: Floats
@@ -62,28 +66,29 @@ class EdgePairs:
     Attributes:
         before, after: images of the speaker and of both microphones that see an edge.
         left, right: (R,) rows of these.
-        mic: (R,) microphone at which each pair ends.
     """
 
     before: EdgeSights
     after: EdgeSights
     left: Ints
     right: Ints
-    mic: Ints
 
     def __len__(self) -> int:
         return len(self.left)
 
     def __getitem__(self, rows: Ints) -> EdgePairs:
-        return EdgePairs(self.before, self.after, self.left[rows], self.right[rows], self.mic[rows])
+        return EdgePairs(self.before, self.after, self.left[rows], self.right[rows])
 
     @classmethod
     def joined(cls, parts: Sequence[EdgePairs]) -> EdgePairs:
         """All of several pairs of the same images."""
-        left, right, mic = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic")
-        )
-        return cls(parts[0].before, parts[0].after, left, right, mic)
+        left, right = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right"))
+        return cls(parts[0].before, parts[0].after, left, right)
+
+    @property
+    def mic(self) -> Ints:
+        """(R,) microphone at which each pair ends."""
+        return self.after.end[self.right]
 
     @property
     def wedge(self) -> Ints:
@@ -115,35 +120,55 @@ class EdgePairs:
         return (mirror >= 0) & met
 
 
-def edge_pairs(search: Search) -> EdgePairs:
-    """Images of the speaker with those of a microphone at the same pose and edge, within order and range.
+def edge_pairs(search: Search) -> Iterator[EdgePairs]:
+    """Images of the speaker with those of a microphone at the same pose and edge, within order and range, by blocks.
 
     What a face on a mirror and its image diffract has that mirror before it or not: behind it, it would be the same.
     """
-    wedges, mirrors = search.tracing.world.wedges, search.max_order - 1
-    lit = _sights(search, search.tracing.source_m)
-    parts = []
-    for mic in range(2):
-        received = _sights(search, search.tracing.mics_m[:, mic])
-        mirror = wedges.mirror[received.images.wedge]
-        received = received[np.flatnonzero((mirror < 0) | (received.last != mirror))]
-        key, other = (each.images.pose * len(wedges) + each.images.wedge for each in (lit, received))
-        left, right = matches(key, lit.images.order, other, received.images.order, mirrors)
-        parts.append(_kept(search, EdgePairs(lit, received, left, right, np.full(len(left), mic))))
-    after = EdgeSights.joined([part.after for part in parts])
-    left, right, mics = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right", "mic"))
-    return EdgePairs(lit, after, left, right + mics * len(parts[0].after), mics)
+    wedges, tracing = search.tracing.world.wedges, search.tracing
+    lit = _sights(search, tracing.source_m, 0)
+    received = EdgeSights.joined([_sights(search, tracing.mics_m[:, mic], mic) for mic in range(2)])
+    mirror = wedges.mirror[received.images.wedge]
+    received = received[np.flatnonzero((mirror < 0) | (received.last != mirror))]
+    received = received[np.argsort(_keys(received, wedges), kind="stable")]
+    (key, order), (other, other_order) = ((_keys(each, wedges), _orders(search, each)) for each in (lit, received))
+    begin, end = (np.searchsorted(other, key, side) for side in ("left", "right"))  # type: ignore[call-overload]
+    most = search.max_order - 1
+    for rows in _blocks(_partners(order, begin, end, other_order, most)):
+        some = slice(begin[rows].min(initial=0), end[rows].max(initial=0))
+        left, right = matches(key[rows], order[rows], other[some], other_order[some], most)
+        yield _kept(search, EdgePairs(lit, received, rows[left], right + some.start))
 
 
-def _sights(search: Search, point_m: Floats) -> EdgeSights:
+def _partners(order: Ints, begin: Ints, end: Ints, other_order: Ints, most: int) -> Ints:
+    """(R,) how many of the others from `begin` (R,) to `end` (R,) have at most `most` mirrors with each."""
+    count = np.zeros(len(order), dtype=np.int64)
+    for n in range(most + 1):
+        rows, before = np.flatnonzero(order == n), np.append(0, np.cumsum(other_order <= most - n))
+        count[rows] = before[end[rows]] - before[begin[rows]]
+    return count
+
+
+def _keys(sights: EdgeSights, wedges: Wedges) -> Ints:
+    """(I,) the same for images that see one edge at one pose; they are sorted by it."""
+    return sights.images.pose * len(wedges) + sights.images.wedge
+
+
+def _blocks(partners: Ints) -> list[Ints]:
+    """Rows in turn, some at a time, that have so many partners each (R,)."""
+    stop = np.flatnonzero(np.diff(np.cumsum(partners) // AT_ONCE)) + 1
+    return np.split(np.arange(len(partners)), stop)
+
+
+def _sights(search: Search, point_m: Floats, end: int) -> EdgeSights:
     """Images of (N, 3) points, one a pose, and the edges that they see from outside."""
     tracing = search.tracing
     wedges, rest = tracing.wedges, tracing.world.wedges
-    start, end = (each.reshape(len(tracing.pose), len(rest), 3) for each in (wedges.start_m, wedges.end_m))
+    starts, ends = (each.reshape(len(tracing.pose), len(rest), 3) for each in (wedges.start_m, wedges.end_m))
     allowed = np.ones((search.max_order - 1, len(search.large_mirrors)), dtype=bool)
     allowed[1:] &= search.large_mirrors
     images = images_lighting_edges(
-        tracing.mirrors, rest, start, end, allowed, search.large_towards, point_m, search.limit_m
+        tracing.mirrors, rest, starts, ends, allowed, search.large_towards, point_m, search.limit_m
     )
     row = row_of(tracing, images.wedge, images.pose)
     radius, angle, height = cylindrical(wedges, row, images.point_m)
@@ -153,7 +178,7 @@ def _sights(search: Search, point_m: Floats) -> EdgeSights:
     reached = (angle >= 0.0) & (angle <= turn)
     behind = np.flatnonzero(~reached)
     reached[behind] = bends_on(search, images[behind], radius[behind], angle[behind])
-    sights = EdgeSights(images, radius, angle, height, least)
+    sights = EdgeSights(images, np.full(len(images), end), radius, angle, height, least)
     return sights[reached & _before_mirror(sights, rest)]
 
 
@@ -169,33 +194,25 @@ def _before_mirror(sights: EdgeSights, wedges: Wedges) -> Flags:
 
 
 def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
-    """Those within the range that may be met, on this side of their edge, and whose mirrors are large or one at most.
+    """Those within the range that may be met, on this side of their edge.
 
     Either may lie inside the edge: what runs along a face of it bends on there (`faces_in_mirrors`).
     """
     wedges = search.tracing.world.wedges
     least = pairs.before.least_m[pairs.left] + pairs.after.least_m[pairs.right]
     pairs = pairs[np.flatnonzero(least <= search.limit_m)]
-    pairs = pairs[_by_large_patches(search, pairs)]
-    view = pairs.view(wedges)
-    return pairs[np.flatnonzero(this_side(view, wedges.sheet_m[pairs.wedge]))]
+    return pairs[np.flatnonzero(this_side(pairs.view(wedges), wedges.sheet_m[pairs.wedge]))]
 
 
-def _by_large_patches(search: Search, pairs: EdgePairs) -> Ints:
-    """Rows all of whose mirrors and a face of whose edge are large, or that have one mirror at most.
+def _orders(search: Search, sights: EdgeSights) -> Ints:
+    """(I,) for how many mirrors images count: all that a path may have where patches are small, of either.
 
-    So it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one
-    of them alone is far too loud.
+    One mirror alone may always be met. Where there are several, all of them must be large, and a face of the edge. So
+    it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one of
+    them alone is far too loud.
     """
-    wedges = search.tracing.world.wedges
-    large = np.append(search.large_mirrors, True)  # -1: curved, or no mirror
-    towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)
-    several = pairs.order > 1
-    rows = np.flatnonzero(several)
-    some = pairs[rows]
-    kept = large[wedges.patch[some.wedge]].any(axis=1)
-    for sights, row in ((some.before, some.left), (some.after, some.right)):
-        met = towards[sights.images.sequence, wedges.obstacle[sights.images.wedge, None]]
-        kept &= np.logical_and.reduce(met, axis=1)[row]
-    several[rows] = ~kept
-    return np.flatnonzero(~several)
+    images, world = sights.images, search.tracing.world
+    towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)  # -1: no mirror
+    large = np.append(search.large_mirrors, True)[world.wedges.patch[images.wedge]].any(axis=1)  # -1: curved
+    large &= np.logical_and.reduce(towards[images.sequence, world.wedges.obstacle[images.wedge, None]], axis=1)
+    return np.where(large | (images.order == 0), images.order, np.where(images.order == 1, search.max_order - 1, NEVER))

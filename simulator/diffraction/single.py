@@ -13,6 +13,7 @@ moves against it, while its far edge alone keeps -35 dB: the waves from edge to 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -36,7 +37,7 @@ from simulator.world.search_context import Search
 from simulator.world.world import Tracing
 
 INTO_M = 0.01  # from an end on: an edge that a mirror shows there it shows up to its end
-AT_ONCE = 2**17  # pairs of images over an edge, and contributions
+AT_ONCE = 2**17  # contributions: what is kept in memory of all of them is little
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,13 @@ class _Contributions:
     def __getitem__(self, rows: Ints) -> _Contributions:
         return _Contributions(self.pairs[rows], self.part[rows], self.bound[rows])
 
+    @classmethod
+    def joined(cls, some: Sequence[_Contributions]) -> _Contributions:
+        """All of several, part by part."""
+        pairs, part, bound = zip(*((each.pairs, each.part, each.bound) for each in some), strict=True)
+        every = cls(EdgePairs.joined(pairs), np.concatenate(part), np.concatenate(bound))
+        return every[np.argsort(every.part, kind="stable")]
+
     @property
     def at(self) -> tuple[Ints, Ints]:
         """(R,) pose and microphone."""
@@ -71,20 +79,14 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
     Args:
         loudest: (N, 2) strongest other echo at each pose and microphone.
     """
-    every, strongest, kept = edge_pairs(search), loudest.copy(), []
-    for rows in _blocks(len(every)):
-        some = _contributions(search, every[rows])
+    strongest, kept = loudest.copy(), []
+    for some_pairs in edge_pairs(search):
+        some = _contributions(search, some_pairs)
         np.maximum.at(strongest, some.at, some.bound)
         kept.append(_audible(search, some, strongest))
-    pairs, part, bound = zip(*((some.pairs, some.part, some.bound) for some in kept), strict=True)
-    loud = _Contributions(EdgePairs.joined(pairs), np.concatenate(part), np.concatenate(bound))
-    loud = _audible(search, loud[np.argsort(loud.part, kind="stable")], strongest)
-    return Candidates.joined([_shown(search, loud[rows], strongest) for rows in _blocks(len(loud))])
-
-
-def _blocks(count: int) -> list[Ints]:
-    """The rows, in turn, some at a time: what is kept in memory of all of them is little."""
-    return np.array_split(np.arange(count), count // AT_ONCE + 1)
+    loud = _audible(search, _Contributions.joined(kept), strongest)
+    blocks = np.array_split(np.arange(len(loud)), len(loud) // AT_ONCE + 1)
+    return Candidates.joined([_shown(search, loud[rows], strongest) for rows in blocks])
 
 
 def _audible(search: Search, some: _Contributions, strongest: Floats) -> _Contributions:

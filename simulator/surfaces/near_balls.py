@@ -18,7 +18,7 @@ from obstaclewatch.support.vectors import norm
 ASLANT = np.array([[0.8, 0.0, -0.6], [-0.36, 0.8, -0.48]])  # a view in which no upright or level edge is a point
 Balls = tuple[Floats, Floats]
 AT_ONCE = 2**22  # pairs of a block
-GROUP = 16  # balls: a few hundred of them have some ten groups
+GROUP = 16  # balls: so many are asked one by one
 
 
 def touching(one: Balls, other: Balls, holds: Callable[[Ints, Ints], Flags]) -> tuple[Ints, Ints]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import simulator.diffraction.edge_pairs
 import simulator.diffraction.single
 from simulator import Fidelity, Material, Obstacle, Phone, Pose, PreparedScene, Scene, held_rotation, trace_paths
 
@@ -59,7 +60,8 @@ def test_edges_a_block_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks bound memory; the paths are those that were found at once."""
     scene, fidelity = _shelf(2), Fidelity(mechanisms=("specular", "edges"))
     at_once = trace_paths(scene, PHONE, POSE, fidelity)
-    monkeypatch.setattr(simulator.diffraction.single, "AT_ONCE", 1000)
+    for stage in simulator.diffraction.edge_pairs, simulator.diffraction.single:
+        monkeypatch.setattr(stage, "AT_ONCE", 500)
     in_blocks = trace_paths(scene, PHONE, POSE, fidelity)
     hz = np.linspace(18e3, 23e3, 21)
     together = np.abs(at_once.transfer_function(hz))
