@@ -211,8 +211,11 @@ def _orders(search: Search, sights: EdgeSights) -> Ints:
     it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one of
     them alone is far too loud.
     """
-    images, world = sights.images, search.tracing.world
+    orders, wedges = sights.images.order.copy(), search.tracing.world.wedges
+    rows = np.flatnonzero(orders > 0)
+    some = sights.images[rows]
     towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)  # -1: no mirror
-    large = np.append(search.large_mirrors, True)[world.wedges.patch[images.wedge]].any(axis=1)  # -1: curved
-    large &= np.logical_and.reduce(towards[images.sequence, world.wedges.obstacle[images.wedge, None]], axis=1)
-    return np.where(large | (images.order == 0), images.order, np.where(images.order == 1, search.max_order - 1, NEVER))
+    large = np.append(search.large_mirrors, True)[wedges.patch[some.wedge]].any(axis=1)  # -1: curved
+    large &= np.logical_and.reduce(towards[some.sequence, wedges.obstacle[some.wedge, None]], axis=1)
+    orders[rows[~large]] = np.where(some.order[~large] == 1, search.max_order - 1, NEVER)
+    return orders
