@@ -3,6 +3,9 @@
 Embree tells what hides what to within its float32, so it lets the last micrometres before a surface pass: two sheets
 closer than that would both echo. Here the gap is resolved in float64. Of sheets closer than `RESOLVED_M`, which no
 coordinate tells apart, the first listed is in front.
+
+The mesh of a smooth surface stands off it, so that what lies closer than that over it hides nothing there either. Of
+two such surfaces each has a path of its own, and the shorter one is over that in front.
 """
 
 from __future__ import annotations
@@ -12,7 +15,9 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.compiled import compiled, inlined
 from obstaclewatch.support.compiled_vectors import distance, dot
+from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import dot as dot_rows
+from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import at_poses
 from simulator.images.image_method import inside_patch
 from simulator.world.candidates import Candidates
@@ -28,10 +33,34 @@ BLIND = 4.0  # times `OFFSET` of the largest coordinate: what Embree may let pas
 
 
 def covered(tracing: Tracing, found: Candidates) -> Flags:
-    """(C,) whether a sheet lies on a reflecting plane or sharp edge of a path, on the side of the path."""
+    """(C,) whether a sheet lies on a reflecting surface or sharp edge of a path, on the side of the path."""
     blind_m = BLIND * max(tracing.world.clear_m, OFFSET * float(np.abs(found.points_m).max(initial=0.0)))
     own, within = _own_patches(tracing, found)
-    return _covered(tracing.mirrors, own, within, found.pose, found.points_m, blind_m)  # type: ignore[call-arg]
+    under_sheets: Flags = _covered(tracing.mirrors, own, within, found.pose, found.points_m, blind_m)  # type: ignore[call-arg]
+    return under_sheets | _under_skins(tracing, found)
+
+
+def _under_skins(tracing: Tracing, found: Candidates) -> Flags:
+    """(C,) whether a smooth surface lies over one that a path meets, by no more than their meshes stand off both."""
+    rows = np.flatnonzero((found.interaction == Interaction.CURVED).any(axis=1))
+    some, under = found[rows], np.zeros(len(found), dtype=bool)
+    met = some.interaction == Interaction.CURVED
+    else_met = np.where(met, -2, some.sequence)
+    alike = distinct(np.column_stack([some.pose, some.mic, some.edge, some.part, else_met]))[1]
+    length = some.length_m
+    order = np.lexsort((length, alike))
+    for step in range(1, np.bincount(alike).max(initial=0)):
+        front, back = order[:-step], order[step:]
+        near = norm(some.points_m[front, 1:-1] - some.points_m[back, 1:-1]) <= (
+            some.standoff_m[front] + some.standoff_m[back] + tracing.world.clear_m
+        )
+        near &= dot_rows(some.normal[front], some.normal[back]) > PARALLEL_COS
+        two = (some.sequence[front] != some.sequence[back]).any(axis=1) & (alike[front] == alike[back])
+        stacked = np.flatnonzero(two & (near | ~met[front]).all(axis=1))
+        front, back = front[stacked], back[stacked]
+        first = (length[back] - length[front] > RESOLVED_M) | (some.sequence[front] < some.sequence[back]).any(axis=1)
+        under[rows[np.where(first, back, front)]] = True
+    return under
 
 
 def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:

@@ -66,3 +66,17 @@ def test_a_sheet_beside_another_in_one_plane_hides_nothing(phone):
     both = _echo(panes, phone, fidelity)[0]
     alone = [_echo([pane], phone, fidelity)[0] for pane in panes]
     assert len(both) == sum(len(each) for each in alone) > 0
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 1e-6, 1e-4, 1e-3])
+@pytest.mark.parametrize("front_first", [True, False])
+def test_of_two_balls_the_outer_one_echoes(phone, gap_m, front_first):
+    """Facets of a ball of 0.3 m stand off it by up to a millimetre, and what is closer did not hide it: +6 dB."""
+    balls = []
+    for name, radius in (("outer", 0.3), ("inner", 0.3 - gap_m)):
+        mesh = trimesh.creation.icosphere(4, radius).apply_translation([1.8, 0.0, 0.1])
+        balls.append(Obstacle(mesh, Material.rigid(), name))
+    front = "outer" if front_first or gap_m else "inner"
+    found, both = _echo(balls if front_first else balls[::-1], phone, Fidelity())
+    assert set(found.obstacle) == {front}
+    np.testing.assert_allclose(both, _echo(balls[:1], phone, Fidelity())[1], rtol=1e-9)
