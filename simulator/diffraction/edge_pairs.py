@@ -23,8 +23,7 @@ from simulator.surfaces.wedges import Wedges
 from simulator.world.search_context import Search
 
 IN_PLANE_RAD = 1e-9  # from a mirror: what lies in its plane is its own image
-NEVER = 2**15  # mirrors: more than any path has
-AT_ONCE = 2**18  # pairs
+AT_ONCE = 2**18  # pairs of a block
 
 
 @dataclass(frozen=True)
@@ -205,7 +204,7 @@ def _kept(search: Search, pairs: EdgePairs) -> EdgePairs:
 
 
 def _orders(search: Search, sights: EdgeSights) -> Ints:
-    """(I,) for how many mirrors images count: all that a path may have where patches are small, of either.
+    """(I,) for how many mirrors images count: their own, or where patches are small all that a path may have, or more.
 
     One mirror alone may always be met. Where there are several, all of them must be large, and a face of the edge. So
     it is for paths without edges: what a small patch reflects and what its borders diffract nearly cancel, and one of
@@ -217,5 +216,5 @@ def _orders(search: Search, sights: EdgeSights) -> Ints:
     towards = np.pad(search.large_towards, ((0, 1), (0, 0)), constant_values=True)  # -1: no mirror
     large = np.append(search.large_mirrors, True)[wedges.patch[some.wedge]].any(axis=1)  # -1: curved
     large &= np.logical_and.reduce(towards[some.sequence, wedges.obstacle[some.wedge, None]], axis=1)
-    orders[rows[~large]] = np.where(some.order[~large] == 1, search.max_order - 1, NEVER)
+    orders[rows[~large]] = np.where(some.order[~large] == 1, search.max_order - 1, search.max_order)
     return orders

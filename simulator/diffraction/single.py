@@ -92,12 +92,12 @@ def diffracted(search: Search, loudest: Floats) -> Candidates:
 def _audible(search: Search, some: _Contributions, strongest: Floats) -> _Contributions:
     """Those that are loud enough beside the strongest echo (N, 2) at each pose and microphone."""
     kept = search.audible(some.bound, strongest[some.at])
-    faint = some[np.flatnonzero(~kept)]
-    search.reject(  # whether the mirrors of what is faint would be met is not asked
-        Reason.FAINT_EDGE,
-        len(faint),
-        lambda: Rejected(faint.bound, partial(straightened, search, _turns(search, faint))),
-    )
+
+    def described() -> Rejected:  # whether the mirrors of what is faint would be met is not asked
+        faint = some[np.flatnonzero(~kept)]
+        return Rejected(faint.bound, partial(straightened, search, _turns(search, faint)))
+
+    search.reject(Reason.FAINT_EDGE, len(kept) - int(kept.sum()), described)
     return some[np.flatnonzero(kept)]
 
 

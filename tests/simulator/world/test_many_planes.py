@@ -50,7 +50,7 @@ def _shelf(rows: int) -> PreparedScene:
 
 
 def test_edges_of_many_boxes() -> None:
-    """All pairs of images over all edges were unfolded at once: 850 MB of 64 boxes."""
+    """All pairs of images over all edges were unfolded at once: 750 MB of 64 boxes."""
     fidelity = Fidelity(mechanisms=("specular", "edges"))
     _peak_mb(_shelf(1), fidelity)  # compiles
     assert _peak_mb(_shelf(8), fidelity) < 400.0
