@@ -23,6 +23,7 @@ from simulator.kirchhoff.light.lighting import Light, hidden_by_others, lit_face
 from simulator.kirchhoff.light.spots import Spots, spots_of
 from simulator.kirchhoff.path_length_grid import Grid
 from simulator.kirchhoff.standing_creases import standing_on_mirrors
+from simulator.kirchhoff.under_skins import outermost
 from simulator.scene.fidelity import COARSE_DB, FINE_DB, Fidelity
 from simulator.surfaces.facets import Facets, check_cut, facets_of
 from simulator.surfaces.reflectors import MeshReading
@@ -59,7 +60,10 @@ def scattered_paths(search: Search, wanted: Taken) -> list[tuple[Candidates, Com
     reading, surface = search.tracing.world.skins[pairs.obstacle]
     light, *sizes_m = _fineness(search.fidelity, reading)
     check_cut(search.tracing.world.obstacles[pairs.obstacle].name, reading, sizes_m[0])
-    facets = standing_on_mirrors(search.tracing, facets_of(reading, surface, pairs.obstacle, *sizes_m))
+    facets = outermost(search.tracing.world, facets_of(reading, surface, pairs.obstacle, *sizes_m))
+    if not len(facets):
+        return []
+    facets = standing_on_mirrors(search.tracing, facets)
     spots, hidden = spots_of(facets, light.spot_m), np.zeros(len(search.tracing.pose), dtype=bool)
     if light == COARSE_LIGHT:
         hidden = hidden_by_others(search.tracing, facets, spots)

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.repeated import repeated
+from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import unit
 from simulator.surfaces import quadratic_triangles as nagata
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
@@ -21,7 +22,7 @@ TURN_M = 0.1  # normals that differ by one weigh as much as points this far apar
 
 
 @dataclass(frozen=True)
-class Creases:
+class Creases(Rows):
     """Straight elements of E creases in the rest frame of their obstacle.
 
     Attributes:
@@ -41,9 +42,6 @@ class Creases:
     open_angle_rad: Floats
     beside: Ints
     share: Floats
-
-    def __len__(self) -> int:
-        return len(self.middle_m)
 
 
 def no_creases() -> Creases:

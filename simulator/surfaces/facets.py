@@ -50,6 +50,7 @@ class Facets:
         asked_m: (F, 3) where light on a facet is asked for: on plates, where facets lie in rows, elsewhere in each. The
             border of a post's shadow would pass the middles of a whole row of facets at once (-27 dB re a wall).
         stands: (F,) which may stand for the delay of what others add as well.
+        piece: (F,) which of the mesh's connected pieces each is of.
         part_of: (F,) the facet that each is a quarter of, -1 where it is none. Where all of that one is in the light,
             it adds what its quarters would.
         start: (B + 1,) where each block begins.
@@ -67,6 +68,7 @@ class Facets:
     standoff_m: Floats
     asked_m: Floats
     stands: Flags
+    piece: Ints
     part_of: Ints
     start: Ints
     closed: bool
@@ -84,7 +86,7 @@ class Facets:
         """
         size = np.add.reduceat(kept.astype(np.int64), self.start[:-1])
         number, rows = np.append(np.cumsum(kept) - 1, -1), np.flatnonzero(kept)
-        names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "asked_m", "stands")
+        names = ("corner_m", "middle_m", "normal", "area_m2", "bulge_m", "standoff_m", "asked_m", "stands", "piece")
         some = {name: getattr(self, name).take(rows, axis=0) for name in names}
         some["part_of"] = number[self.part_of[rows]]
         start = np.append(0, np.cumsum(size[size > 0]))
@@ -147,7 +149,7 @@ def _cut_skin(reading: MeshReading, surface: SmoothSurface | None, size_m: float
         standoff_m=2.0 * skin.sag_m[owner] + norm(rise),
         asked_m=_off_rows(skin, reading, owner, place, facet, middle) if reading.plated else middle,
         stands=np.arange(len(area)) % max(ONE_IN, round(STAND_M**2 / float(area.mean()))) == 0,
-        part_of=np.full(len(area), -1), start=start, closed=bool(reading.closed),
+        piece=reading.piece[skin.face[owner]], part_of=np.full(len(area), -1), start=start, closed=bool(reading.closed),
         creases=creases_of(reading, surface, over, normal, ELEMENT * size_m),
         center_m=center, radius_m=float(norm(every - center).max()),
     )  # fmt: skip
@@ -188,6 +190,7 @@ class _Skin:
     normal: Floats
     bulge_m: Floats
     sag_m: Floats
+    face: Ints
 
     @classmethod
     def of(cls, reading: MeshReading, surface: SmoothSurface | None) -> _Skin:
@@ -196,11 +199,12 @@ class _Skin:
         normal = np.repeat(np.asarray(mesh.face_normals)[flat][:, None], 3, axis=1)
         bulge, sag = np.zeros_like(corner), np.zeros(len(flat))
         if surface is None:
-            return cls(corner, normal, bulge, sag)
+            return cls(corner, normal, bulge, sag, flat)
         _share_outline(reading, surface, flat, bulge)
         return cls(
             np.concatenate([corner, surface.corner_m]), np.concatenate([normal, surface.normal]),
             np.concatenate([bulge, surface.bulge_m]), np.concatenate([sag, surface.sag_m]),
+            np.concatenate([flat, np.flatnonzero(reading.curved)]),
         )  # fmt: skip
 
     def at(self, facet: Ints, uv: Floats) -> tuple[Floats, Floats]:

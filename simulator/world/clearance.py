@@ -13,7 +13,7 @@ import trimesh
 
 from obstaclewatch.support.arrays import Floats
 from simulator.world.frames import into_rest
-from simulator.world.visibility import Blocker, blocker
+from simulator.world.visibility import Blocker
 from simulator.world.world import Tracing, World
 
 ON_FACE_M = 1e-5  # a transducer no deeper than this in a body lies on its face
@@ -125,13 +125,8 @@ def _check_parts(tracing: Tracing, index: int, local_m: Floats) -> None:
 
 
 def _struck(world: World, shadow: Blocker, start_m: Floats, end_m: Floats) -> str:
-    """Name of the first obstacle of a blocker that stands between two points of its rest frame."""
-    shares = [o for o in world.obstacles if not o.moves] if not world.obstacles[shadow.obstacle].moves else []
-    for obstacle in shares:
-        alone = blocker([(np.asarray(obstacle.mesh.vertices) - world.origin_m, np.asarray(obstacle.mesh.faces))], 0)
-        if alone.blocks(start_m, end_m)[0]:
-            return obstacle.name
-    return world.obstacles[shadow.obstacle].name
+    """Name of the first obstacle of a blocker that stands between two points (1, 3) of its rest frame."""
+    return world.obstacles[shadow.owner[shadow.first_met(start_m, end_m)[0]]].name
 
 
 def _when(time_s: Floats, n: int) -> str:

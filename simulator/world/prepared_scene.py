@@ -200,11 +200,12 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     at_rest = Planes.of(patches, moves)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     meshes = [(np.asarray(part.reading.mesh.vertices), np.asarray(part.reading.mesh.faces)) for part in parts]
-    blockers = _blockers(meshes, moves, faces.obstacle[crack], strip)
+    drift = velocities(obstacles)
+    together = _together(drift, carried)
+    blockers = _blockers(meshes, together, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
         every = merge_wedges([_numbered(part.edges, i, int(first[i])) for i, part in enumerate(parts)])
-        drift = velocities(obstacles)
         corners = corner_wedges(patches, at_rest, drift, carried)
         wedges = exposed(merge_wedges([every, *corners]), blockers, drift, carried, patches, at_rest)
     readings = [part.reading for part in parts]
@@ -212,7 +213,7 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     rounded, sharp = rounded_parts(readings, own), blockers
     if len(rounded):
         left = [loose(corners_of(r, ~o)) if o.any() else mesh for r, o, mesh in zip(readings, own, meshes, strict=True)]
-        sharp = _blockers(left, moves, faces.obstacle[crack], strip)
+        sharp = _blockers(left, together, faces.obstacle[crack], strip)
     return World(
         obstacles, carried, origin_m, patches, at_rest,
         tuple(surfaces if "curved" in mechanisms else []), wedges,
@@ -253,16 +254,25 @@ def _numbered(wedges: Wedges, obstacle: int, first_patch: int) -> Wedges:
     return replace(wedges, patch=wedges.patch + first_patch, obstacle=np.full(len(wedges), obstacle))
 
 
-def _blockers(meshes: list[tuple[Floats, Ints]], moves: Flags, cracked: Ints, strip_m: Floats) -> tuple[Blocker, ...]:
+def _together(velocity_m_s: Floats, carried: Flags) -> list[Ints]:
+    """The obstacles (O,) that never move against one another, those at rest first."""
+    frame = np.column_stack([carried, velocity_m_s])
+    _, first, group = np.unique(frame, axis=0, return_index=True, return_inverse=True)
+    moves = frame[first].any(axis=1)
+    return [np.flatnonzero(group.ravel() == g) for g in np.lexsort((first, moves))]
+
+
+def _blockers(
+    meshes: list[tuple[Floats, Ints]], together: list[Ints], cracked: Ints, strip_m: Floats
+) -> tuple[Blocker, ...]:
     """What casts shadows: (vertices, faces) of all obstacles, and strips (K, 4, 3) that close cracks of some (K,)."""
-    resting = np.flatnonzero(~moves)
-    groups = [list(resting)] if len(resting) else []
-    groups += [[index] for index in np.flatnonzero(moves)]
     found = []
-    for group in groups:
-        own = strip_m[np.isin(cracked, group)]
-        corner = 4 * np.arange(len(own))[:, None]
-        strips = own.reshape(-1, 3), np.concatenate([corner + [0, 1, 2], corner + [0, 2, 3]])
-        if sum(len(meshes[i][1]) for i in group):
-            found.append(blocker([meshes[i] for i in group] + [strips], int(group[0])))
+    for group in together:
+        own = np.isin(cracked, group)
+        corner = 4 * np.arange(np.count_nonzero(own))[:, None]
+        strips = strip_m[own].reshape(-1, 3), np.concatenate([corner + [0, 1, 2], corner + [0, 2, 3]])
+        faces = [len(meshes[i][1]) for i in group]
+        if sum(faces):
+            owner = np.concatenate([np.repeat(group, faces), np.tile(cracked[own], 2)])
+            found.append(blocker([meshes[i] for i in group] + [strips], owner))
     return tuple(found)

@@ -66,7 +66,8 @@ class RoundedParts:
         """Each part by itself."""
         corner, _, first = self.screens
         meshes = [loose(corner[begin:end]) for begin, end in pairwise(first.tolist())]
-        return tuple(blocker([mesh], index) for mesh, index in zip(meshes, self.obstacle.tolist(), strict=True))
+        owners = (np.full(len(mesh[1]), index) for mesh, index in zip(meshes, self.obstacle, strict=True))
+        return tuple(blocker([mesh], owner) for mesh, owner in zip(meshes, owners, strict=True))
 
 
 def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:

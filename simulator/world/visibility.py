@@ -31,17 +31,22 @@ class Blocker:
 
     Attributes:
         scene: their Embree scene, about `origin_m`.
-        obstacle: index of the obstacle whose frame they rest in.
+        owner: (F,) index of the obstacle that each triangle is of; those of a mesh are in its order.
         origin_m: (3,) of that frame, subtracted before rounding to float32.
         normal: (F, 3) unit normals of the triangles.
         half_m: (3,) halves of the sides of the box about the origin that holds them.
     """
 
     scene: EmbreeScene
-    obstacle: int
+    owner: Ints
     origin_m: Floats
     normal: Floats
     half_m: Floats
+
+    @cached_property
+    def obstacle(self) -> int:
+        """One of the obstacles: all have the same rest frame."""
+        return int(self.owner[0])
 
     @cached_property
     def extent_m(self) -> float:
@@ -50,10 +55,15 @@ class Blocker:
 
     def blocks(self, start_m: Floats, end_m: Floats) -> Flags:
         """(R,) whether a mesh stands between two points (R, 3) of its rest frame; both ends are freed by `OFFSET`."""
-        count = len(start_m)
-        return self.blocks_from(
-            start_m, end_m, np.zeros((1, 4)), np.zeros(count, dtype=np.int64), np.ones(count, dtype=bool)
-        )
+        return self.blocks_from(start_m, end_m, *_at_rest(len(start_m)))
+
+    def first_met(self, start_m: Floats, end_m: Floats) -> Ints:
+        """(R,) the triangle that is met first from one point (R, 3) of the rest frame to another one, -1 for none."""
+        row, *rays = self._rays(start_m, end_m, *_at_rest(len(start_m)))
+        met = np.full(len(start_m), -1)
+        if len(row):
+            met[row] = self._hit(*rays)
+        return met
 
     def blocks_from(self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints, asked: Flags) -> Flags:
         """The same for world points, with the rest frames (N, 4) of N poses and which of them each row (R,) is of.
@@ -61,10 +71,7 @@ class Blocker:
         Args:
             asked: (R,) which rows are asked for; the others are False.
         """
-        row, start, direction, length = _aimed(
-            np.ascontiguousarray(start_m), np.ascontiguousarray(end_m), np.ascontiguousarray(frame), pose, asked,
-            self.origin_m, self.half_m,
-        )  # type: ignore[call-arg]  # fmt: skip
+        row, start, direction, length = self._rays(start_m, end_m, frame, pose, asked)
         blocked = np.zeros(len(pose), dtype=bool)
         if len(row):
             hit = self._hit(start, direction, length)
@@ -74,6 +81,13 @@ class Blocker:
             if len(grazed):
                 blocked[row[grazed]] = self._beside(start[grazed], direction[grazed], length[grazed], hit[grazed])
         return blocked
+
+    def _rays(
+        self, start_m: Floats, end_m: Floats, frame: Floats, pose: Ints, asked: Flags
+    ) -> tuple[Ints, Floats, Floats, Floats]:
+        """Rows, starts, directions and lengths, as `_aimed` has them."""
+        start_m, end_m, frame = (np.ascontiguousarray(each) for each in (start_m, end_m, frame))
+        return _aimed(start_m, end_m, frame, pose, asked, self.origin_m, self.half_m)  # type: ignore[call-arg,no-any-return]
 
     def _hit(self, start_m: Floats, direction: Floats, length_m: Floats) -> Ints:
         """(O,) triangle that float32 rays meet within their lengths, -1 for none; as fast as whether there is one."""
@@ -88,6 +102,11 @@ class Blocker:
         aside = (OFFSET * np.maximum(largest, self.extent_m))[:, None] * self.normal[triangle]
         sides = ((start_m + side * aside).astype(np.float32) for side in (-1.0, 1.0))
         return np.logical_and(*(self._hit(side, direction, length_m) >= 0 for side in sides))
+
+
+def _at_rest(count: int) -> tuple[Floats, Ints, Flags]:
+    """Frames, poses and rows asked for, where `count` rows are in the rest frame."""
+    return np.zeros((1, 4)), np.zeros(count, dtype=np.int64), np.ones(count, dtype=bool)
 
 
 @compiled
@@ -147,8 +166,8 @@ def _misses(here, step, half, margin):
     )
 
 
-def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
-    """One blocker out of (vertices, faces) that share the rest frame of an obstacle."""
+def blocker(meshes: Sequence[tuple[Floats, Ints]], owner: Ints) -> Blocker:
+    """One blocker out of (vertices, faces) that share a rest frame, and the obstacles (F,) that the faces are of."""
     vertices = np.concatenate([mesh[0] for mesh in meshes])
     starts = np.cumsum([0] + [len(mesh[0]) for mesh in meshes[:-1]])
     faces = np.concatenate([mesh[1] + start for mesh, start in zip(meshes, starts, strict=True)])
@@ -158,4 +177,4 @@ def blocker(meshes: Sequence[tuple[Floats, Ints]], obstacle: int) -> Blocker:
     TriangleMesh(scene, (vertices - origin).astype(np.float32), faces.astype(np.int32))
     corner = vertices[faces]
     normal = unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
-    return Blocker(scene, obstacle, origin, normal, 0.5 * np.ptp(used, axis=0))
+    return Blocker(scene, owner, origin, normal, 0.5 * np.ptp(used, axis=0))

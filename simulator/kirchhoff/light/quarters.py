@@ -27,7 +27,8 @@ def quartered(facets: Facets, some: Flags) -> Facets:
     """
     rows = np.flatnonzero(some)
     columns = _quarters(facets.corner_m[rows], facets.normal[rows], facets.bulge_m[rows])
-    columns |= {"standoff_m": np.repeat(facets.standoff_m[rows], 4), "part_of": np.repeat(rows, 4)}
+    columns |= {name: np.repeat(getattr(facets, name)[rows], 4) for name in ("standoff_m", "piece")}
+    columns["part_of"] = np.repeat(rows, 4)
     aside = 0.5 * (facets.asked_m - facets.middle_m)[rows]  # the middle quarter stands upside down
     columns["asked_m"] = columns["middle_m"] + np.stack([aside, aside, aside, -aside], axis=1).reshape(-1, 3)
     columns["stands"] = (facets.stands[rows, None] & (np.arange(4) == 3)).ravel()

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Flags, Ints
 from simulator.surfaces.facets import Facets
 
 BESIDE = 1.6  # spots whose facets are asked that far apart, re their size, are neighbours
@@ -41,11 +41,11 @@ class Spots(NamedTuple):
 
 
 def spots_of(facets: Facets, spot_m: float) -> Spots:
-    """Facets by voxel and direction of their normal; each facet by itself where the voxels are no larger."""
+    """Facets by piece of the mesh, voxel and direction of their normal; each by itself where voxels are no larger."""
     if spot_m**2 <= float(facets.area_m2.mean()):
         every = np.arange(len(facets))
         return Spots(every, every, np.zeros((0, 2), dtype=np.int64))
-    rows, start = _grouped(facets.middle_m, facets.normal, spot_m)
+    rows, start = _grouped(facets, spot_m)
     count = np.diff(np.append(start, len(rows)))
     spot, place = np.repeat(np.arange(len(start)), count), facets.middle_m.take(rows, axis=0)
     middle = np.add.reduceat(place, start) / count[:, None]
@@ -60,12 +60,15 @@ def spots_of(facets: Facets, spot_m: float) -> Spots:
     return Spots(of_facet, facet, near[np.einsum("bx,bx->b", one, other) > 0.0])
 
 
-def _grouped(point_m: Floats, normal: Floats, voxel_m: float) -> tuple[Ints, Ints]:
-    """(F,) rows by voxel and direction of the normal, and (S,) where each group begins among them."""
-    place = np.ascontiguousarray(point_m.T)
+def _grouped(facets: Facets, voxel_m: float) -> tuple[Ints, Ints]:
+    """(F,) rows by piece, voxel and direction of the normal, and (S,) where each group begins among them.
+
+    Of two pieces that lie over one another one hides the other: none speaks for both.
+    """
+    place = np.ascontiguousarray(facets.middle_m.T)
     voxel = ((place - place.min(axis=1, keepdims=True)) / voxel_m).astype(np.int64)
-    direction = np.rint(NORMAL_STEPS * normal.T).astype(np.int64) + NORMAL_STEPS
-    sizes = (*(voxel.max(axis=1) + 1), *[2 * NORMAL_STEPS + 1] * 3)
-    number = np.ravel_multi_index((*voxel, *direction), sizes)
+    direction = np.rint(NORMAL_STEPS * facets.normal.T).astype(np.int64) + NORMAL_STEPS
+    sizes = (int(facets.piece.max()) + 1, *(voxel.max(axis=1) + 1), *[2 * NORMAL_STEPS + 1] * 3)
+    number = np.ravel_multi_index((facets.piece, *voxel, *direction), sizes)
     rows = np.argsort(number, kind="stable")
     return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))

@@ -18,7 +18,9 @@ BODIES = {
 @pytest.mark.parametrize("name", BODIES)
 def test_lines_are_blocked_as_by_the_triangles_themselves(name):
     body, rng = BODIES[name], np.random.default_rng(3)
-    shadow = blocker([(np.asarray(body.vertices, dtype=float), np.asarray(body.faces))], 0)
+    shadow = blocker(
+        [(np.asarray(body.vertices, dtype=float), np.asarray(body.faces))], np.zeros(len(body.faces), dtype=np.int64)
+    )
     frame = np.array([[0.0, 0.0, 0.0, 0.0], [3.0, -1.0, 0.5, 2.2], [-2.0, 0.3, 0.0, -0.7]])
     pose = np.sort(rng.integers(0, 3, 3000))
     rest = rng.uniform(-1.6, 1.6, (2, 3000, 3))
