@@ -68,7 +68,9 @@ def _grouped(facets: Facets, voxel_m: float) -> tuple[Ints, Ints]:
     place = np.ascontiguousarray(facets.middle_m.T)
     voxel = ((place - place.min(axis=1, keepdims=True)) / voxel_m).astype(np.int64)
     direction = np.rint(NORMAL_STEPS * facets.normal.T).astype(np.int64) + NORMAL_STEPS
-    sizes = (int(facets.piece.max()) + 1, *(voxel.max(axis=1) + 1), *[2 * NORMAL_STEPS + 1] * 3)
-    number = np.ravel_multi_index((facets.piece, *voxel, *direction), sizes)
-    rows = np.argsort(number, kind="stable")
-    return rows, np.flatnonzero(np.diff(number[rows], prepend=-1))
+    sizes = (*(voxel.max(axis=1) + 1), *[2 * NORMAL_STEPS + 1] * 3)
+    number = np.ravel_multi_index((*voxel, *direction), sizes)
+    rows = np.lexsort((number, facets.piece))
+    begins = np.diff(number[rows], prepend=-1) != 0
+    begins |= np.diff(facets.piece[rows], prepend=-1) != 0
+    return rows, np.flatnonzero(begins)
