@@ -1,7 +1,7 @@
 """Whether the straight line between two points is free: the only file that touches Embree.
 
 Embree works in float32, so meshes and rays are moved to the origin first (2.9e-6 m at 10 m), and it answers only
-"blocked or not": points and lengths stay in float64 elsewhere. Bodies that move have a scene of their own, in
+"blocked or not": points and lengths stay in float64 elsewhere. Bodies that move alike have a scene of their own, in
 which the rays are displaced instead of the mesh, so one build serves a whole walk.
 """
 

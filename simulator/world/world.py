@@ -37,7 +37,7 @@ class World:
         surfaces: smooth surfaces of all obstacles.
         wedges: sharp edges of all obstacles.
         skins: what the facets of each obstacle are, and its smooth surface, for sums over it.
-        blockers: what casts shadows; obstacles at rest in one, every moving one in its own.
+        blockers: what casts shadows; those at rest in one, and those that move alike.
         rounded: the rounded facets of all obstacles; none without curved surfaces.
         sharp: as `blockers`, without the rounded facets.
     """
