@@ -29,11 +29,12 @@ def outermost(world: World, facets: Facets) -> Facets:
     asked for from under its own mesh, where there is none.
     """
     shadow = next((each for each in world.blockers if facets.obstacle in each.owner), None)
-    if shadow is None or not facets.closed:  # a sheet is seen from behind as well
+    if shadow is None:
         return facets
     off = facets.standoff_m[:, None] * facets.normal
     met = shadow.first_met(facets.middle_m + off, facets.middle_m - off)
     covered = (met >= 0) & (_pieces(world, shadow, facets.obstacle)[met] != facets.piece)
+    covered &= world.skins[facets.obstacle][0].solid_pieces[facets.piece]  # a sheet is seen from behind as well
     covered &= np.abs(dot(shadow.normal[met], facets.normal)) > ALONG_COS
     if not covered.any():
         return facets

@@ -137,6 +137,15 @@ class MeshReading:
         return pieces_of(self.mesh)
 
     @cached_property
+    def solid_pieces(self) -> Flags:
+        """Which of the pieces are closed: all of a closed mesh, else those each of whose edges has two facets."""
+        mesh, solid = self.mesh, np.ones(int(self.piece.max(initial=-1)) + 1, dtype=bool)
+        if not self.closed:
+            edge = mesh.edges_unique_inverse
+            solid[self.piece[mesh.edges_face[(np.bincount(edge) != 2)[edge]]]] = False
+        return solid
+
+    @cached_property
     def rooms_m(self) -> Floats:
         """(B, 2, 3) boxes round closed pieces that reflect inwards: a phone outside of one has no echo of it."""
         return np.zeros((0, 2, 3)) if self.solid is None else rooms_in(self.solid)

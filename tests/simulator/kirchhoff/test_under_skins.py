@@ -69,6 +69,16 @@ def test_both_in_one_mesh(level, gap_m):
     assert differs_db(echo(level, both), echo(level, torso(0.0))) < -20.0
 
 
+@pytest.mark.parametrize("gap_m", [1e-4, 1e-3, 3e-3])
+@pytest.mark.parametrize("meshes", [1, 2])
+def test_a_coat_that_is_open_below(meshes, gap_m):
+    """As clothes of modelled people are: sheets, in one mesh with the closed body or apart from it."""
+    whole, body = torso(0.0), torso(gap_m)
+    coat = trimesh.Trimesh(whole.vertices, whole.faces[whole.triangles_center[:, 2] > 0.75])
+    worn = (coat, body) if meshes == 2 else (trimesh.util.concatenate([coat, body]),)
+    assert differs_db(echo("standard", *worn), echo("standard", whole)) < -20.0
+
+
 def test_what_stands_out_of_its_cover_echoes_there():
     """A post in a short sleeve: above it the post is as it was, and no less loud for it."""
     sleeve = trimesh.creation.cylinder(0.1, 0.5, sections=48)
