@@ -28,9 +28,7 @@ def outermost(world: World, facets: Facets) -> Facets:
     is seen aslant, and hardly echoes. Where one facet beside a crease stays, the other does too, but light on it is
     asked for from under its own mesh, where there is none.
     """
-    shadow = next((each for each in world.blockers if facets.obstacle in each.owner), None)
-    if shadow is None:
-        return facets
+    shadow = next(each for each in world.blockers if facets.obstacle in each.owner)
     off = facets.standoff_m[:, None] * facets.normal
     met = shadow.first_met(facets.middle_m + off, facets.middle_m - off)
     covered = (met >= 0) & (_pieces(world, shadow, facets.obstacle)[met] != facets.piece)

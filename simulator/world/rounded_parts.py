@@ -66,8 +66,7 @@ class RoundedParts:
         """Each part by itself."""
         corner, _, first = self.screens
         meshes = [loose(corner[begin:end]) for begin, end in pairwise(first.tolist())]
-        owners = (np.full(len(mesh[1]), index) for mesh, index in zip(meshes, self.obstacle, strict=True))
-        return tuple(blocker([mesh], owner) for mesh, owner in zip(meshes, owners, strict=True))
+        return tuple(blocker([m], np.full(len(m[1]), index)) for m, index in zip(meshes, self.obstacle, strict=True))
 
 
 def rounded_facets(readings: list[MeshReading], wedges: Wedges) -> list[Flags]:

@@ -1,8 +1,8 @@
 """Whether the straight line between two points is free: the only file that touches Embree.
 
-Embree works in float32, so meshes and rays are moved to the origin first (2.9e-6 m at 10 m), and it answers only
-"blocked or not": points and lengths stay in float64 elsewhere. Bodies that move alike have a scene of their own, in
-which the rays are displaced instead of the mesh, so one build serves a whole walk.
+Embree works in float32, so meshes and rays are moved to the origin first (2.9e-6 m at 10 m), and it answers only which
+triangle is met first, if any: points and lengths stay in float64 elsewhere. Bodies that move alike have a scene of
+their own, in which the rays are displaced instead of the mesh, so one build serves a whole walk.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Blocker:
     Attributes:
         scene: their Embree scene, about `origin_m`.
         owner: (F,) index of the obstacle that each triangle is of; those of a mesh are in its order.
-        origin_m: (3,) of that frame, subtracted before rounding to float32.
+        origin_m: (3,) of their rest frame, subtracted before rounding to float32.
         normal: (F, 3) unit normals of the triangles.
         half_m: (3,) halves of the sides of the box about the origin that holds them.
     """
