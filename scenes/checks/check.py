@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 
-from obstaclewatch.support.vectors import norm
+from obstaclewatch.support.vectors import dot, norm
 from obstaclewatch.support.words import counted
 from scenes.checks.mesh_overlap import inside, overlap_depth, winding_number
 from scenes.files.schema import UNITS_M
@@ -86,6 +86,8 @@ def _mesh_findings(obstacle: Obstacle) -> Iterator[Finding]:
     if obstacle.category not in NOT_IN_THE_WAY:
         shell, closed = cleaned(mesh)  # bodies that touch along an edge are closed each by itself
         yield from _shell_findings(name, shell if closed else joined)
+        if closed:
+            yield from _winding_findings(name, joined, shell)
     yield from _uneven_findings(obstacle)
     yield from _merged_findings(obstacle)
 
@@ -126,6 +128,16 @@ def _shell_findings(name: str, mesh: trimesh.Trimesh) -> Iterator[Finding]:
         if inverted:
             message = f"has normals inwards on {inverted} of its closed bodies, which return no echo; flip their faces"
             yield Finding("error", name, "normals", message)
+
+
+def _winding_findings(name: str, joined: trimesh.Trimesh, shell: trimesh.Trimesh) -> Iterator[Finding]:
+    """Triangles that are wound the other way in what is read of a mesh."""
+    normal = joined.triangles_cross[with_area(joined)]
+    if len(normal) == len(shell.faces):
+        over = int((dot(normal, shell.triangles_cross) < 0.0).sum())
+        if over:
+            message = f"has {counted(over, 'triangle')} wound against the others, read the other way round"
+            yield Finding("warning", name, "winding", message)
 
 
 def _uneven_findings(obstacle: Obstacle) -> Iterator[Finding]:

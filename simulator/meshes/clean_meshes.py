@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
+from simulator.meshes.touching_bodies import read_apart
 from simulator.scene.scene import welded, with_area
 
 TOGETHER_M = 1e-5  # a two-thousandth of the wavelength; drawn together only what then is closed
@@ -43,6 +44,8 @@ def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trime
     if len(together.vertices) < len(merged.vertices):
         drawn = _without_excess(together)
         yield from _mergings(drawn, welded(drawn))
+    yield read_apart(merged)
+    yield from _mergings(*map(_wound_alike, (apart, merged)))
 
 
 def _mergings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
@@ -95,8 +98,9 @@ def _each_once(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """A mesh whose neighbouring facets are wound alike wherever they can be: smooth ones share their normals.
 
-    Every facet has two copies, as it is and flipped; copies that agree across a shared edge are joined. On what
-    cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as it is.
+    Every facet has two copies, as it is and flipped; copies that agree across a shared edge are joined. Of a piece the
+    lesser area is flipped. On what cannot be wound alike, as Moebius' strip, both copies hang together, and it stays as
+    it is.
     """
     if mesh.is_winding_consistent:
         return mesh
@@ -110,6 +114,8 @@ def _wound_alike(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     copy = components(np.concatenate([as_is, over]), 2 * count)
     _, first, part = np.unique(pieces_of(mesh), return_index=True, return_inverse=True)
     flipped = copy[:count] != copy[first[part]]
+    over_m2, all_m2 = np.bincount(part, mesh.area_faces * flipped), np.bincount(part, mesh.area_faces)
+    flipped ^= (over_m2 > 0.5 * all_m2)[part] & (copy[:count] != copy[count:])
     faces = np.where(flipped[:, None], mesh.faces[:, ::-1], mesh.faces)
     return trimesh.Trimesh(mesh.vertices, faces, process=False)
 
