@@ -19,7 +19,7 @@ from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import dot as dot_rows
 from obstaclewatch.support.vectors import norm
 from simulator.diffraction.edge_view import at_poses
-from simulator.images.image_method import inside_patch
+from simulator.images.image_method import inside_patch, place_on_patch
 from simulator.world.candidates import Candidates
 from simulator.world.interactions import Interaction
 from simulator.world.visibility import OFFSET
@@ -68,10 +68,12 @@ def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:
     sharp edge; -1 without.
 
     Beside an edge, and within its ends, they are a touch inside: a plane that goes on where the face ends covers
-    nothing of it.
+    nothing of it. A mirror that is met on its border or beside it, where its shadow arrives, is left out: of the top of
+    a box, on half of which another stands, the free half is not under the other one.
     """
     own = np.full((*found.sequence.shape, 2), -1)
-    own[..., 0] = np.where(found.interaction == Interaction.SPECULAR, found.sequence, -1)
+    mirror = np.where(found.interaction == Interaction.SPECULAR, found.sequence, -1)
+    own[..., 0] = _met_inside(tracing.mirrors, mirror, found.pose, found.points_m)  # type: ignore[call-arg]
     within = np.repeat(found.points_m[:, 1:-1, None], 2, axis=2)
     row, place = np.nonzero(found.interaction == Interaction.EDGE)
     number = found.sequence[row, place] - tracing.world.numbering.first[Interaction.EDGE]
@@ -84,6 +86,18 @@ def _own_patches(tracing: Tracing, found: Candidates) -> tuple[Ints, Floats]:
     for face, inwards in enumerate((wedges.inwards, wedges.direction_at(wedges.open_angle_rad))):
         within[row, place, face] += step_m[:, None] * (along + INWARDS * inwards)
     return own, within
+
+
+@compiled
+def _met_inside(mirrors, mirror, pose, points):
+    """(C, N) the mirrors that paths meet within their border, -1 for others."""
+    found = np.full(mirror.shape, -1)
+    for r in range(len(mirror)):
+        for k in range(mirror.shape[1]):
+            x, y, z = points[r, k + 1]
+            if mirror[r, k] >= 0 and place_on_patch(mirrors, pose[r], mirror[r, k], x, y, z) > 0:
+                found[r, k] = mirror[r, k]
+    return found
 
 
 @compiled

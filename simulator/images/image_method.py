@@ -230,9 +230,18 @@ def _in_corner(mirrors, n, p, q, lit_p, lit_q, x, y, z):
     )
 
 
-@compiled
+@inlined
 def inside_patch(mirrors, n, p, x, y, z):
-    """Even-odd test of a world point on the plane of patch p at pose n, in its rest frame; the border is inside."""
+    """Whether a world point on the plane of patch p at pose n is on it; the border is."""
+    return place_on_patch(mirrors, n, p, x, y, z) >= 0
+
+
+@compiled
+def place_on_patch(mirrors, n, p, x, y, z):
+    """1 for a world point inside patch p at pose n, in whose plane it is, 0 on its border, -1 beside it.
+
+    An even-odd test in the patch's rest frame.
+    """
     frames, o = mirrors.frames, mirrors.obstacle[p]
     x, y, z, yaw = x - frames[n, o, 0], y - frames[n, o, 1], z - frames[n, o, 2], frames[n, o, 3]
     if yaw != 0.0:
@@ -253,10 +262,10 @@ def inside_patch(mirrors, n, p, x, y, z):
             length2 = du * du + dv * dv
             t = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((u - ui) * du + (v - vi) * dv) / length2))
             if (u - ui - t * du) ** 2 + (v - vi - t * dv) ** 2 <= ON_BORDER_M**2:
-                return True
+                return 0
         if (vi > v) != (vj > v) and u < ui + (v - vi) / dv * du:
             odd = not odd
-    return odd
+    return 1 if odd else -1
 
 
 @compiled
