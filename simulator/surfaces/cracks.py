@@ -30,18 +30,18 @@ MOST_M = 6.0 * WIDEST_M  # from the ball about a patch: more than what is asked 
 ALIKE = 0.9  # least cosine between the two borders of a crack
 
 
-def cracks(patches: PlanarPatches, moves: Flags) -> tuple[Ints, Floats]:
+def cracks(patches: PlanarPatches, frame: Ints) -> tuple[Ints, Floats]:
     """Strips between borders that face one another in one plane.
 
     Args:
         patches: of all obstacles, where they stand at time 0.
-        moves: (O,) obstacles that move: they make cracks with themselves alone.
+        frame: (O,) number of the rest frame of each obstacle: what moves apart makes no crack.
 
     Returns:
         (K,) patch at whose border a strip begins, and (K, 4, 3) its corners in turn.
     """
     owner = np.repeat(np.arange(len(patches)), np.diff(patches.edge_start))
-    one, other = _near(patches, owner, moves)
+    one, other = _near(patches, owner, frame)
     here, there, rows = _facing(patches.edge_m[one], patches.edge_m[other])
     strip = np.concatenate([here, there[:, ::-1]], axis=1)
     patch, beside = owner[one[rows]], owner[other[rows]]
@@ -66,16 +66,16 @@ def closed(patches: PlanarPatches, patch: Ints, strip_m: Floats) -> PlanarPatche
     return replace(patches, edge_m=edge[np.argsort(owner, kind="stable")], edge_start=start, radius_m=radius)
 
 
-def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
+def down_to_others(patches: PlanarPatches, frame: Ints) -> PlanarPatches:
     """The patches, with corners that end less than `WIDEST_M` before another patch at an angle moved onto its plane.
 
     Args:
         patches: of all obstacles, where they stand at time 0.
-        moves: (O,) obstacles that move: they reach for themselves alone.
+        frame: (O,) number of the rest frame of each obstacle: none reaches for what moves against it.
     """
     normal, point = patches.normal, patches.edge_m.reshape(-1, 3)
     face_of = np.repeat(np.arange(len(patches)), 2 * np.diff(patches.edge_start))
-    ends_before = partial(_ends_before, patches, moves, point, face_of)
+    ends_before = partial(_ends_before, patches, frame, point, face_of)
     at, other = touching((point, np.full(len(point), MOST_M)), (patches.center_m, patches.radius_m), ends_before)
     face, off = face_of[at], dot(point[at], normal[other]) - patches.offset_m[other]
     towards = normal[other] - np.vecdot(normal[other], normal[face])[:, None] * normal[face]
@@ -84,7 +84,7 @@ def down_to_others(patches: PlanarPatches, moves: Flags) -> PlanarPatches:
     return replace(patches, edge_m=reached.reshape(-1, 2, 3))
 
 
-def _ends_before(patches: PlanarPatches, moves: Flags, point_m: Floats, face_of: Ints, at: Ints, other: Ints) -> Flags:
+def _ends_before(patches: PlanarPatches, frame: Ints, point_m: Floats, face_of: Ints, at: Ints, other: Ints) -> Flags:
     """(K,) whether corners (K,), of all (N, 3) and of faces (N,), end just before other patches (K,) at an angle."""
     normal = patches.normal
     off = dot(point_m[at], normal[other]) - patches.offset_m[other]
@@ -92,9 +92,11 @@ def _ends_before(patches: PlanarPatches, moves: Flags, point_m: Floats, face_of:
     some = np.flatnonzero(found)
     at, other, face, off = at[some], other[some], face_of[at[some]], off[some]
     before = dot(patches.center_m[face], normal[other]) - patches.offset_m[other]
-    body, beside = patches.obstacle[face], patches.obstacle[other]
-    stays = (body == beside) | ~(moves[body] | moves[beside])
-    short = stays & (off * before > off**2) & (np.abs(dot(normal[face], normal[other])) < ALIKE)
+    short = (
+        (frame[patches.obstacle[face]] == frame[patches.obstacle[other]])
+        & (off * before > off**2)
+        & (np.abs(dot(normal[face], normal[other])) < ALIKE)
+    )
     inwards = unit(patches.center_m[face] - point_m[at])
     foot = point_m[at] - off[:, None] * normal[other] + WIDEST_M * inwards
     sides = (foot + side * WIDEST_M * normal[face] for side in (-1.0, 1.0))
@@ -102,18 +104,17 @@ def _ends_before(patches: PlanarPatches, moves: Flags, point_m: Floats, face_of:
     return np.asarray(found)
 
 
-def _near(patches: PlanarPatches, owner: Ints, moves: Flags) -> tuple[Ints, Ints]:
+def _near(patches: PlanarPatches, owner: Ints, frame: Ints) -> tuple[Ints, Ints]:
     """Pairs of borders (K,) and (K,), each once, that come near one another and bound faces of one plane."""
     segment = np.flatnonzero(_may_crack(patches)[owner])
     seen = shapely.linestrings(patches.edge_m[segment] @ ASLANT.T)
     one, other = segment[shapely.STRtree(seen).query(seen, predicate="dwithin", distance=WIDEST_M)]
     one, other = one[one < other], other[one < other]
     first, second = owner[one], owner[other]
-    body, beside = patches.obstacle[first], patches.obstacle[second]
     cosine = dot(patches.normal[first], patches.normal[second])
     sheets = ~(patches.one_sided[first] | patches.one_sided[second])
     level = np.where(sheets, np.abs(cosine), cosine) > np.cos(COPLANAR_RAD)
-    kept = level & ((body == beside) | ~(moves[body] | moves[beside]))
+    kept = level & (frame[patches.obstacle[first]] == frame[patches.obstacle[second]])
     return one[kept], other[kept]
 
 

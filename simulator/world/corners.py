@@ -30,7 +30,7 @@ SHORTEST_M = 0.01  # a crease of half a wavelength
 def corner_wedges(patches: PlanarPatches, at_rest: Planes, velocity_m_s: Floats, carried: Flags) -> list[Wedges]:
     """Creases between faces and the mirrors that they stand on, of their own body or another, as all stand at time 0.
 
-    A crease moves with its face, so the mirror goes with it or rests, and the face stays on it. What goes with the
+    A crease moves with its face, so the mirror goes along or rests, and the face stays on it. What goes with the
     walker stands on nothing.
 
     Args:
@@ -73,15 +73,15 @@ def leaning_ends(wedges: Wedges, runs_on: Flags, patches: PlanarPatches, at_rest
 
 
 def _meeting(patches: PlanarPatches, at_rest: Planes, velocity_m_s: Floats, carried: Flags) -> tuple[Ints, Ints]:
-    """Pairs of a face and the mirror on which it may stand at an angle; of two that rest the wider is the mirror."""
+    """Pairs of a face and the mirror on which it may stand aslant; of two that go together the wider is the mirror."""
     owner, radius, normal = patches.obstacle, patches.radius_m, patches.normal
     moves = carried | velocity_m_s.any(axis=1)
 
     def stands_on(face: Ints, mirror: Ints) -> Flags:
         wider = (radius[mirror] > radius[face]) | ((radius[mirror] == radius[face]) & (mirror < face))
         stays = dot(velocity_m_s[owner[face]], normal[mirror]) == 0.0
-        together = owner[mirror] == owner[face]
-        kept = np.where(together, wider, ~moves[owner[mirror]] & (wider | moves[owner[face]]) & stays)
+        together = at_rest.frame[owner[mirror]] == at_rest.frame[owner[face]]
+        kept = np.where(together, wider, ~moves[owner[mirror]] & stays)
         return kept & ~carried[owner[face]]
 
     def meets(face: Ints, mirror: Ints) -> Flags:

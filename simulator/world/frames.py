@@ -49,6 +49,17 @@ class Frames:
         return rows
 
 
+def rest_frames(velocity_m_s: Floats, carried: Flags) -> Ints:
+    """(O,) number of the rest frame of each obstacle, the same for those that never move against one another.
+
+    Those at rest come first.
+    """
+    frame = np.column_stack([carried, velocity_m_s])
+    _, first, group = np.unique(frame, axis=0, return_index=True, return_inverse=True)
+    place = np.argsort(np.lexsort((first, frame[first].any(axis=1))))
+    return place[group.ravel()].astype(np.int64)
+
+
 def rotated(vector: Floats, yaw: Floats) -> Floats:
     """(R, 3) vectors rotated about the vertical, one angle a row."""
     c, s = np.cos(yaw), np.sin(yaw)

@@ -23,7 +23,7 @@ class Planes(NamedTuple):
 
     Attributes:
         normal, offset_m, one_sided, obstacle, edge_m, edge_start: as in `PlanarPatches`.
-        moves: (O,) obstacles that move relative to the others; their patches may face any of another obstacle.
+        frame: (O,) number of the rest frame of each obstacle; patches in two of them may all face one another.
     """
 
     normal: Floats
@@ -32,14 +32,14 @@ class Planes(NamedTuple):
     obstacle: Ints
     edge_m: Floats
     edge_start: Ints
-    moves: Flags
+    frame: Ints
 
     @classmethod
-    def of(cls, patches: PlanarPatches, moves: Flags) -> Planes:
+    def of(cls, patches: PlanarPatches, frame: Ints) -> Planes:
         """The planes of patches."""
         return cls(
             patches.normal, patches.offset_m, patches.one_sided, patches.obstacle, patches.edge_m, patches.edge_start,
-            moves,
+            frame,
         )  # fmt: skip
 
 
@@ -99,8 +99,7 @@ def gaps_to_others(mirrors: Mirrors, pose: int, obstacle: int, point_m: Floats) 
 @compiled
 def lies_ahead(planes, side, one, other):
     """Whether a patch has some corner ahead of the front (0) of another one, or of its back (1); a body has no back."""
-    obstacle = planes.obstacle[one], planes.obstacle[other]
-    if obstacle[0] != obstacle[1] and (planes.moves[obstacle[0]] or planes.moves[obstacle[1]]):
+    if planes.frame[planes.obstacle[one]] != planes.frame[planes.obstacle[other]]:
         return True
     if side == 1 and planes.one_sided[one]:
         return False

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from obstaclewatch.support.argument_types import check_types
-from obstaclewatch.support.arrays import Flags, Floats, Ints
+from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.vectors import norm
 from simulator.phone.phone import Phone
 from simulator.scene.air import Air
@@ -35,7 +35,7 @@ from simulator.waves.band import HIGH_HZ, LOW_HZ
 from simulator.world.clearance import check_poses
 from simulator.world.contacts import exposed
 from simulator.world.corners import corner_wedges
-from simulator.world.frames import Carrier, Frames
+from simulator.world.frames import Carrier, Frames, rest_frames
 from simulator.world.mirrors import Planes
 from simulator.world.rounded_parts import corners_of, loose, rounded_facets, rounded_parts
 from simulator.world.visibility import Blocker, blocker
@@ -190,18 +190,18 @@ def prepare(scene: Scene, phone: Phone, origin_m: Floats, mechanisms: tuple[str,
     obstacles = tuple(scene.obstacles) + (() if phone.body is None else (phone.body,))
     _check_materials(obstacles)
     carried = np.array([o is phone.body for o in obstacles], dtype=bool)
-    moves = carried | np.array([o.moves for o in obstacles], dtype=bool)
     shifts = [np.zeros(3) if own else origin_m for own in carried]
     parts = [parts_of(o, s) for o, s in zip(obstacles, shifts, strict=True)]
     first = np.cumsum([0] + [len(part.patches) for part in parts])
     faces = _patches(parts)
-    crack, strip = cracks(faces, moves)
-    patches = down_to_others(closed(faces, crack, strip), moves) if "specular" in mechanisms else merge_patches([])
-    at_rest = Planes.of(patches, moves)
+    drift = velocities(obstacles)
+    frame = rest_frames(drift, carried)
+    crack, strip = cracks(faces, frame)
+    patches = down_to_others(closed(faces, crack, strip), frame) if "specular" in mechanisms else merge_patches([])
+    at_rest = Planes.of(patches, frame)
     surfaces = [replace(part.surface, obstacle=i) for i, part in enumerate(parts) if part.surface is not None]
     meshes = [(np.asarray(part.reading.mesh.vertices), np.asarray(part.reading.mesh.faces)) for part in parts]
-    drift = velocities(obstacles)
-    together = _together(drift, carried)
+    together = [np.flatnonzero(frame == number) for number in np.unique(frame)]
     blockers = _blockers(meshes, together, faces.obstacle[crack], strip)
     wedges = no_wedges()
     if "edges" in mechanisms:
@@ -252,14 +252,6 @@ def _patches(parts: list[Parts]) -> PlanarPatches:
 def _numbered(wedges: Wedges, obstacle: int, first_patch: int) -> Wedges:
     """The edges of a mesh as those of an obstacle of the world, whose first patch has that number."""
     return replace(wedges, patch=wedges.patch + first_patch, obstacle=np.full(len(wedges), obstacle))
-
-
-def _together(velocity_m_s: Floats, carried: Flags) -> list[Ints]:
-    """The obstacles (O,) that never move against one another, those at rest first."""
-    frame = np.column_stack([carried, velocity_m_s])
-    _, first, group = np.unique(frame, axis=0, return_index=True, return_inverse=True)
-    moves = frame[first].any(axis=1)
-    return [np.flatnonzero(group.ravel() == g) for g in np.lexsort((first, moves))]
 
 
 def _blockers(
