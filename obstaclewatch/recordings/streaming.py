@@ -21,6 +21,9 @@ TAIL_S = 2e-3
 MOST_APART_M = 1.5
 """From speaker to microphone, or between these; what is farther apart is given in another unit."""
 
+MOST_ASKEW_RAD = np.deg2rad(45.0)
+"""Between the phone's long edge and the line from microphone 1 to microphone 0; beyond, these are no bottom and top."""
+
 SOUND_SPEEDS_M_S = (250.0, 450.0)
 """Air's is 283 m/s at -73 C and 375 at 60 C, dry or moist; what lies far outside is given in another unit."""
 
@@ -117,14 +120,15 @@ class StreamingDetector(ABC):
 def checked_arguments(
     beep: BeepDesign, phone: PhoneGeometry, sound_speed_m_s: float, pitch_rad: float | None
 ) -> tuple[float, float | None]:
-    """Speed of sound and pitch as numbers, where a detector can run on the arguments.
+    """Speed of sound and pitch of the microphones' line as numbers, where a detector can run on the arguments.
 
     Raises:
-        ValueError: another type, transducers too far apart, a speed of sound that no air has, or a pitch of 90 degrees
-            or more.
+        ValueError: another type, transducers too far apart, microphones that are not one behind the other, a speed of
+            sound that no air has, or a pitch of 90 degrees or more.
     """
     check_types(beep=(beep, BeepDesign), phone=(phone, PhoneGeometry))
     check_size(phone)
+    check_axis(phone)
     sound_speed_m_s = as_number("sound_speed_m_s", sound_speed_m_s)
     least, most = SOUND_SPEEDS_M_S
     if not least <= sound_speed_m_s <= most:
@@ -134,7 +138,30 @@ def checked_arguments(
     pitch_rad = as_number("pitch_rad", pitch_rad)
     if not abs(pitch_rad) < np.pi / 2:
         raise ValueError(f"pitch_rad must lie within -pi/2..pi/2, got {pitch_rad}")
-    return sound_speed_m_s, pitch_rad
+    line_rad = phone.line_pitch_rad(pitch_rad)
+    if not abs(line_rad) < np.pi / 2:
+        raise ValueError(
+            f"pitch_rad must leave the microphones' line within -pi/2..pi/2, got {pitch_rad}, and {line_rad:.3f} of it"
+        )
+    return sound_speed_m_s, line_rad
+
+
+def check_axis(phone: PhoneGeometry) -> None:
+    """Refuse a phone whose microphone 0 is not towards the top edge from microphone 1: bearings are from that line.
+
+    Raises:
+        ValueError: the line between them is more than 45 degrees off the long edge; with the angle.
+
+    >>> check_axis(PhoneGeometry("mine", [0, 0.04, 0], [[0, 0.07, 0], [0, -0.07, 0]]))
+    """
+    along = float(phone.mics_m[0, 1] - phone.mics_m[1, 1]) / phone.mic_separation_m
+    askew_rad = float(np.arccos(np.clip(along, -1.0, 1.0)))
+    if not askew_rad <= MOST_ASKEW_RAD:
+        raise ValueError(
+            f"microphone 0 must lie towards the phone's top edge (+y) from microphone 1, within "
+            f"{np.degrees(MOST_ASKEW_RAD):.0f} degrees, got {np.degrees(askew_rad):.0f} degrees: "
+            f"mics_m = {phone.mics_m.tolist()}"
+        )
 
 
 def check_size(phone: PhoneGeometry) -> None:
