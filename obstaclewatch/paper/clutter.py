@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
+from math import ceil, floor
 
 import numpy as np
 
@@ -24,6 +25,26 @@ STATIC_SHARE = 0.5
 """Share of the older beeps that must hold a partner at the same range."""
 LEAST_BEEPS = 3
 """Partners without which nothing is said."""
+EDGE = 0.02
+"""Of a period, by which ages may waver: a direct sound is looked for within 1.2 ms of its place."""
+
+
+def check_memory(static_age_s: float, history_s: float, period_s: float) -> None:
+    """Refuse beeps so far apart that what moves can never be distinguished: no candidate would ever have a vote.
+
+    An age on the edge does not count: rounding and the clock decide there.
+
+    Raises:
+        ValueError: with those ages fewer than `LEAST_BEEPS` earlier beeps are old enough and still remembered.
+
+    >>> check_memory(0.25, 0.75, period_s=0.09)
+    """
+    held = floor(history_s / period_s - EDGE) - ceil(static_age_s / period_s + EDGE) + 1
+    if held < LEAST_BEEPS:
+        raise ValueError(
+            f"history_s must hold {LEAST_BEEPS} earlier beeps that are static_age_s old or older, got {max(held, 0)}: "
+            f"one beep in {period_s:g} s, history_s = {history_s:g}, static_age_s = {static_age_s:g}"
+        )
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from obstaclewatch.beep import BeepDesign
 from obstaclewatch.detection import Flag
 from obstaclewatch.paper.bearing import PathDifference, bearing_std, body_distance, path_difference, walking_angle
 from obstaclewatch.paper.body_path import nearest_body_path
-from obstaclewatch.paper.clutter import Motion, PeakHistory, judge_motion
+from obstaclewatch.paper.clutter import Motion, PeakHistory, check_memory, judge_motion
 from obstaclewatch.paper.measurement import Measurement, nothing_measured
 from obstaclewatch.paper.settings import PaperSettings
 from obstaclewatch.paper.size import Size, printed_rim_excess, rim_excess, size_from_crest, size_from_radius
@@ -69,8 +69,8 @@ class EchoPipeline:
         pitch_rad: pitch of the phone, its top edge above the level; None if not known.
 
     Raises:
-        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, ranges beyond one period, or a
-            direct sound later than it is looked for.
+        ValueError: a speed of sound that is not positive, a pitch of 90 degrees or more, ranges beyond one period, a
+            direct sound later than it is looked for, or beeps so rare that motion is never judged.
     """
 
     def __init__(
@@ -84,6 +84,7 @@ class EchoPipeline:
         sound_speed_m_s, pitch_rad = checked_arguments(beep, phone, sound_speed_m_s, pitch_rad)
         errata = settings.errata
         self.settings = settings
+        self._check_memory(beep.period_s)
         self.sound_speed_m_s = sound_speed_m_s if errata.given_sound_speed else PRINTED_SOUND_SPEED_M_S
         self.direct_delay_s = expected_direct_delay_s(phone, self.sound_speed_m_s, settings.direct_delay_s)
         self._cos_pitch = float(np.cos(pitch_rad or 0.0))
@@ -95,6 +96,10 @@ class EchoPipeline:
         )
         self._pulse = pulse_shape(beep, settings.crest_level, self.sound_speed_m_s)
         self._damage, self._history = DamagedBeeps(), PeakHistory(settings.history_s)
+
+    def _check_memory(self, period_s: float) -> None:
+        """Refuse beeps so rare that no candidate would ever have a vote."""
+        check_memory(self.settings.static_age_s, self.settings.history_s, period_s)
 
     def reset(self) -> None:
         """Forget earlier beeps."""
@@ -298,6 +303,9 @@ class EchoPipeline:
 
 class StillPipeline(EchoPipeline):
     """The same from a phone that stands still: nothing is rejected for staying at its delay, and all may vote."""
+
+    def _check_memory(self, period_s: float) -> None:
+        """Every candidate has a vote, however rare the beeps are."""
 
     def _motion(self, range_m: Floats, time_s: float) -> Motion:
         speed_m_s = super()._motion(range_m, time_s).closing_speed_m_s

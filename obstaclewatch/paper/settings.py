@@ -46,7 +46,7 @@ class PaperSettings:
         static_tolerance_m: how far a static peak may wander. A phone that bobs by 2.5 cm twice a second moves the
             ground's echo by 2.5 cm and, through range-Doppler coupling (0.205 s x 0.31 m/s), reads +-7 cm.
         static_age_s: only beeps at least this old distinguish static from moving; at 0.45 m/s an echo has left by then.
-        history_s: how long peaks are remembered.
+        history_s: how long peaks are remembered. Three beeps between `static_age_s` and this age are needed to judge.
         closing_speed_m_s: (slowest, fastest) approach that counts as "decreases gradually" (section 3.6).
         closing_tolerance_m: how far a peak may be from a constant approach.
         evaluation_m: collisions are evaluated within 5 m (section 3.6).
