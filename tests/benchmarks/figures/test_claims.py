@@ -118,6 +118,21 @@ def test_bands_are_measured_where_they_are_swept(tmp_path) -> None:
     assert "100.0 against 0.0 %" in rows["16-23 kHz has more true positives"].ours
 
 
+def test_orders_are_measured_where_both_sides_have_walks_of_both_kinds(tmp_path) -> None:
+    """Cause: of the smoke tier's S8+ no walk collides, so its TN stood against the accuracy of the S5.
+
+    A detector that never alerts had "100.0 against 50.0 %".
+    """
+    claim = "S8+ does better than S5 at the same place"
+    old = [walk(index=k, collides=k < 5, alert_distance_m=None) for k in range(10)]
+    new = [walk(phone="galaxy-s8-plus", index=k, collides=False, alert_distance_m=None) for k in range(10, 15)]
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, [*old, *new])])}
+    assert rows[claim].verdict == "not measured"
+    hits = [walk(phone="galaxy-s8-plus", index=k, alert_distance_m=None) for k in range(15, 20)]
+    rows = {row.claim: row for row in claim_rows([made_up_run(tmp_path, [*old, *new, *hits])])}
+    assert rows[claim].ours == "50.0 against 50.0 %"
+
+
 def test_a_claim_is_taken_from_the_first_run_that_can(tmp_path) -> None:
     empty, full = made_up_run(tmp_path, []), made_up_run(tmp_path)
     assert claim_rows([empty, full]) == claim_rows([full])
