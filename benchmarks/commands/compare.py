@@ -22,8 +22,8 @@ def compare(first_run: Path, second_run: Path, pairs: tuple[str, ...], as_json: 
     """Say what SECOND_RUN does differently from FIRST_RUN on the walks that both have.
 
     Rates: walks gained and lost, with McNemar's exact p. Quantities: the median (of shares and counts the mean) of the
-    paired differences, with its 90 % bootstrap interval; a star where that leaves out zero and five walks or more have
-    the quantity. One in ten is starred by chance. What the runs do not share is left out; the last lines say how much.
+    paired differences, of five walks or more with its 90 % bootstrap interval, and a star where that leaves out zero.
+    One in ten is starred by chance. What the runs do not share is left out; the last lines say how much.
     """
     from benchmarks.gates.comparison import compare_runs, comparison_lines, left_out, left_out_line
     from benchmarks.runs.results import load_run

@@ -14,7 +14,7 @@ from benchmarks.scoring.paper_values import SHOWN
 from obstaclewatch.support.words import counted
 
 FEW_PAIRS = 5
-"""Below so many walks even all differences of one sign leave 0 out less than 9 times in 10: nothing is starred."""
+"""Below so many walks the span of all differences holds their median less than 9 times in 10: no interval, no star."""
 Walk = tuple[str, int]
 """Label and seed, which tell a walk."""
 
@@ -158,10 +158,15 @@ def comparison_lines(found: Comparison) -> list[str]:
         )
     for (kind, quantity, unit), shift in found.shifts.items():
         scale, shown = SHOWN.get(unit, (1.0, f" {unit}"))
-        value, low, high = (scale * each for each in (shift.value, shift.low, shift.high))
-        sure = "" if low <= 0.0 <= high or shift.n < FEW_PAIRS else "   *"
-        lines.append(
-            f"  {quantity + ', ' + kind:<34}{value:+8.3g} {shown.strip():<7}  {low:+.3g} to {high:+.3g} "
-            f"over {counted(shift.n, 'walk')}{sure}"
-        )
+        said = f"  {quantity + ', ' + kind:<34}{scale * shift.value:+8.3g} {shown.strip():<7}"
+        lines.append(f"{said}  {_interval(shift, scale)}")
     return lines
+
+
+def _interval(shift: Shift, scale: float) -> str:
+    """Interval and star: of fewer than `FEW_PAIRS` walks neither, as the span of so few holds the median too seldom."""
+    walks = f"over {counted(shift.n, 'walk')}"
+    if shift.n < FEW_PAIRS:
+        return f"{walks}, too few for an interval"
+    star = "" if shift.low <= 0.0 <= shift.high else "   *"
+    return f"{scale * shift.low:+.3g} to {scale * shift.high:+.3g} {walks}{star}"

@@ -98,6 +98,16 @@ def test_four_walks_are_starred_in_nothing(tmp_path):
         assert any(line.endswith("*") for line in lines) == starred
 
 
+def test_few_walks_have_no_interval(tmp_path):
+    """Cause: one walk had the interval "-0.286 to -0.286", as if nothing were surer."""
+    for walks, said in ((1, "over 1 walk, too few"), (4, "over 4 walks, too few"), (5, " to +0 over 5 walks")):
+        run = run_of(tmp_path, [walk(index=k, detectors=(DETECTOR,)) for k in range(walks)])
+        (found,) = compare_runs(run, run)
+        shown = [line for line in comparison_lines(found) if ", approach" in line]
+        assert shown
+        assert all(said in line for line in shown)
+
+
 def test_walks_that_collide_in_one_run_only_are_left_out_of_quantities_too(tmp_path):
     run = good_run(tmp_path)
     second = changed(run, lambda cell, k: cell["result"]["truth"].update(collides=k != 0 and k < 40))
