@@ -30,7 +30,7 @@ from obstaclewatch.support.compiled import compiled
 from obstaclewatch.tracking.peak_readings import MOST_PEAKS, Reception, peak_readings
 from obstaclewatch.tracking.settings import TrackingSettings
 from obstaclewatch.walker.ground_height import HELD_HEIGHTS_M
-from obstaclewatch.walker.pitch_estimate import PitchEstimator
+from obstaclewatch.walker.pitch_estimate import HALF_POWER, PitchEstimator
 from obstaclewatch.walker.pitch_oscillation import GroundEcho, ground_echo, ground_path_difference_m
 
 BACKGROUND_BEEPS = 16
@@ -125,7 +125,12 @@ class PeakFinder:
         self._received, self._floor = 0, 10.0 ** (settings.floor_db / 20.0)
         self._reception, self._offset = self._reception_of(beep), OFFSETS_M / sound_speed_m_s * self._filter.rate_hz
         self._separation_m = phone.mic_separation_m
-        estimator = PitchEstimator(self._separation_m, sound_speed_m_s / self._filter.rate_hz)
+        estimator = PitchEstimator(
+            self._separation_m,
+            sound_speed_m_s / self._filter.rate_hz,
+            self._speaker_cosine * self._baseline_m,
+            sound_speed_m_s * HALF_POWER / rms_bandwidth_hz(beep),
+        )
         self._pitch_estimator = estimator if pitch_rad is None else None
         self.pitch_rad = pitch_rad or 0.0
         self._ground_path_m: float | None = None
