@@ -159,8 +159,9 @@ def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Se
     An existing manifest of the same plan is kept, unless title or figures, which the plan does not hold, are others.
 
     Raises:
-        ValueError: the existing manifest is damaged; the message says what to do.
+        ValueError: a file stands where the folder would; or the existing manifest is damaged, and what to do.
     """
+    _check_folder(out)
     digest = plan_digest(cells, source_fingerprint())
     folder = out / suite.name / f"{tier}-{suite.split}-{suite.seed}-{digest[:8]}"
     shown = suite.title, list(suite.figures)
@@ -171,6 +172,13 @@ def prepared(out: Path, suite: Suite, tier: str, cells: Sequence[Cell], argv: Se
         write_atomically(folder / "manifest.json", to_json(manifest(suite, tier, cells, asked)))
     point_to(folder, folder.with_name("latest"))
     return folder
+
+
+def _check_folder(out: Path) -> None:
+    """Refuse results below a file, whose error would name a hidden part of them."""
+    there = next((path for path in (out, *out.parents) if path.exists()), out)
+    if there.is_file():
+        raise ValueError(f"the folder of results must be a folder, got the file '{there}'")
 
 
 def _shown_in(folder: Path) -> tuple[str, list[str]]:

@@ -84,3 +84,15 @@ def test_a_damaged_manifest_says_what_to_do(tmp_path: Path) -> None:
     path.rmdir()
     prepared(tmp_path, suite, "smoke", cells, ["run", "paper"])
     assert read_manifest(path)["plan"] == json.loads(whole)["plan"]
+
+
+def test_results_below_a_file_are_refused_by_its_name(tmp_path: Path) -> None:
+    """Cause: the error was "[Errno 20] Not a directory" and named a hidden file that nobody had asked for."""
+    suite = load_suite("paper")
+    cells = plan_cells(suite, "smoke")[:1]
+    file = tmp_path / "notes.txt"
+    file.write_text("mine")
+    for out in (file, file / "deeper"):
+        with pytest.raises(ValueError, match=r"must be a folder, got the file '.*notes.txt'$"):
+            prepared(out, suite, "smoke", cells, ["run", "paper"])
+    assert file.read_text() == "mine"
