@@ -70,6 +70,7 @@ def run(
     from benchmarks.runs.executors import choose_executor
     from benchmarks.runs.runner import run_cells, shortfall
 
+    place = choose_executor(executor, jobs, scheduler)
     chosen = planned(suite, [*settings, *([f"split={split}"] if split else [])], seed, allow_code)
     cells = chosen_cells(chosen, tier, only, expression, limit)
     walk = _longest_s(cells), chosen.beep.sample_rate_hz
@@ -78,7 +79,6 @@ def run(
         _print_plan(chosen, tier, cells)
         click.echo(memory)
         return
-    place = choose_executor(executor, jobs, scheduler)
     folder = prepared(out, chosen, tier, cells)
     tell(f"{counted(len(cells), 'cell')} of suite '{chosen.name}', tier {tier}, into {folder}")
     tell(memory)
