@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,13 +134,21 @@ class Curve:
     diagnostic: bool = False
 
 
+Shape = Literal["diamond", "circle", "square"]
+
+
 @dataclass(frozen=True)
 class Mark:
-    """A point of the paper's own curve: this share of its errors is at most the value."""
+    """A point of the paper's own curve: this share of its errors is at most the value.
+
+    Attributes:
+        shape: by which the same quantity is known in figures beside each other.
+    """
 
     label: str
     share: float
     paper: PaperValue
+    shape: Shape
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,8 @@ from benchmarks.figures.draw.page import PANEL_HEIGHT, finish, panel_axes
 from benchmarks.figures.draw.style import MUTED, PAPER_INK, colour
 
 PANEL_WIDTH, LEGEND_WIDTH = 3.3, 2.3
-MARKS = "Dos^v"
-"""Shapes of the paper's points, one after the other."""
+MARKERS = {"diamond": "D", "circle": "o", "square": "s"}
+"""Matplotlib's names for the shapes of the paper's points."""
 LEGEND_LINE, LEGEND_GAP = 0.125, 0.115
 """Inches of the legend, which may be higher than other figures' panels."""
 _ENDS = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
@@ -29,8 +28,8 @@ def draw_curves(figure: CurveFigure) -> Canvas:
     canvas, (ax, beside) = panel_axes([PANEL_WIDTH, LEGEND_WIDTH], 0.08, max(PANEL_HEIGHT, legend_in))
     for curve in figure.curves:
         _draw_curve(ax, curve)
-    for mark, shape in zip(figure.marks, cycle(MARKS), strict=False):
-        _draw_mark(ax, mark, shape)
+    for mark in figure.marks:
+        _draw_mark(ax, mark)
     ax.set_xlim(0.0, axis_end(figure))
     ax.set_ylim(0.0, 103.0)
     ax.set_yticks(np.arange(0, 101, 10))
@@ -86,7 +85,9 @@ def _mark_words(mark: Mark) -> str:
     return f"paper, {mark.label}: {mark.paper.text}"
 
 
-def _draw_mark(ax: Axes, mark: Mark, shape: str) -> None:
+def _draw_mark(ax: Axes, mark: Mark) -> None:
     x, y = mark.paper.display, 100.0 * mark.share
-    ax.plot(x, y, shape, color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6, zorder=5,
-            label=_mark_words(mark))  # fmt: skip
+    ax.plot(
+        x, y, MARKERS[mark.shape], color="white", markeredgecolor=PAPER_INK, markeredgewidth=1.4, markersize=6,
+        zorder=5, label=_mark_words(mark),
+    )  # fmt: skip

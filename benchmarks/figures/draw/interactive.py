@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ Parts = dict[str, Any]
 
 PAGE_IN, ROW_PX, HEAD_PX, GAP = 9.0, 300, 140, 0.09
 CLEAR = "rgba(0,0,0,0)"
-_MARKS = ("diamond", "circle", "square", "triangle-up", "triangle-down")
 _DASHES = {"dashed": "dash", "dotted": "dot"}
 
 
@@ -151,9 +149,9 @@ def _curve_traces(figure: CurveFigure) -> list[Parts]:
         {
             "type": "scatter", "mode": "markers", "name": f"paper, {mark.label}: {mark.paper.text}",
             "x": [mark.paper.display], "y": [100.0 * mark.share],
-            "marker": {"symbol": f"{shape}-open", "color": PAPER_INK, "size": 11},
+            "marker": {"symbol": f"{mark.shape}-open", "color": PAPER_INK, "size": 11},
         }
-        for mark, shape in zip(figure.marks, cycle(_MARKS), strict=False)
+        for mark in figure.marks
     ]  # fmt: skip
     return traces + marks
 

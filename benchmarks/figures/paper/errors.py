@@ -24,8 +24,14 @@ from benchmarks.scoring.statistics import quantile_with_interval
 
 BEARING_BINS_DEG = (0.0, 10.0, 20.0, 40.0, 90.0)
 INTERVALS = "In brackets: 95 % bootstrap intervals over walks."
-BEARING_MARKS = (Mark("median", 0.5, paper_values.BEARING_MEDIAN), Mark("P80", 0.8, paper_values.BEARING_P80))
-RADIUS_MARKS = (Mark("median", 0.5, paper_values.RADIUS_MEDIAN), Mark("P80", 0.8, paper_values.RADIUS_P80))
+BEARING_MARKS = (
+    Mark("median", 0.5, paper_values.BEARING_MEDIAN, "diamond"),
+    Mark("P80", 0.8, paper_values.BEARING_P80, "circle"),
+)
+RADIUS_MARKS = (
+    Mark("median", 0.5, paper_values.RADIUS_MEDIAN, "diamond"),
+    Mark("P80", 0.8, paper_values.RADIUS_P80, "circle"),
+)
 
 
 def distance_errors(run: RunData, range_m: float, name: str) -> CurveFigure:
@@ -152,9 +158,9 @@ DISTANCE_FIGURES = {
 def _distance_marks(range_m: float) -> tuple[Mark, ...]:
     """The paper prints the median of Distance1 at 1.5 and 5 m, and the 90th percentiles "across distances"."""
     median = paper_values.DISTANCE1_MEDIAN.get(range_m)
-    middle = () if median is None else (Mark("Distance1 median", 0.5, median),)
-    upper = (("Distance1 P90", paper_values.DISTANCE1_P90), ("Distance2 P90", paper_values.DISTANCE2_P90))
-    return (*middle, *(Mark(label, 0.9, value) for label, value in upper))
+    middle = () if median is None else (Mark("Distance1 median", 0.5, median, "diamond"),)
+    first = Mark("Distance1 P90", 0.9, paper_values.DISTANCE1_P90, "circle")
+    return (*middle, first, Mark("Distance2 P90", 0.9, paper_values.DISTANCE2_P90, "square"))
 
 
 def _state_curves(run: RunData, column: str, unit: str) -> tuple[Curve, ...]:

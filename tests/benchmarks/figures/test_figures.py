@@ -287,3 +287,10 @@ def test_a_value_above_its_interval_stands_on_its_bar():
     canvas = picture(BarFigure("one", "One", "error (°)", "°", (BarPanel("PaperDetector", (bar,)),), "", ""))
     (label,) = [text for text in canvas.axes[0].texts if text.get_text() == "20"]
     assert label.xy[1] == 20.0
+
+
+def test_a_quantity_of_the_paper_has_one_mark_in_figures_beside_each_other(tmp_path):
+    # They went by their place in the figure: Fig. 22 has no median, and its circle was what Fig. 21 shows by a square.
+    run = made_up_run(tmp_path)
+    marks = {(mark.label, mark.shape) for name in ("fig21", "fig22", "fig23") for mark in FIGURES[name](run).marks}
+    assert len(marks) == len({label for label, _ in marks}) == 3
