@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
+from simulator.meshes.stitched import stitched
 from simulator.meshes.touching_bodies import read_apart
 from simulator.scene.scene import welded, with_area
 
@@ -31,7 +32,7 @@ def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """
     apart = trimesh.Trimesh(np.array(mesh.vertices, float), np.array(mesh.faces), process=False)
     merged = welded(apart)
-    return _with_area(next(filter(_is_closed, _readings(apart, merged)), merged))
+    return next(filter(_is_closed, map(_with_area, _readings(apart, merged))), _with_area(merged))
 
 
 def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
@@ -41,10 +42,13 @@ def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trime
     if len(once.faces) < len(apart.faces):
         yield from _mergings(once, welded(once))
     together = _drawn_together(merged)
+    drawn = _without_excess(together)
     if len(together.vertices) < len(merged.vertices):
-        drawn = _without_excess(together)
         yield from _mergings(drawn, welded(drawn))
     yield read_apart(merged)
+    whole = stitched(drawn, TOGETHER_M)
+    if len(whole.faces) > len(drawn.faces):
+        yield from _mergings(whole, whole)
     yield from _mergings(*map(_wound_alike, (apart, merged)))
 
 
