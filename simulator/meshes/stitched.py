@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm
 
-MOST_ROUNDS = 32  # each cuts a facet once, next to the middle of an edge
+MOST_ROUNDS = 256  # each cuts a facet once
 
 
 def stitched(mesh: trimesh.Trimesh, within_m: float) -> trimesh.Trimesh:
@@ -41,10 +40,8 @@ def _on_free_edges(mesh: trimesh.Trimesh, within_m: float) -> tuple[Ints, Ints]:
     every, point = np.asarray(mesh.edges), np.asarray(mesh.vertices)
     _, which, count = np.unique(np.asarray(mesh.edges_sorted), axis=0, return_inverse=True, return_counts=True)
     free = np.flatnonzero(count[which.ravel()] == 1)
-    corner = np.unique(every[free])
+    row, vertex = _next_along(every[free])
     ends = point[every[free]]
-    row, vertex = _near(ends, point[corner])
-    vertex = corner[vertex]
     share, off_m, length_m = _beside(ends[row], point[vertex])
     inner = (off_m < within_m) & (np.minimum(share, 1.0 - share) * length_m > within_m)
     row, vertex, share = free[row[inner]], vertex[inner], share[inner]
@@ -56,14 +53,16 @@ def _on_free_edges(mesh: trimesh.Trimesh, within_m: float) -> tuple[Ints, Ints]:
     return row[chosen], vertex[chosen]
 
 
-def _near(ends_m: Floats, point_m: Floats) -> tuple[Ints, Ints]:
-    """Pairs of edges (E, 2, 3) and points within the balls about them."""
-    if len(ends_m) == 0:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    reach = 0.5 * norm(ends_m[:, 1] - ends_m[:, 0])
-    found = cKDTree(point_m).query_ball_point(ends_m.mean(axis=1), reach)
-    row, _ = repeated(np.array([len(each) for each in found]))
-    return row, np.concatenate([np.zeros(0, dtype=np.int64), *(np.array(each, dtype=np.int64) for each in found)])
+def _next_along(edge: Ints) -> tuple[Ints, Ints]:
+    """Pairs of free edges (E, 2) and corners to which another free edge leads from one of their ends.
+
+    From the end of an uncut edge the first piece of the cut one beside it leads to the first corner on both.
+    """
+    start, to = np.concatenate([edge, edge[:, ::-1]]).T
+    order = np.argsort(start, kind="stable")
+    first, last = (np.searchsorted(start, start, side, sorter=order) for side in ("left", "right"))
+    which, place = repeated(last - first)
+    return which % max(len(edge), 1), to[order[first[which] + place]]
 
 
 def _beside(ends_m: Floats, point_m: Floats) -> tuple[Floats, Floats, Floats]:
