@@ -2,7 +2,8 @@
 
 Embree tells what hides what to within its float32, so it lets the last micrometres before a surface pass: two sheets
 closer than that would both echo. Here the gap is resolved in float64. Of sheets closer than `RESOLVED_M`, which no
-coordinate tells apart, the first listed is in front.
+coordinate tells apart, one that shows on both sides lies upon the face of a body, as a mat lies on the ground; of two
+alike the first listed is in front.
 
 The mesh of a smooth surface stands off it, so that what lies closer than that over it hides nothing there either. Of
 two such surfaces each has a path of its own, and the shorter one is over that in front.
@@ -133,7 +134,9 @@ def _hides(mirrors, n, p, own, point, end, height):
     if distance(point, mirrors.center_m[n, p]) > 1.01 * mirrors.radius_m[p]:
         return False
     if abs(height) <= RESOLVED_M:
-        return p < own and inside_patch(mirrors, n, p, point[0], point[1], point[2])
+        alike = mirrors.one_sided[p] == mirrors.one_sided[own]
+        upon = p < own if alike else mirrors.one_sided[own]
+        return upon and inside_patch(mirrors, n, p, point[0], point[1], point[2])
     if height * there >= 0.0:
         return False
     crossing, share = np.empty(3), height / (height - there)
