@@ -134,8 +134,7 @@ def _hides(mirrors, n, p, own, point, end, height):
     if distance(point, mirrors.center_m[n, p]) > 1.01 * mirrors.radius_m[p]:
         return False
     if abs(height) <= RESOLVED_M:
-        alike = mirrors.one_sided[p] == mirrors.one_sided[own]
-        upon = p < own if alike else mirrors.one_sided[own]
+        upon = (mirrors.one_sided[p], p) < (mirrors.one_sided[own], own)
         return upon and inside_patch(mirrors, n, p, point[0], point[1], point[2])
     if height * there >= 0.0:
         return False

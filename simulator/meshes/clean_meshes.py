@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
+from simulator.meshes.pieces import components, pieces_of, with_own_corners
 from simulator.meshes.stitched import stitched
 from simulator.meshes.touching_bodies import read_apart
 from simulator.scene.scene import welded, with_area
@@ -45,11 +46,14 @@ def _readings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trime
     drawn = _without_excess(together)
     if len(together.vertices) < len(merged.vertices):
         yield from _mergings(drawn, welded(drawn))
-    yield read_apart(merged)
+    bodies = read_apart(merged)
+    if bodies is not merged:
+        yield bodies
     whole = stitched(drawn, TOGETHER_M)
     if len(whole.faces) > len(drawn.faces):
         yield from _mergings(whole, whole)
-    yield from _mergings(*map(_wound_alike, (apart, merged)))
+    if not (apart.is_winding_consistent and merged.is_winding_consistent):
+        yield from _mergings(_wound_alike(apart), _wound_alike(merged))
 
 
 def _mergings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trimesh.Trimesh]:
@@ -59,7 +63,7 @@ def _mergings(apart: trimesh.Trimesh, merged: trimesh.Trimesh) -> Iterator[trime
         yield apart
     piece = pieces_of(merged)
     if piece.any():
-        yield _in_parts(merged, piece)
+        yield with_own_corners(merged, np.repeat(piece, 3))  # soups of touching bodies
 
 
 def _drawn_together(merged: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -80,13 +84,6 @@ def _with_area(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     copy.update_faces(with_area(copy))
     copy.remove_unreferenced_vertices()
     return copy
-
-
-def _in_parts(mesh: trimesh.Trimesh, piece: Ints) -> trimesh.Trimesh:
-    """A mesh with vertices of its own for every piece, (T,) that each facet is of: soups of touching bodies."""
-    corners = np.column_stack([np.repeat(piece, 3), mesh.faces.ravel()])
-    first, which = distinct(corners)
-    return trimesh.Trimesh(mesh.vertices[corners[first, 1]], which.reshape(-1, 3), process=False)
 
 
 def _is_closed(mesh: trimesh.Trimesh) -> bool:
@@ -143,13 +140,3 @@ def _runs_along(faces: Ints, edges: Ints) -> Flags:
     forth = (faces == edges[:, :1]) & (np.roll(faces, -1, axis=1) == edges[:, 1:])
     found: Flags = forth.any(axis=1)
     return found
-
-
-def components(pairs: Ints, count: int) -> Ints:
-    """(count,) label of what hangs together by the pairs given."""
-    return trimesh.graph.connected_component_labels(pairs, node_count=count).astype(np.int64)
-
-
-def pieces_of(mesh: trimesh.Trimesh) -> Ints:
-    """(T,) label of the connected piece that each facet is of."""
-    return components(mesh.face_adjacency, len(mesh.faces))

@@ -16,7 +16,7 @@ import trimesh
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
-from simulator.meshes.clean_meshes import components, pieces_of
+from simulator.meshes.pieces import components, pieces_of
 from simulator.meshes.planar_regions import CREASE_RAD, curved_faces, mean_planes, planar_regions, plane_misfit
 from simulator.scene.scene import Surface
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.vectors import norm
-from simulator.meshes.clean_meshes import components
+from simulator.meshes.pieces import components
 
 COPLANAR_RAD = 2e-3
 PLANE_FIT_M = 2e-5  # a thousandth of the wavelength at 20 kHz: 0.015 rad of echo phase

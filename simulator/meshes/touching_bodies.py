@@ -12,6 +12,7 @@ import trimesh
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import dot, unit
+from simulator.meshes.pieces import components, with_own_corners
 
 FLUSH_RAD = 1e-5  # facets at angles that differ by less lie on one another
 
@@ -29,9 +30,7 @@ def read_apart(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
         return mesh
     following = np.roll(np.arange(len(begin)).reshape(-1, 3), -1, axis=1).ravel()
     alike = np.concatenate([np.column_stack([one, following[other]]), np.column_stack([following[one], other])])
-    corner = trimesh.graph.connected_component_labels(alike, node_count=len(begin))
-    _, first, which = np.unique(corner, return_index=True, return_inverse=True)
-    return trimesh.Trimesh(mesh.vertices[begin[first]], which.reshape(-1, 3), process=False)
+    return with_own_corners(mesh, components(alike, len(begin)))
 
 
 def _partners(mesh: trimesh.Trimesh, side: Ints, edge: Ints, forth: Flags) -> tuple[Ints, Ints]:

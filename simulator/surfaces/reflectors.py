@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.distinct_rows import distinct
 from obstaclewatch.support.vectors import norm
-from simulator.meshes.clean_meshes import cleaned, components, pieces_of, rooms_in
+from simulator.meshes.clean_meshes import cleaned, rooms_in
 from simulator.meshes.common_planes import on_common_planes
 from simulator.meshes.cone_tips import tips_opened
+from simulator.meshes.pieces import components, pieces_of
 from simulator.meshes.planar_regions import CREASE_RAD, broad_folds, curved_faces, mean_planes, planar_regions
 from simulator.scene.scene import Obstacle
 from simulator.surfaces.facet_bounds import Clusters, clusters

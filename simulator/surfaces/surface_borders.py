@@ -14,7 +14,7 @@ from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm, unit
-from simulator.meshes.clean_meshes import components
+from simulator.meshes.pieces import components
 from simulator.surfaces.reflectors import MeshReading, SmoothSurface
 
 STEP_M = 0.05  # between points of a border

@@ -13,7 +13,7 @@ import numpy as np
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.repeated import repeated
 from obstaclewatch.support.vectors import dot, norm
-from simulator.meshes.clean_meshes import components
+from simulator.meshes.pieces import components
 from simulator.surfaces.round_bodies import recognised
 from simulator.surfaces.vertex_fits import fit_quadrics, rings
 

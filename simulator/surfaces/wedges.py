@@ -15,7 +15,7 @@ import trimesh
 from obstaclewatch.support.arrays import Flags, Floats, Ints
 from obstaclewatch.support.rows import Rows
 from obstaclewatch.support.vectors import dot, norm
-from simulator.meshes.clean_meshes import components
+from simulator.meshes.pieces import components
 from simulator.meshes.planar_regions import PLANE_FIT_M
 from simulator.surfaces.reflectors import MeshReading
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from obstaclewatch.support.arrays import Floats, Ints
 from obstaclewatch.support.repeated import repeated
-from simulator.meshes.clean_meshes import components
+from simulator.meshes.pieces import components
 from simulator.surfaces.reflectors import PlanarPatches
 from simulator.surfaces.wedges import Wedges
 from simulator.world.mirrors import FLUSH_M
