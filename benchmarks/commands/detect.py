@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.commands import Real, check_output, check_pitch
 from benchmarks.commands.own_phone import beep_options, beep_shape, inspect, pieces_of, sounding_piece
+from benchmarks.interrupts import tell
 from obstaclewatch.support.words import counted
 
 if TYPE_CHECKING:
@@ -81,15 +82,16 @@ def detect(
     known = {} if phase_rad is None or detector != "TrackingDetector" else {"mic_phase_rad": phase_rad}
     detecting = getattr(obstaclewatch, detector)(beep, geometry, settings, speed, pitch_rad, **known)
     looked_at = first if recording is None else sounding_piece(recording, swap, beep)
-    inspect(looked_at, beep, geometry, to_stderr=as_json)
+    say = click.echo if plot is None else tell  # a picture is drawn though nobody reads on, as after `| head`
+    inspect(looked_at, beep, geometry, to_stderr=as_json, say=say)
     found = detecting.stream_pieces(chain([first], pieces))
     if plot is None:
-        _tell(found, as_json)
+        _say_all(found, as_json, say)
         return
     from benchmarks.echogram import Columns, draw_echogram
 
     columns = Columns()
-    _tell(_noting(found, columns), as_json)
+    _say_all(_noting(found, columns), as_json, say)
     title = f"{geometry.name}, {detector}"
     draw_echogram(pieces_of(Path(str(recording)), swap), beep, title, columns, plot)
 
@@ -133,18 +135,18 @@ def _noting(found: Iterable[Detection], columns: Any) -> Iterator[Detection]:
         yield detection
 
 
-def _tell(found: Iterable[Detection], as_json: bool) -> None:
+def _say_all(found: Iterable[Detection], as_json: bool, say: Callable[[str], object]) -> None:
     """Print every detection as it comes, between a legend and a summary."""
     if not as_json:
-        click.echo(LEGEND)
+        say(LEGEND)
     count, first = 0, None
     for detection in found:
-        click.echo(json.dumps(_entry(detection)) if as_json else _line(detection))
+        say(json.dumps(_entry(detection)) if as_json else _line(detection))
         count += 1
         first = first or (detection.decision if detection.decision.alert else None)
     if not as_json:
         alert = f"first alert at {first.time_s:.2f} s, {first.range_m:.2f} m" if first else "no alert"
-        click.echo(f"{counted(count, 'beep')}, {alert}")
+        say(f"{counted(count, 'beep')}, {alert}")
 
 
 def _phone(text: str) -> PhoneFile:

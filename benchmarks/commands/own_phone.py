@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -196,8 +197,20 @@ def sounding_piece(path: Path, swap: bool, beep: BeepDesign) -> Recording:
     return first
 
 
-def inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stderr: bool) -> RecordingHealth:
+def inspect(
+    first: Recording,
+    beep: BeepDesign,
+    geometry: PhoneGeometry,
+    to_stderr: bool,
+    say: Callable[..., object] = click.echo,
+) -> RecordingHealth:
     """Say what a recording is worth and what to do about it.
+
+    Args:
+        first: what is inspected.
+        beep, geometry: what it should hold, and the phone.
+        to_stderr: whether standard output is for something else.
+        say: takes a line and a stream, None for standard output: `click.echo`, or `tell` of `benchmarks.interrupts`.
 
     Raises:
         ValueError: no detector can use it.
@@ -211,8 +224,9 @@ def inspect(first: Recording, beep: BeepDesign, geometry: PhoneGeometry, to_stde
     ]
     if not health.usable:
         raise ValueError("; ".join([*map(str, health.findings), *(f"to mend it, {each}" for each in advice)]))
+    stream = sys.stderr if to_stderr else None
     for line in map(str, health.findings) if to_stderr else health.lines():
-        click.echo(line, err=to_stderr)
+        say(line, stream)
     for line in advice:
-        click.echo(f"to mend {line}", err=to_stderr)
+        say(f"to mend {line}", stream)
     return health

@@ -9,12 +9,10 @@ from typing import Any
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.runs.results import RunData
 from benchmarks.runs.variants import first_point, variants
-from benchmarks.scoring.paired import Change, Shift, change_of, shift_of
+from benchmarks.scoring.paired import FEW_PAIRS, Change, Shift, change_of, shift_of
 from benchmarks.scoring.paper_values import SHOWN
 from obstaclewatch.support.words import counted
 
-FEW_PAIRS = 5
-"""Below so many walks the span of all differences holds their median less than 9 times in 10: no interval, no star."""
 Walk = tuple[str, int]
 """Label and seed, which tell a walk."""
 

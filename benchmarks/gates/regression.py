@@ -11,7 +11,7 @@ from benchmarks.gates.config import Gates, Regression
 from benchmarks.gates.quantities import KINDS, QUANTITIES, judged_right, per_walk, walk_tables
 from benchmarks.gates.verdict import Verdict
 from benchmarks.runs.results import RunData
-from benchmarks.scoring.paired import change_of, shift_of
+from benchmarks.scoring.paired import FEW_PAIRS, change_of, shift_of
 from benchmarks.scoring.statistics import mcnemar
 from obstaclewatch.support.words import counted
 
@@ -98,6 +98,9 @@ def _quantity(
         return Verdict.of(
             GROUP, name, False, f"{name}: {found.before} walks had an estimate, now none has", found.before
         )
+    if found.n < FEW_PAIRS:
+        few = f"{counted(found.n, 'walk')} with an estimate in both, {FEW_PAIRS} are needed"
+        return Verdict.unmeasured(GROUP, name, f"{name}: {few}")
     grew, fell = found.low > tolerance, rule.worse == "either" and found.high < -tolerance
     way = "shift" if rule.worse == "either" else "growth"
     text = (

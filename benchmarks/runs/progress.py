@@ -48,9 +48,12 @@ class PlainLines:
         say: takes the lines.
         clock: seconds, from anywhere.
 
-    >>> at_s = iter([0.0, 30.0])
-    >>> PlainLines(20, 10, "cell", say=print, clock=lambda: next(at_s)).update(2)
-    12 of 20 cells, 00:30 elapsed, about 02:00 left
+    >>> at_s = iter([0.0, 60.0, 90.0])
+    >>> lines = PlainLines(20, 10, "cell", say=print, clock=lambda: next(at_s))
+    >>> lines.update(1)
+    11 of 20 cells, 01:00 elapsed
+    >>> lines.update(2)
+    13 of 20 cells, 01:30 elapsed, about 01:45 left
     """
 
     def __init__(
@@ -64,6 +67,7 @@ class PlainLines:
         self._total, self._before, self._done, self._unit = total, done, done, unit
         self._say, self._clock = _to_stderr if say is None else say, clock
         self._begin_s = self._last_s = clock()
+        self._first, self._first_s = 0, self._begin_s
 
     def __enter__(self) -> Self:
         return self
@@ -74,16 +78,24 @@ class PlainLines:
     def update(self, count: int) -> None:
         """So many more are done; 0 where something was tried in vain."""
         tenth, now_s = TENTHS * self._done // self._total, self._clock()
+        if count and self._done == self._before:
+            self._first, self._first_s = count, now_s
         self._done += count
         since_s = now_s - self._last_s
         if since_s >= EVERY_S or (since_s >= APART_S and TENTHS * self._done // self._total > tenth):
-            self._say(self._line(now_s - self._begin_s))
+            self._say(self._line(now_s))
             self._last_s = now_s
 
-    def _line(self, elapsed_s: float) -> str:
-        new, left = self._done - self._before, self._total - self._done
-        guess = f", about {tqdm.format_interval(elapsed_s * left / new)} left" if new and left else ""
-        return f"{self._done} of {self._total} {self._unit}s, {tqdm.format_interval(elapsed_s)} elapsed{guess}"
+    def _line(self, now_s: float) -> str:
+        elapsed = tqdm.format_interval(now_s - self._begin_s)
+        return f"{self._done} of {self._total} {self._unit}s, {elapsed} elapsed{self._guess(now_s)}"
+
+    def _guess(self, now_s: float) -> str:
+        """From the pace since the first were done: until then code may have been compiled, which happens once."""
+        new, left = self._done - self._before - self._first, self._total - self._done
+        if not (new and left):
+            return ""
+        return f", about {tqdm.format_interval((now_s - self._first_s) * left / new)} left"
 
 
 def _to_stderr(line: str) -> None:

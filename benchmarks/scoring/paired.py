@@ -13,6 +13,8 @@ from benchmarks.scoring.statistics import BOOTSTRAP, expanded_confidence, mcnema
 
 Summary = Callable[..., Any]
 """`np.median` or `np.mean`."""
+FEW_PAIRS = 5
+"""Below so many walks the span of all differences holds their median less than 9 times in 10: no interval says much."""
 BATCH_VALUES = 1_000_000
 """Resampled values held at a time."""
 

@@ -16,6 +16,7 @@ from benchmarks.echogram import MOST_COLUMNS, Columns
 from obstaclewatch import BeepDesign, Detection, Flag, PhoneGeometry, Recording, write_recording
 from obstaclewatch.detection import COLUMNS, Decision
 from simulator import Phone
+from tests.benchmarks.closed_output import unread
 
 PHONE: PhoneGeometry = Phone.named("ideal").geometry
 C = 343.0
@@ -105,6 +106,15 @@ def test_other_rates(tmp_path, rate):
 def test_a_picture_of_the_whole(stored, tmp_path):
     assert run(stored, "--plot", tmp_path / "echogram.png").exit_code == 0
     assert (tmp_path / "echogram.png").stat().st_size > 10_000
+
+
+def test_a_picture_is_drawn_though_nobody_reads_the_table(stored, tmp_path):
+    """Cause: `detect --plot walk.png | head` ended after the lines that `head` takes, without a picture."""
+    picture = tmp_path / "walk.png"
+    asked = "detect", str(stored), "--phone", "ideal", "--band", "18000-21500"
+    assert unread(*asked, "--plot", str(picture)) == (0, "")
+    assert picture.stat().st_size > 10_000
+    assert unread(*asked) == (141, "")
 
 
 def test_swapped_channels_are_refused_and_can_be_swapped(stored, tmp_path, monkeypatch, capsys):

@@ -132,6 +132,20 @@ def test_a_rate_that_cannot_fall_for_certain_is_not_green(tmp_path):
     assert verdicts["PaperDetector TN"] is State.PASSED
 
 
+@pytest.mark.parametrize(("walks", "state"), [(1, State.UNMEASURED), (4, State.UNMEASURED), (5, State.FAILED)])
+def test_a_few_walks_certify_no_shift(tmp_path, walks, state):
+    """Cause: the interval of one walk has no width, so that a shift was certain from one difference."""
+    few = changed(good_run(tmp_path), lambda cell, k: k >= walks and _without_estimates(cell))
+    verdicts = states(judge(changed(few, one_channel_late), REGRESSION, updated(None, [few], "first")))
+    assert verdicts["PaperDetector path_difference_bias, approach"] is state
+
+
+def _without_estimates(cell):
+    if cell["cell"]["kind"] == "approach":
+        beeps = cell["result"]["detectors"][DETECTOR]["beeps"][0]
+        beeps["range_m"] = [None] * len(beeps["range_m"])
+
+
 def _alert(cell, alert):
     if cell["cell"]["kind"] == "approach":
         outcomes = {(True, True): "TP", (True, False): "FN", (False, True): "FP", (False, False): "TN"}
