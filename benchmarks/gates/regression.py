@@ -92,11 +92,12 @@ def _quantity(
     """Whether a quantity, by walks, got worse by more than is tolerated."""
     rule = QUANTITIES[quantity]
     found = shift_of(earlier, now, rule.summary, confidence)
-    if found.n == 0:
-        if found.before == 0:
-            return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in baseline and run")
+    if found.before == 0:
+        return Verdict.unmeasured(GROUP, name, f"{name}: no estimate in baseline and run")
+    if found.n == 0 or found.n < FEW_PAIRS <= found.before:
+        now_has = f"only {found.n}" if found.n else "none has"
         return Verdict.of(
-            GROUP, name, False, f"{name}: {found.before} walks had an estimate, now none has", found.before
+            GROUP, name, False, f"{name}: {found.before} walks had an estimate, now {now_has}", found.before
         )
     if found.n < FEW_PAIRS:
         few = f"{counted(found.n, 'walk')} with an estimate in both, {FEW_PAIRS} are needed"

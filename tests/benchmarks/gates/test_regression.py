@@ -64,12 +64,8 @@ def test_what_gets_better_is_no_loss(tmp_path):
 
 def test_lost_estimates_are_red_even_without_a_pair(tmp_path):
     run = good_run(tmp_path)
-
-    def deaf(cell, _):
-        beeps = cell["result"]["detectors"][DETECTOR]["beeps"][0]
-        beeps["range_m"] = [None] * len(beeps["range_m"])
-
-    verdicts = judge(changed(run, deaf), REGRESSION, updated(None, [run], "first"))
+    deaf = changed(run, lambda cell, _: _without_estimates(cell))
+    verdicts = judge(deaf, REGRESSION, updated(None, [run], "first"))
     (text,) = [v.message for v in verdicts if v.name == "PaperDetector range_error, approach"]
     assert "PaperDetector range_error, approach" in red(verdicts)
     assert "80 walks had an estimate, now none has" in text
@@ -140,10 +136,19 @@ def test_a_few_walks_certify_no_shift(tmp_path, walks, state):
     assert verdicts["PaperDetector path_difference_bias, approach"] is state
 
 
+def test_estimates_lost_on_all_but_a_few_walks_are_red(tmp_path):
+    """Cause: with a pair on 3 of 80 walks left the gate said that five are needed, and measured nothing."""
+    run = good_run(tmp_path)
+    almost_deaf = changed(run, lambda cell, k: k >= 3 and _without_estimates(cell))
+    verdicts = judge(almost_deaf, REGRESSION, updated(None, [run], "first"))
+    (text,) = [v.message for v in verdicts if v.name == "PaperDetector range_error, approach"]
+    assert "PaperDetector range_error, approach" in red(verdicts)
+    assert "80 walks had an estimate, now only 3" in text
+
+
 def _without_estimates(cell):
-    if cell["cell"]["kind"] == "approach":
-        beeps = cell["result"]["detectors"][DETECTOR]["beeps"][0]
-        beeps["range_m"] = [None] * len(beeps["range_m"])
+    beeps = cell["result"]["detectors"][DETECTOR]["beeps"][0]
+    beeps["range_m"] = [None] * len(beeps["range_m"])
 
 
 def _alert(cell, alert):

@@ -38,8 +38,10 @@ def test_slow_cells_have_a_line_each_minute() -> None:
 
 def test_compiling_within_the_first_cell_is_not_taken_for_the_pace_of_all() -> None:
     """Cause: after a first cell of 63 s a run of 140 s was said to take an hour more."""
-    assert lines_of(63, 0, [(63.0, 1), (81.0, 6)])[0] == "1 of 63 cells, 01:03 elapsed"
-    assert lines_of(63, 0, [(63.0, 1), (81.0, 6)])[1] == "7 of 63 cells, 01:21 elapsed, about 02:48 left"
+    assert lines_of(63, 0, [(63.0, 1), (81.0, 6)]) == [
+        "1 of 63 cells, 01:03 elapsed",
+        "7 of 63 cells, 01:21 elapsed, about 02:48 left",
+    ]
 
 
 def test_quick_cells_do_not_flood_the_log() -> None:
