@@ -99,9 +99,8 @@ def _quantity(
         return Verdict.of(
             GROUP, name, False, f"{name}: {found.before} walks had an estimate, now {now_has}", found.before
         )
-    if found.n < FEW_PAIRS:
-        few = f"{counted(found.n, 'walk')} with an estimate in both, {FEW_PAIRS} are needed"
-        return Verdict.unmeasured(GROUP, name, f"{name}: {few}")
+    if found.n == 1:
+        return Verdict.unmeasured(GROUP, name, f"{name}: one walk with an estimate in both, which has no spread")
     grew, fell = found.low > tolerance, rule.worse == "either" and found.high < -tolerance
     way = "shift" if rule.worse == "either" else "growth"
     text = (

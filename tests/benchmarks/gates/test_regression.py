@@ -128,8 +128,8 @@ def test_a_rate_that_cannot_fall_for_certain_is_not_green(tmp_path):
     assert verdicts["PaperDetector TN"] is State.PASSED
 
 
-@pytest.mark.parametrize(("walks", "state"), [(1, State.UNMEASURED), (4, State.UNMEASURED), (5, State.FAILED)])
-def test_a_few_walks_certify_no_shift(tmp_path, walks, state):
+@pytest.mark.parametrize(("walks", "state"), [(1, State.UNMEASURED), (2, State.FAILED)])
+def test_one_walk_certifies_no_shift(tmp_path, walks, state):
     """Cause: the interval of one walk has no width, so that a shift was certain from one difference."""
     few = changed(good_run(tmp_path), lambda cell, k: k >= walks and _without_estimates(cell))
     verdicts = states(judge(changed(few, one_channel_late), REGRESSION, updated(None, [few], "first")))
@@ -137,7 +137,7 @@ def test_a_few_walks_certify_no_shift(tmp_path, walks, state):
 
 
 def test_estimates_lost_on_all_but_a_few_walks_are_red(tmp_path):
-    """Cause: with a pair on 3 of 80 walks left the gate said that five are needed, and measured nothing."""
+    """Cause: with a pair on 3 of 80 walks left the gate was green, if those three had not moved."""
     run = good_run(tmp_path)
     almost_deaf = changed(run, lambda cell, k: k >= 3 and _without_estimates(cell))
     verdicts = judge(almost_deaf, REGRESSION, updated(None, [run], "first"))
