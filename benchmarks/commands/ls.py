@@ -12,8 +12,8 @@ import click
     "what", type=click.Choice(["suites", "scenes", "phones", "detectors", "materials", "figures", "gates", "checks"])
 )
 def ls(what: str) -> None:
-    """List the names of suites, with their titles, or of scenes, phones, detectors, materials, figures, gates files or
-    physics checks."""
+    """List the names of suites or figures, with what they show, or of scenes, phones, detectors, materials, gates files
+    or physics checks."""
     for name in NAMES[what]():
         click.echo(name)
 
@@ -21,9 +21,12 @@ def ls(what: str) -> None:
 def _suites() -> list[str]:
     from benchmarks.plan.suite import list_suites, load_suite
 
-    names = list_suites()
-    width = max(map(len, names))
-    return [f"{name:<{width}}  {load_suite(name).title}" for name in names]
+    return _beside({name: load_suite(name).title for name in list_suites()})
+
+
+def _beside(titles: dict[str, str]) -> list[str]:
+    width = max(map(len, titles))
+    return [f"{name:<{width}}  {title}" for name, title in titles.items()]
 
 
 def _scenes() -> list[str]:
@@ -51,9 +54,9 @@ def _materials() -> list[str]:
 
 
 def _figures() -> list[str]:
-    from benchmarks.plan.figure_names import FIGURE_RULES
+    from benchmarks.plan.figure_names import FIGURE_RULES, FIGURE_SUBJECTS
 
-    return list(FIGURE_RULES)
+    return _beside({name: FIGURE_SUBJECTS[name] for name in FIGURE_RULES})
 
 
 def _gates() -> list[str]:

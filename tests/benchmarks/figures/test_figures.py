@@ -20,7 +20,7 @@ from benchmarks.figures.data import MOST_POINTS, Bar, BarFigure, BarPanel, distr
 from benchmarks.figures.draw.curves import axis_end
 from benchmarks.figures.draw.page import WIDEST, leads_row, panel_axes
 from benchmarks.figures.measured import against_paper, significant
-from benchmarks.plan.figure_names import FIGURE_RULES
+from benchmarks.plan.figure_names import FIGURE_RULES, FIGURE_SUBJECTS
 from benchmarks.plan.suite import list_suites, load_suite
 from benchmarks.report.provenance import cost_lines
 from benchmarks.scoring.paper_values import PaperValue
@@ -152,7 +152,7 @@ def test_a_suite_names_its_figures(tmp_path):
 
 def test_every_builder_has_a_rule_and_every_rule_a_builder():
     """A builder that the rules of `benchmarks.plan` forget would never be drawn, and nothing would say so."""
-    assert set(figures._BUILDERS) == set(FIGURE_RULES)
+    assert set(figures._BUILDERS) == set(FIGURE_RULES) == set(FIGURE_SUBJECTS)
 
 
 @pytest.mark.parametrize("suite", list_suites())
